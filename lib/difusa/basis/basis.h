@@ -1,0 +1,44 @@
+// Plugin kind "basis": finite elements phi_i on the surface, so that a function is sum_i b_i phi_i(x).
+#pragma once
+
+#include <difusa/core/progress.h>
+#include <difusa/scene/mesh.h>
+#include <difusa/sites/site_set.h>
+
+#include <span>
+#include <vector>
+
+namespace difusa {
+
+/// The elements that do not vanish at a point, and their weights: phi_{element[i]}(x) = weight[i].
+struct BasisRow {
+    std::vector<Index> element;
+    std::vector<double> weight;
+    void clear() {
+        element.clear();
+        weight.clear();
+    }
+};
+
+class Basis {
+  public:
+    virtual ~Basis() = default;
+
+    /// Binds the basis to its sites (one element per site); both must outlive it. Called once.
+    virtual void bind(const Mesh& mesh, const SiteSet& sites) = 0;
+
+    /// Number of elements.
+    virtual std::size_t size() const = 0;
+
+    /// phi_i(x) >= 0 and sum_i phi_i(x) = 1 at every surface point (T 3.7, 3.8).
+    virtual bool partition_of_unity() const = 0;
+
+    /// True if the coefficients of a function are its values at the sites, because the basis interpolates or is
+    /// meant as a quasi-interpolant; false if Z b = values must be solved (T 3.2).
+    virtual bool coefficients_are_values() const = 0;
+
+    /// Writes the elements at x. Safe from many threads with distinct rows.
+    virtual void evaluate(const SurfacePoint& x, BasisRow& row) const = 0;
+};
+
+} // namespace difusa

@@ -1,0 +1,64 @@
+#include <difusa/core/parallel.h>
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace difusa {
+
+void parallel_for(std::size_t count, std::size_t grain, const Execution& execution,
+                  const std::function<void(std::size_t, std::size_t, unsigned)>& body) {
+    grain = std::max<std::size_t>(grain, 1);
+    std::atomic<std::size_t> next{0};
+    std::atomic<std::size_t> done{0};
+    std::mutex guard;
+    std::exception_ptr failure;
+    std::size_t failed_at = count;
+
+    const auto work = [&](unsigned worker) {
+        for (;;) {
+            const std::size_t begin = next.fetch_add(grain);
+            if (begin >= count) {
+                return;
+            }
+            const std::size_t end = std::min(begin + grain, count);
+            try {
+                if (execution.progress != nullptr) {
+                    execution.progress->check();
+                }
+                body(begin, end, worker);
+            } catch (...) {
+                const std::lock_guard<std::mutex> lock(guard);
+                if (begin < failed_at) {
+                    failed_at = begin;
+                    failure = std::current_exception();
+                }
+                next = count; // ranges already handed out still run; no new ones start
+                return;
+            }
+            const std::size_t now = done.fetch_add(end - begin) + (end - begin);
+            if (worker == 0 && execution.progress != nullptr) {
+                execution.progress->advance(static_cast<double>(now) / static_cast<double>(count));
+            }
+        }
+    };
+
+    const std::size_t ranges = (count + grain - 1) / grain;
+    const auto helpers = static_cast<unsigned>(std::min<std::size_t>(execution.threads, ranges));
+    std::vector<std::thread> threads;
+    for (unsigned worker = 1; worker < helpers; ++worker) {
+        threads.emplace_back(work, worker);
+    }
+    work(0);
+    for (std::thread& thread : threads) {
+        thread.join();
+    }
+    if (failure) {
+        std::rethrow_exception(failure);
+    }
+}
+
+} // namespace difusa

@@ -1,0 +1,31 @@
+// Seeded random streams. A stream is named by (seed, purpose, index), so that site 17 draws the same
+// numbers whichever thread serves it, and two purposes never share a sequence.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+namespace difusa {
+
+/// Small fast generator: a Weyl sequence through the finalizer of SplitMix64 (Steele, Lea and Flood 2014).
+class RandomStream {
+  public:
+    RandomStream(std::uint64_t seed, std::string_view purpose, std::uint64_t index = 0);
+
+    /// 64 equally likely bits.
+    std::uint64_t bits();
+
+    /// Uniform in [0,1), a multiple of 2^-53.
+    double uniform();
+
+    /// Uniform in {0, ..., count-1}; count > 0.
+    std::uint64_t below(std::uint64_t count);
+
+  private:
+    std::uint64_t state_;
+};
+
+/// A permutation of the 64-bit numbers that leaves no visible pattern.
+std::uint64_t mix_bits(std::uint64_t x);
+
+} // namespace difusa

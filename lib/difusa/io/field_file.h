@@ -1,0 +1,57 @@
+// A field on a triangle mesh with everything a file should say about it, and its writers.
+#pragma once
+
+#include <difusa/core/types.h>
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace difusa {
+
+/// One array over points or cells.
+struct FieldArray {
+    std::string name;
+    std::string unit;                    ///< "W/m^2", or "" for none
+    std::vector<std::string> components; ///< names, {"R","G","B"}; empty for a scalar
+    std::variant<Values, std::vector<std::uint8_t>, std::vector<std::int32_t>> data; ///< row by row
+};
+
+/// One entry of the file's field data: a text, or numbers.
+struct FieldNote {
+    std::string name;
+    std::variant<std::string, std::vector<double>> value;
+};
+
+/// A triangle mesh, or (no triangles) a point cloud.
+struct FieldFile {
+    std::vector<Vec3> points;
+    std::vector<Vec3> normals; ///< empty, or one per point
+    std::vector<std::array<Index, 3>> triangles;
+    std::vector<FieldArray> point_arrays;
+    std::vector<FieldArray> cell_arrays;
+    std::vector<FieldNote> notes;
+    std::string active_colours; ///< name of the 3-component uint8 point array viewers should show (PLY: red green blue)
+    std::string quality;        ///< name of the scalar point array that PLY stores as `quality`
+};
+
+/// Writes VTK XML PolyData (`.vtp`: everything; a point cloud gets one vertex cell per point) or PLY (`.ply`,
+/// binary little-endian: geometry, normals, colours, quality, and the notes as comments), chosen by the file name.
+///
+/// The file appears under its name only when it is whole: it is written beside it under a temporary name, and
+/// renamed. Throws UsageError for another extension, ResourceError if it cannot be written (directory missing, no
+/// permission, disk full), naming the file; no temporary file is left behind.
+void write_field(const FieldFile& field, const std::filesystem::path& file);
+
+/// Throws what `write_field` or `write_whole_file` would for this name before any work is done: unknown
+/// extension (if `field`), directory missing or not writable.
+void check_output_path(const std::filesystem::path& file, bool field);
+
+/// Writes `content` under a temporary name in the same directory, then renames.
+void write_whole_file(const std::filesystem::path& file, const std::string& content);
+
+} // namespace difusa

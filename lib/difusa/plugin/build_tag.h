@@ -1,0 +1,25 @@
+// What must be equal in the library and a plugin for their C++ types to agree in memory.
+#pragma once
+
+#include <Eigen/Core>
+
+#define DIFUSA_STRING_2(x) #x
+#define DIFUSA_STRING(x) DIFUSA_STRING_2(x)
+
+/// Raised whenever a declaration that plugins see changes its meaning or layout.
+#define DIFUSA_INTERFACE_VERSION 1
+
+#if defined(__GLIBCXX__)
+#define DIFUSA_STANDARD_LIBRARY "libstdc++" DIFUSA_STRING(_GLIBCXX_USE_CXX11_ABI)
+#elif defined(_LIBCPP_VERSION)
+#define DIFUSA_STANDARD_LIBRARY "libc++" DIFUSA_STRING(_LIBCPP_ABI_VERSION)
+#else
+#define DIFUSA_STANDARD_LIBRARY "unknown"
+#endif
+
+/// "interface=1;library=libstdc++1;eigen=3.4.0/16": the build tags.
+#define DIFUSA_BUILD_TAG                                                                                                                 \
+    "interface=" DIFUSA_STRING(                                                                                                          \
+        DIFUSA_INTERFACE_VERSION) ";library=" DIFUSA_STANDARD_LIBRARY                                                                    \
+                                  ";eigen=" DIFUSA_STRING(EIGEN_WORLD_VERSION) "." DIFUSA_STRING(EIGEN_MAJOR_VERSION) "." DIFUSA_STRING( \
+                                      EIGEN_MINOR_VERSION) "/" DIFUSA_STRING(EIGEN_MAX_STATIC_ALIGN_BYTES)

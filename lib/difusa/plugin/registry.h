@@ -1,0 +1,101 @@
+// Finds plugin modules, checks them before any of their code runs, and makes instances by name.
+#pragma once
+
+#include <difusa/plugin/plugin.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace difusa {
+
+/// A module that was found and could not be used.
+struct RefusedPlugin {
+    std::filesystem::path file;
+    std::string reason;
+};
+
+/// One usable plugin.
+struct LoadedPlugin {
+    PluginDescription description;
+    std::filesystem::path file;
+    std::shared_ptr<void> module; ///< keeps the shared object mapped
+};
+
+/// The plugins a program can choose from. A plain value: no global state.
+class Registry {
+  public:
+    /// Where modules are looked for, in this order: `extra` (from --plugin-path), the directories of the
+    /// environment variable DIFUSA_PLUGIN_PATH, and the directory `difusa/plugins` beside the difusa library.
+    static std::vector<std::filesystem::path> search_path(const std::vector<std::filesystem::path>& extra);
+
+    /// Loads every module (`*.so`) in the directories, in the order of the path, then of file names. One that is
+    /// damaged, for another kind, version or build, or doubles a name is recorded in `refused` and passed over.
+    /// Throws UsageError if a directory of `extra` does not exist.
+    static Registry load(const std::vector<std::filesystem::path>& extra = {});
+
+    /// Loads one module into the registry or records why not; returns true if it is usable.
+    bool add(const std::filesystem::path& module_file);
+
+    const std::vector<LoadedPlugin>& plugins() const { return plugins_; }
+    const std::vector<RefusedPlugin>& refused() const { return refused_; }
+
+    /// Makes the plugin `choice` = "name" or "name:parameter=value,...". '-' and '_' in names are equal.
+    /// T is the interface, for example Basis. The returned object keeps its module loaded.
+    /// Throws UsageError for an unknown name (with the nearest one, and why a module of that name was refused)
+    /// or a wrong parameter.
+    template <class T> std::shared_ptr<T> create(std::string_view choice) const;
+
+    /// The plugin of a kind by name, or null.
+    const LoadedPlugin* find(std::string_view kind, std::string_view name) const;
+
+    /// All names of a kind, sorted.
+    std::vector<std::string> names(std::string_view kind) const;
+
+    /// "name:all=parameters" with defaults filled in: what a report states.
+    std::string describe(std::string_view kind, std::string_view choice) const;
+
+  private:
+    struct Choice {
+        const LoadedPlugin* plugin;
+        Parameters parameters;
+    };
+    Choice choose(std::string_view kind, std::string_view choice) const;
+    std::vector<LoadedPlugin> plugins_;
+    std::vector<RefusedPlugin> refused_;
+};
+
+/// The kind's word for an interface: "basis" for Basis.
+template <class T> constexpr std::string_view kind_of();
+template <> constexpr std::string_view kind_of<Basis>() {
+    return "basis";
+}
+template <> constexpr std::string_view kind_of<Directions>() {
+    return "directions";
+}
+template <> constexpr std::string_view kind_of<Kernel>() {
+    return "kernel";
+}
+template <> constexpr std::string_view kind_of<Reader>() {
+    return "reader";
+}
+template <> constexpr std::string_view kind_of<Sampler>() {
+    return "sampler";
+}
+template <> constexpr std::string_view kind_of<Solver>() {
+    return "solver";
+}
+template <> constexpr std::string_view kind_of<Visibility>() {
+    return "visibility";
+}
+
+template <class T> std::shared_ptr<T> Registry::create(std::string_view choice) const {
+    const Choice chosen = choose(kind_of<T>(), choice);
+    std::unique_ptr<T> made(static_cast<T*>(chosen.plugin->description.create(chosen.parameters)));
+    // The deleter's copy of `module` is destroyed after the object: its code must still be mapped.
+    return std::shared_ptr<T>(made.release(), [module = chosen.plugin->module](T* object) { delete object; });
+}
+
+} // namespace difusa

@@ -1,0 +1,18 @@
+// What a surface does with light.
+#pragma once
+
+#include <difusa/core/types.h>
+
+#include <string>
+
+namespace difusa {
+
+/// A diffuse material. Every face of a scene has one.
+struct Material {
+    std::string name;                     ///< as in the file, or made up by the reader ("colour 3", "default")
+    Rgb reflectance = Rgb::Constant(0.5); ///< rho, linear, in [0,1]
+    Rgb emission = Rgb::Zero();           ///< E, emitted radiosity in W/m², any value >= 0
+    bool vertex_colours = false;          ///< rho is interpolated from Mesh::point_reflectance instead
+};
+
+} // namespace difusa

@@ -1,0 +1,58 @@
+// The triangle mesh that everything after the diagnosis works on, and points on it.
+#pragma once
+
+#include <difusa/core/types.h>
+
+#include <array>
+#include <vector>
+
+namespace difusa {
+
+/// A point of the surface. The normal is that of its face except where a caller states otherwise (a shaded
+/// output vertex).
+struct SurfacePoint {
+    Vec3 position = Vec3::Zero();
+    Vec3 normal = Vec3::UnitZ(); ///< unit
+    Index face = none;           ///< triangle of the mesh
+    double u = 0.0, v = 0.0;     ///< position = (1-u-v) a + u b + v c for the triangle's corners a, b, c
+};
+
+/// Triangles without defects: every index in range, every coordinate finite, every area positive, no two points
+/// at one place. Edges and vertices need not be manifold. The front of a triangle is the side from which its
+/// corners run counterclockwise; light is received and sent by fronts only.
+struct Mesh {
+    std::vector<Vec3> points;                    ///< #P
+    std::vector<std::array<Index, 3>> triangles; ///< #T
+    std::vector<Index> original_face;            ///< #T, number of the face in the file, from 0
+    std::vector<Index> material;                 ///< #T, number in the scene's materials
+    std::vector<Rgb> point_reflectance;          ///< empty, or #P (see Material::vertex_colours)
+
+    // Derived by `derive`:
+    std::vector<Vec3> normals; ///< #T, unit
+    std::vector<double> areas; ///< #T
+    std::vector<Index> patch;  ///< #T, see below
+    Index patch_count = 0;
+    double area = 0.0;                            ///< of the whole surface
+    Vec3 low = Vec3::Zero(), high = Vec3::Zero(); ///< bounding box
+
+    /// Computes everything that follows from points and triangles.
+    ///
+    /// A **patch** is a set of triangles that one can walk between across edges whose two triangles turn by
+    /// less than 90° (and that run through the edge in opposite directions). Basis elements never reach from one
+    /// patch to another: this keeps the light of a shelf off the table below it, where normals cannot tell them
+    /// apart. An edge of three or more triangles joins none of them.
+    void derive();
+
+    Vec3 corner(Index triangle, int k) const { return points[triangles[triangle][static_cast<std::size_t>(k)]]; }
+
+    /// The point with barycentric coordinates (1-u-v, u, v) and the face's normal.
+    SurfacePoint at(Index triangle, double u, double v) const;
+
+    /// Length of the bounding box' diagonal.
+    double diameter() const { return (high - low).norm(); }
+
+    /// The largest absolute coordinate: what rounding errors of positions are relative to.
+    double magnitude() const { return low.cwiseAbs().cwiseMax(high.cwiseAbs()).maxCoeff(); }
+};
+
+} // namespace difusa

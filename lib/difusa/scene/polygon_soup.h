@@ -1,0 +1,46 @@
+// What a mesh file says, before anyone judges it: polygons over points, doubles kept, nothing dropped.
+#pragma once
+
+#include <difusa/core/types.h>
+#include <difusa/scene/material.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace difusa {
+
+/// A polygon soup. Face f has the corners `corners[first_corner[f]] .. corners[first_corner[f+1]-1]`, point
+/// numbers from 0 in the order of the file; they may be out of range (kept as read, `none` if negative).
+struct PolygonSoup {
+    std::string file;                         ///< the path the user gave, for messages
+    std::vector<Vec3> points;                 ///< #P
+    std::vector<Index> corners;               ///< #C
+    std::vector<std::size_t> first_corner{0}; ///< #F + 1
+
+    std::vector<Material> materials;    ///< materials and distinct face colours of the file
+    std::vector<Index> face_material;   ///< #F, number in `materials`, or `none` (the caller's default)
+    std::vector<Rgb> point_reflectance; ///< empty, or #P: vertex colours as linear reflectance
+
+    /// Where things stand in the file, for messages: line numbers from 1 (0 = unknown: binary files).
+    std::vector<std::uint32_t> point_line; ///< empty, or #P
+    std::vector<std::uint32_t> face_line;  ///< empty, or #F
+
+    /// What the reader noticed that the user should know ("2 lines of kind `l` carry no surface").
+    std::vector<std::string> notes;
+
+    std::size_t face_count() const { return first_corner.size() - 1; }
+    std::span<const Index> face(std::size_t f) const {
+        return {corners.data() + first_corner[f], first_corner[f + 1] - first_corner[f]};
+    }
+    void add_face(std::span<const Index> face_corners, Index material, std::uint32_t line) {
+        corners.insert(corners.end(), face_corners.begin(), face_corners.end());
+        first_corner.push_back(corners.size());
+        face_material.push_back(material);
+        face_line.push_back(line);
+    }
+};
+
+} // namespace difusa

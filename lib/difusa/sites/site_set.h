@@ -1,0 +1,42 @@
+// Sites: surface points that carry an unknown (T 4.1.1), with their radii and effective areas.
+#pragma once
+
+#include <difusa/core/progress.h>
+#include <difusa/scene/mesh.h>
+
+#include <limits>
+#include <vector>
+
+namespace difusa {
+
+/// The site distance of T 4.1: |p-q| / max(0, n_p·n_q); infinite if the normals are 90° or more apart, or if the
+/// points lie on different patches. Not a metric (no triangle inequality).
+inline double site_distance(const Vec3& p, const Vec3& n_p, Index patch_p, const Vec3& q, const Vec3& n_q,
+                            Index patch_q) {
+    const double cosine = n_p.dot(n_q);
+    if (cosine <= 0.0 || patch_p != patch_q) {
+        return std::numeric_limits<double>::infinity();
+    }
+    return (p - q).norm() / cosine;
+}
+
+struct SiteSet {
+    std::vector<SurfacePoint> points; ///< #S
+    std::vector<Index> patch;         ///< #S, patch of the mesh
+    std::vector<double> radius;       ///< #S, r_i: site distance to the m-th nearest site (T 4.2.7)
+    std::vector<double> area;         ///< #S, effective area A_i
+    double spacing = 0.0;             ///< the distance the sampler kept, in the unit of the scene
+    int neighbours = 0;               ///< m
+
+    std::size_t size() const { return points.size(); }
+};
+
+/// Makes a site set of sampled points: patches and radii; areas are those of T 5.5, pi r_i² / (m+1).
+///
+/// A patch with too few sites for m neighbours at a finite distance has radii that cover all of it instead: at
+/// least its diameter. No radius is smaller than `spacing` (1 + 2^-10), so that every point that has a site
+/// within the spacing is inside a support.
+SiteSet make_site_set(const Mesh& mesh, std::vector<SurfacePoint> points, double spacing, int neighbours,
+                      const Execution& execution);
+
+} // namespace difusa
