@@ -12,7 +12,7 @@ struct Material {
     std::string name;                     ///< as in the file, or made up by the reader ("colour 3", "default")
     Rgb reflectance = Rgb::Constant(0.5); ///< rho, linear, in [0,1]
     Rgb emission = Rgb::Zero();           ///< E, emitted radiosity in W/m², any value >= 0
-    bool vertex_colours = false;          ///< rho is interpolated from Mesh::point_reflectance instead
+    bool vertex_colours = false;          ///< rho is interpolated from Mesh::corner_reflectance instead
 };
 
 } // namespace difusa

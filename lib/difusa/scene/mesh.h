@@ -21,11 +21,11 @@ struct SurfacePoint {
 /// at one place. Edges and vertices need not be manifold. The front of a triangle is the side from which its
 /// corners run counterclockwise; light is received and sent by fronts only.
 struct Mesh {
-    std::vector<Vec3> points;                    ///< #P
-    std::vector<std::array<Index, 3>> triangles; ///< #T
-    std::vector<Index> original_face;            ///< #T, number of the face in the file, from 0
-    std::vector<Index> material;                 ///< #T, number in the scene's materials
-    std::vector<Rgb> point_reflectance;          ///< empty, or #P (see Material::vertex_colours)
+    std::vector<Vec3> points;                           ///< #P
+    std::vector<std::array<Index, 3>> triangles;        ///< #T
+    std::vector<Index> original_face;                   ///< #T, number of the face in the file, from 0
+    std::vector<Index> material;                        ///< #T, number in the scene's materials
+    std::vector<std::array<Rgb, 3>> corner_reflectance; ///< empty, or #T (see Material::vertex_colours)
 
     // Derived by `derive`:
     std::vector<Vec3> normals; ///< #T, unit
