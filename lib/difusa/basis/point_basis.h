@@ -1,0 +1,56 @@
+// Bases whose elements are defined by points (T 3.3.1): what they share. A plugin derives from PointBasis and
+// says how far an element reaches and what it weighs; this class finds the elements, normalises, and copes with
+// places that no support covers.
+#pragma once
+
+#include <difusa/basis/basis.h>
+#include <difusa/basis/support_grid.h>
+
+#include <memory>
+#include <span>
+
+namespace difusa {
+
+/// The elements whose support may hold a point x, as parallel arrays of one length.
+struct Neighbourhood {
+    std::span<const Index> site;
+    std::span<const double> distance; ///< Euclidean distance |x - p_i|
+    std::span<const double> cosine;   ///< n_x·n_i > 0; site distance (T 4.1) = distance / cosine
+    std::span<const double> radius;   ///< r_i
+};
+
+class PointBasis : public Basis {
+  public:
+    PointBasis();
+    ~PointBasis() override;
+    PointBasis(const PointBasis&) = delete;
+    PointBasis& operator=(const PointBasis&) = delete;
+    void bind(const Mesh& mesh, const SiteSet& sites) final;
+    std::size_t size() const final;
+
+    /// Elements at x. A partition of unity that has no support there gives all weight to the nearest site: of the
+    /// 16 nearest in space the one at the smallest site distance, else the nearest of the same patch, else the
+    /// nearest.
+    void evaluate(const SurfacePoint& x, BasisRow& row) const final;
+
+  protected:
+    /// Euclidean radius outside of which an element of radius r vanishes.
+    virtual double support(double r) const = 0;
+
+    /// Writes the mother function's value Psi_i(x) >= 0 for each neighbour; for a partition of unity only their
+    /// ratios matter (phi_i = Psi_i / sum Psi_j, T 3.10), else phi_i = Psi_i.
+    virtual void weigh(const SurfacePoint& x, const Neighbourhood& near, std::span<double> weight) const = 0;
+
+    const SiteSet& sites() const { return *sites_; }
+
+  private:
+    struct NearestSite;
+    Index nearest(const SurfacePoint& x) const;
+    const Mesh* mesh_ = nullptr;
+    const SiteSet* sites_ = nullptr;
+    bool normalise_ = false;
+    SupportGrid grid_;
+    std::unique_ptr<NearestSite> nearest_;
+};
+
+} // namespace difusa

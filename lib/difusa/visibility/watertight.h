@@ -1,0 +1,68 @@
+// Ray against triangle without gaps: a ray through a shared edge or vertex meets at least one of the triangles there.
+// Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1), 2013.
+#pragma once
+
+#include <difusa/core/types.h>
+
+#include <cmath>
+#include <utility>
+
+namespace difusa {
+
+/// A ray prepared for many triangles: axes permuted so that z is the largest of the direction, and a shear that
+/// turns the direction into the z axis.
+class WatertightRay {
+  public:
+    WatertightRay(const Vec3& origin, const Vec3& direction) : origin_(origin) {
+        direction.cwiseAbs().maxCoeff(&z_);
+        x_ = (z_ + 1) % 3;
+        y_ = (x_ + 1) % 3;
+        if (direction[z_] < 0.0) {
+            std::swap(x_, y_); // keeps the winding
+        }
+        shear_z_ = 1.0 / direction[z_];
+        shear_x_ = direction[x_] * shear_z_;
+        shear_y_ = direction[y_] * shear_z_;
+    }
+
+    /// Where the ray meets the triangle abc.
+    struct Meeting {
+        double t = 0.0; ///< position = origin + t direction; may be negative
+        double u = 0.0, v = 0.0;
+        bool front = false; ///< against the normal (b-a)×(c-a)
+    };
+
+    /// True if the line of the ray passes through the triangle (border included) at any t. A triangle seen edge-on
+    /// is not met: its neighbours, or the faces of the solid it belongs to, are.
+    bool meets(const Vec3& a, const Vec3& b, const Vec3& c, Meeting& meeting) const {
+        const Vec3 A = a - origin_, B = b - origin_, C = c - origin_;
+        const double ax = A[x_] - shear_x_ * A[z_], ay = A[y_] - shear_y_ * A[z_];
+        const double bx = B[x_] - shear_x_ * B[z_], by = B[y_] - shear_y_ * B[z_];
+        const double cx = C[x_] - shear_x_ * C[z_], cy = C[y_] - shear_y_ * C[z_];
+        // Each edge function is a difference of two rounded products: exactly opposite for the two triangles of an
+        // edge, so both cannot be missed.
+        const double U = cx * by - cy * bx;
+        const double V = ax * cy - ay * cx;
+        const double W = bx * ay - by * ax;
+        if ((U < 0.0 || V < 0.0 || W < 0.0) && (U > 0.0 || V > 0.0 || W > 0.0)) {
+            return false;
+        }
+        const double det = U + V + W;
+        if (det == 0.0) {
+            return false;
+        }
+        const double inverse = 1.0 / det;
+        meeting.t = shear_z_ * (U * A[z_] + V * B[z_] + W * C[z_]) * inverse;
+        meeting.u = V * inverse;
+        meeting.v = W * inverse;
+        meeting.front = det > 0.0;
+        return true;
+    }
+
+  private:
+    Vec3 origin_;
+    Eigen::Index x_ = 0, y_ = 0, z_ = 0;
+    double shear_x_ = 0.0, shear_y_ = 0.0, shear_z_ = 1.0;
+};
+
+} // namespace difusa
