@@ -9,7 +9,10 @@
 /// Raised whenever a declaration that plugins see changes its meaning or layout.
 #define DIFUSA_INTERFACE_VERSION 1
 
-#if defined(__GLIBCXX__)
+// The standard library, the layout of its strings, and its debug containers, which are larger.
+#if defined(__GLIBCXX__) && defined(_GLIBCXX_DEBUG)
+#define DIFUSA_STANDARD_LIBRARY "libstdc++" DIFUSA_STRING(_GLIBCXX_USE_CXX11_ABI) "-debug"
+#elif defined(__GLIBCXX__)
 #define DIFUSA_STANDARD_LIBRARY "libstdc++" DIFUSA_STRING(_GLIBCXX_USE_CXX11_ABI)
 #elif defined(_LIBCPP_VERSION)
 #define DIFUSA_STANDARD_LIBRARY "libc++" DIFUSA_STRING(_LIBCPP_ABI_VERSION)
@@ -17,9 +20,12 @@
 #define DIFUSA_STANDARD_LIBRARY "unknown"
 #endif
 
-/// "interface=1;library=libstdc++1;eigen=3.4.0/16": the build tags.
-#define DIFUSA_BUILD_TAG                                                                                                                 \
-    "interface=" DIFUSA_STRING(                                                                                                          \
-        DIFUSA_INTERFACE_VERSION) ";library=" DIFUSA_STANDARD_LIBRARY                                                                    \
-                                  ";eigen=" DIFUSA_STRING(EIGEN_WORLD_VERSION) "." DIFUSA_STRING(EIGEN_MAJOR_VERSION) "." DIFUSA_STRING( \
-                                      EIGEN_MINOR_VERSION) "/" DIFUSA_STRING(EIGEN_MAX_STATIC_ALIGN_BYTES)
+// Eigen's version, and how it aligns objects and heap memory: with -mavx a matrix made here could not be freed there.
+#define DIFUSA_EIGEN                                                                                                   \
+    DIFUSA_STRING(EIGEN_WORLD_VERSION)                                                                                 \
+    "." DIFUSA_STRING(EIGEN_MAJOR_VERSION) "." DIFUSA_STRING(EIGEN_MINOR_VERSION) "/" DIFUSA_STRING(                   \
+        EIGEN_MAX_STATIC_ALIGN_BYTES) "/" DIFUSA_STRING(EIGEN_DEFAULT_ALIGN_BYTES)
+
+/// "interface=1;library=libstdc++1;eigen=3.4.0/16/16": the build tags.
+#define DIFUSA_BUILD_TAG                                                                                               \
+    "interface=" DIFUSA_STRING(DIFUSA_INTERFACE_VERSION) ";library=" DIFUSA_STANDARD_LIBRARY ";eigen=" DIFUSA_EIGEN

@@ -57,13 +57,15 @@ using PluginEntry = const PluginDescription* (*)();
 
 } // namespace difusa
 
-/// Defines the one plugin of a module. `kind` is a bare word from `plugin_kind`.
+/// Defines the one plugin of a module. `kind_` is a bare word from `plugin_kind`; `name_` is a string of lower-case
+/// letters, digits and '-'.
 #define DIFUSA_PLUGIN(kind_, name_, class_, summary_, ...)                                                             \
     namespace {                                                                                                        \
-    __attribute__((used, section(".difusa_plugin"))) const char difusa_plugin_tag[] =                                  \
+    __attribute__((used, retain, section(".difusa_plugin"))) const char difusa_plugin_tag[] =                          \
         "difusa-plugin;kind=" #kind_ ";name=" name_ ";" DIFUSA_BUILD_TAG;                                              \
     }                                                                                                                  \
-    extern "C" __attribute__((visibility("default"))) const difusa::PluginDescription* difusa_plugin_entry() {         \
+    extern "C" __attribute__((visibility("default"))) const difusa::PluginDescription* difusa_plugin_entry();          \
+    extern "C" const difusa::PluginDescription* difusa_plugin_entry() {                                                \
         static const difusa::PluginDescription description{                                                            \
             #kind_, name_, summary_, __VA_ARGS__, [](const difusa::Parameters& parameters) -> void* {                  \
                 return static_cast<difusa::plugin_kind::kind_*>(new class_(parameters));                               \

@@ -15,13 +15,14 @@ namespace difusa {
 struct RefusedPlugin {
     std::filesystem::path file;
     std::string reason;
+    std::string kind, name; ///< as its tag says; empty if it has no readable one
 };
 
-/// One usable plugin.
+/// One usable plugin. Its module stays mapped until the process ends: an exception thrown by its code may be looked
+/// at after the last object and the registry are gone.
 struct LoadedPlugin {
     PluginDescription description;
     std::filesystem::path file;
-    std::shared_ptr<void> module; ///< keeps the shared object mapped
 };
 
 /// The plugins a program can choose from. A plain value: no global state.
@@ -32,8 +33,9 @@ class Registry {
     static std::vector<std::filesystem::path> search_path(const std::vector<std::filesystem::path>& extra);
 
     /// Loads every module (`*.so`) in the directories, in the order of the path, then of file names. One that is
-    /// damaged, for another kind, version or build, or doubles a name is recorded in `refused` and passed over.
-    /// Throws UsageError if a directory of `extra` does not exist.
+    /// damaged, for another kind, version or build, or doubles a name is recorded in `refused` and passed over; so
+    /// is a directory of DIFUSA_PLUGIN_PATH that cannot be listed.
+    /// Throws UsageError if a directory of `extra` does not exist or cannot be listed.
     static Registry load(const std::vector<std::filesystem::path>& extra = {});
 
     /// Loads one module into the registry or records why not; returns true if it is usable.
@@ -43,7 +45,7 @@ class Registry {
     const std::vector<RefusedPlugin>& refused() const { return refused_; }
 
     /// Makes the plugin `choice` = "name" or "name:parameter=value,...". '-' and '_' in names are equal.
-    /// T is the interface, for example Basis. The returned object keeps its module loaded.
+    /// T is the interface, for example Basis.
     /// Throws UsageError for an unknown name (with the nearest one, and why a module of that name was refused)
     /// or a wrong parameter.
     template <class T> std::shared_ptr<T> create(std::string_view choice) const;
@@ -93,9 +95,7 @@ template <> constexpr std::string_view kind_of<Visibility>() {
 
 template <class T> std::shared_ptr<T> Registry::create(std::string_view choice) const {
     const Choice chosen = choose(kind_of<T>(), choice);
-    std::unique_ptr<T> made(static_cast<T*>(chosen.plugin->description.create(chosen.parameters)));
-    // The deleter's copy of `module` is destroyed after the object: its code must still be mapped.
-    return std::shared_ptr<T>(made.release(), [module = chosen.plugin->module](T* object) { delete object; });
+    return std::shared_ptr<T>(static_cast<T*>(chosen.plugin->description.create(chosen.parameters)));
 }
 
 } // namespace difusa
