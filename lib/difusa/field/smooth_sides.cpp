@@ -1,0 +1,105 @@
+#include <difusa/field/smooth_sides.h>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+
+namespace difusa {
+
+Twins join_smooth_sides(const Mesh& mesh, double crease_angle) {
+    struct Side {
+        Index low, high, side;
+    };
+    const std::size_t count = 3 * mesh.triangles.size();
+    std::vector<Side> sides(count);
+    for (std::size_t s = 0; s < count; ++s) {
+        const auto [low, high] = std::minmax({point_at(mesh, s), point_at(mesh, after(s))});
+        sides[s] = {low, high, static_cast<Index>(s)};
+    }
+    std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+        return a.low != b.low ? a.low < b.low : a.high != b.high ? a.high < b.high : a.side < b.side;
+    });
+
+    Twins twin(count, none);
+    for (std::size_t i = 0, end = 0; i < count; i = end) {
+        for (end = i + 1; end < count && sides[end].low == sides[i].low && sides[end].high == sides[i].high;) {
+            ++end;
+        }
+        const std::size_t s = sides[i].side, other = sides[end - 1].side;
+        if (end != i + 2 || point_at(mesh, s) == point_at(mesh, other)) {
+            continue;
+        }
+        const std::size_t f = triangle_of(s), g = triangle_of(other);
+        const Vec3 &n_f = mesh.normals[f], &n_g = mesh.normals[g];
+        const double turn = std::atan2(n_f.cross(n_g).norm(), n_f.dot(n_g));
+        if (mesh.patch[f] == mesh.patch[g] && turn <= crease_angle) {
+            twin[s] = static_cast<Index>(other);
+            twin[other] = static_cast<Index>(s);
+        }
+    }
+    return twin;
+}
+
+Twins part_materials(const Mesh& mesh, Twins twin) {
+    const auto colour = [&](std::size_t corner) -> const Rgb& {
+        return mesh.corner_reflectance[corner / 3][corner % 3];
+    };
+    for (std::size_t s = 0; s < twin.size(); ++s) {
+        const std::size_t other = twin[s];
+        if (other == none) {
+            continue;
+        }
+        const bool same_colours = mesh.corner_reflectance.empty() || ((colour(s) == colour(after(other))).all() &&
+                                                                      (colour(after(s)) == colour(other)).all());
+        if (mesh.material[triangle_of(s)] != mesh.material[triangle_of(other)] || !same_colours) {
+            twin[s] = twin[other] = none;
+        }
+    }
+    return twin;
+}
+
+std::pair<std::vector<Index>, Index> number_fans(const Twins& twin) {
+    std::vector<Index> fan(twin.size(), none);
+    Index count = 0;
+    for (std::size_t start = 0; start < twin.size(); ++start) {
+        if (fan[start] != none) {
+            continue;
+        }
+        const auto walk = [&](auto step) {
+            for (std::size_t corner = step(start); corner != none && fan[corner] == none; corner = step(corner)) {
+                fan[corner] = count;
+            }
+        };
+        fan[start] = count;
+        walk([&](std::size_t corner) -> std::size_t { return twin[before(corner)]; });
+        walk([&](std::size_t corner) -> std::size_t { return twin[corner] == none ? none : after(twin[corner]); });
+        ++count;
+    }
+    return {std::move(fan), count};
+}
+
+std::vector<Vec3> corner_normals(const Mesh& mesh, const Twins& smooth) {
+    const auto [fan, count] = number_fans(smooth);
+    std::vector<Vec3> sum(count, Vec3::Zero());
+    std::vector<double> total(count, 0.0);
+    for (std::size_t c = 0; c < fan.size(); ++c) {
+        const Vec3& tip = mesh.points[point_at(mesh, c)];
+        const Vec3 a = mesh.points[point_at(mesh, after(c))] - tip, b = mesh.points[point_at(mesh, before(c))] - tip;
+        const double angle = std::atan2(a.cross(b).norm(), a.dot(b));
+        sum[fan[c]] += angle * mesh.normals[triangle_of(c)];
+        total[fan[c]] += angle;
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+        // What is left of a sum that cancels is rounding error and points anywhere.
+        const double length = sum[i].norm();
+        sum[i] = length > 1e-9 * total[i] ? Vec3(sum[i] / length) : Vec3::Zero();
+    }
+    std::vector<Vec3> normals(fan.size());
+    for (std::size_t c = 0; c < fan.size(); ++c) {
+        normals[c] = sum[fan[c]];
+    }
+    return normals;
+}
+
+} // namespace difusa
