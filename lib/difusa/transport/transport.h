@@ -1,0 +1,31 @@
+// How light travels between the sites of a scene: geometry only, no reflectance and no amount of light in it, so that
+// a scene can be relit without casting a ray. Two discretisations make it: gather.h and pairwise.h.
+#pragma once
+
+#include <difusa/scene/scene.h>
+#include <difusa/transport/sparse_rows.h>
+
+#include <vector>
+
+namespace difusa {
+
+/// For radiosity sum_k b_k phi_k(y) + E(y) and a sky that gives an unshaded surface the irradiance H_sky, the
+/// irradiance at site j is
+///     h_j = sum_k S_jk b_k + sum_m L_jm E_m + sky_j H_sky.
+struct Transport {
+    SparseRows S;            ///< #S by #S
+    SparseRows L;            ///< #S by #materials: columns of materials that emit; empty rows if none does
+    std::vector<double> sky; ///< #S: cosine-weighted share of the hemisphere that escapes; empty: not measured
+    std::vector<double>
+        back;             ///< #S: the share that meets the back of a face, from where no light comes; empty likewise
+    std::size_t rays = 0; ///< first-hit rays cast
+    std::size_t segments = 0; ///< visibility segments cast
+};
+
+/// Materials with a positive emission in some channel.
+std::vector<char> emitting_materials(const Scene& scene);
+
+/// Direct irradiance at the sites, #S by `channels` (1: the first channel stands for all; 3).
+Values direct_irradiance(const Scene& scene, const Transport& transport, int channels, const Execution& execution);
+
+} // namespace difusa

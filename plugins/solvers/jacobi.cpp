@@ -1,0 +1,55 @@
+// Solver `jacobi` (T 5.8): h <- H_direct + K (rho ∘ h), the Neumann series summed term by term: iteration i has all
+// light of up to i bounces. Converges as the spectral radius of K diag(rho), at most the largest reflectance in a
+// gathered transport.
+#include <difusa/plugin/plugin.h>
+#include <difusa/solve/solver.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace {
+
+using difusa::SolveSummary;
+using difusa::Values;
+
+class Jacobi final : public difusa::Solver {
+  public:
+    explicit Jacobi(const difusa::Parameters& /*parameters*/) {}
+
+    SolveSummary solve(const difusa::SolveProblem& problem, const difusa::SolveOptions& options,
+                       const difusa::Execution& execution) const override {
+        SolveSummary summary;
+        summary.h = problem.H_direct;
+        summary.residual_history.resize(static_cast<std::size_t>(summary.h.cols()));
+        double first = 0.0;
+        for (;; ++summary.iterations) {
+            if (execution.progress != nullptr) {
+                execution.progress->check();
+            }
+            Values r; // r = H_direct + K (rho ∘ h) - h
+            const std::vector<double> relative = difusa::relative_residual(problem, summary.h, r, execution);
+            for (std::size_t c = 0; c < relative.size(); ++c) {
+                summary.residual_history[c].push_back(relative[c]);
+            }
+            summary.residual = *std::max_element(relative.begin(), relative.end());
+            first = summary.iterations == 0 ? summary.residual : first;
+            if (summary.residual <= options.tolerance) {
+                summary.reason = SolveSummary::Reason::converged;
+                return summary;
+            }
+            if (!std::isfinite(summary.residual) || summary.residual > 1e6 * std::max(first, 1.0)) {
+                summary.reason = SolveSummary::Reason::diverged;
+                return summary;
+            }
+            if (summary.iterations == options.max_iterations) {
+                summary.reason = SolveSummary::Reason::max_iterations;
+                return summary;
+            }
+            summary.h += r; // h <- H_direct + K (rho ∘ h)
+        }
+    }
+};
+
+} // namespace
+
+DIFUSA_PLUGIN(solver, "jacobi", Jacobi, "Neumann series, one bounce an iteration (T 5.8).", {})
