@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 namespace difusa {
 
@@ -63,10 +64,42 @@ double mth_distance(const SiteSet& sites, const std::vector<Index>& members, con
 
 } // namespace
 
+namespace {
+
+/// Position along the Z curve through the bounding box, 2^21 cells across.
+std::uint64_t z_order(const Vec3& p, const Vec3& low, double size) {
+    std::uint64_t code = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto cell = static_cast<std::uint64_t>(std::clamp((p[axis] - low[axis]) / size, 0.0, 1.0) * 0x1.fffffp20);
+        for (unsigned bit = 0; bit < 21; ++bit) {
+            code |= ((cell >> bit) & 1U) << (3 * bit + static_cast<unsigned>(axis));
+        }
+    }
+    return code;
+}
+
+void sort_along_z_curve(const Mesh& mesh, std::vector<SurfacePoint>& points) {
+    const double size = (mesh.high - mesh.low).maxCoeff();
+    std::vector<std::pair<std::uint64_t, std::size_t>> order(points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        order[i] = {z_order(points[i].position, mesh.low, size), i};
+    }
+    std::sort(order.begin(), order.end());
+    std::vector<SurfacePoint> sorted;
+    sorted.reserve(points.size());
+    for (const auto& [code, i] : order) {
+        sorted.push_back(points[i]);
+    }
+    points = std::move(sorted);
+}
+
+} // namespace
+
 SiteSet make_site_set(const Mesh& mesh, std::vector<SurfacePoint> points, double spacing, int neighbours,
                       const Execution& execution) {
     DIFUSA_REQUIRE(neighbours >= 1 && spacing > 0.0);
     SiteSet sites;
+    sort_along_z_curve(mesh, points);
     sites.points = std::move(points);
     sites.spacing = spacing;
     sites.neighbours = neighbours;

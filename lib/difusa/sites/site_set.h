@@ -31,7 +31,8 @@ struct SiteSet {
     std::size_t size() const { return points.size(); }
 };
 
-/// Makes a site set of sampled points: patches and radii; areas are those of T 5.5, pi r_i² / (m+1).
+/// Makes a site set of sampled points, put in the order of a Z curve (sites near each other in space are near in
+/// memory): patches and radii; areas are those of T 5.5, pi r_i² / (m+1).
 ///
 /// A patch with too few sites for m neighbours at a finite distance has radii that cover all of it instead: at
 /// least its diameter. No radius is smaller than `spacing` (1 + 2^-10), so that every point that has a site

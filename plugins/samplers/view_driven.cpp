@@ -1,0 +1,183 @@
+// Sampler `view-driven` (T 4.2.6): sites where an observer looks, and where the light that reaches those places comes
+// from. Rays through a regular grid from the observer give the first sites; then, a number of times, every site sends
+// rays in directions near its normal, whose hits are added. A hit closer to a site than the spacing is pruned as it
+// arrives. Unlike `poisson-disk` it leaves surfaces that nothing looked at without sites.
+//
+// Without an observer given, one is chosen: the centre of the scene looking all around, or, if no front is seen from
+// there, a place outside of the bounding box looking at its centre.
+#include <difusa/core/error.h>
+#include <difusa/plugin/plugin.h>
+#include <difusa/sites/sampler.h>
+#include <difusa/sites/site_grid.h>
+#include <difusa/transport/direction_pool.h>
+#include <difusa/visibility/visibility.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+namespace {
+
+using difusa::Hit;
+using difusa::Mesh;
+using difusa::Ray;
+using difusa::SiteGrid;
+using difusa::SurfacePoint;
+using difusa::Vec3;
+
+constexpr double all_around = 360.0;
+
+struct Observer {
+    Vec3 eye;
+    Vec3 target;
+    double fov; ///< degrees across; 360: all around
+};
+
+std::optional<Vec3> point_of(const difusa::Parameters& parameters, const char* name) {
+    const std::vector<double> v = parameters.vector(name);
+    if (v.empty()) {
+        return std::nullopt;
+    }
+    if (v.size() != 3) {
+        throw difusa::UsageError("sampler view-driven: " + std::string(name) + " takes three numbers, x/y/z");
+    }
+    return Vec3(v[0], v[1], v[2]);
+}
+
+class ViewDriven final : public difusa::Sampler {
+  public:
+    explicit ViewDriven(const difusa::Parameters& parameters)
+        : eye_(point_of(parameters, "eye")), target_(point_of(parameters, "target")), fov_(parameters.real("fov")),
+          grid_(static_cast<std::size_t>(parameters.integer("grid"))),
+          passes_(static_cast<std::size_t>(parameters.integer("passes"))),
+          secondary_(static_cast<std::size_t>(parameters.integer("secondary"))), spread_(parameters.real("spread")) {
+        if (target_ && !eye_) {
+            throw difusa::UsageError("sampler view-driven: a target needs an eye, eye=x/y/z");
+        }
+        if (eye_ && target_ && *eye_ == *target_) {
+            throw difusa::UsageError("sampler view-driven: eye and target are the same point");
+        }
+    }
+
+    bool needs_visibility() const override { return true; }
+
+    std::vector<SurfacePoint> sample(const Mesh& mesh, const difusa::Visibility* visibility, double spacing,
+                                     std::size_t limit, difusa::RandomStream stream,
+                                     const difusa::Execution& execution) const override {
+        DIFUSA_REQUIRE(visibility != nullptr);
+        SiteGrid sites(mesh, spacing);
+        const auto add_fronts = [&](const std::vector<Ray>& rays) {
+            std::vector<Hit> hits(rays.size());
+            visibility->first_hits(rays, hits);
+            for (const Hit& hit : hits) {
+                if (hit.face == difusa::none || !hit.front) {
+                    continue;
+                }
+                const SurfacePoint x = mesh.at(hit.face, hit.u, hit.v);
+                if (sites.conflicts(x)) {
+                    continue;
+                }
+                if (sites.sites().size() == limit) {
+                    throw difusa::ResourceError("more than " + std::to_string(limit) + " sites are needed at spacing " +
+                                                std::to_string(spacing) + "; give a larger --spacing");
+                }
+                sites.insert(x);
+            }
+        };
+
+        for (const Observer& observer : observers(mesh)) {
+            add_fronts(primary_rays(observer));
+            if (!sites.sites().empty()) {
+                break;
+            }
+        }
+        if (sites.sites().empty()) {
+            throw difusa::InputError("sampler view-driven: the observer sees no front of any face; give another "
+                                     "eye=x/y/z and target=x/y/z, check which way the faces are turned, or use "
+                                     "--sampler poisson-disk");
+        }
+        for (std::size_t pass = 0; pass < passes_; ++pass) {
+            if (execution.progress != nullptr) {
+                execution.progress->check();
+            }
+            std::vector<Ray> rays;
+            for (const SurfacePoint& x : sites.sites()) {
+                add_secondary_rays(x, stream, rays);
+            }
+            add_fronts(rays);
+        }
+        return sites.take();
+    }
+
+  private:
+    std::vector<Observer> observers(const Mesh& mesh) const {
+        const Vec3 centre = 0.5 * (mesh.low + mesh.high);
+        if (eye_) {
+            return {{*eye_, target_.value_or(*eye_ + Vec3::UnitX()), target_ ? fov_ : all_around}};
+        }
+        return {{centre, centre + Vec3::UnitX(), all_around},
+                {centre + mesh.diameter() * Vec3(0.9, -1.2, 0.8), centre, fov_}};
+    }
+
+    /// One ray through the centre of each cell: of a square in front of the observer, or of the sphere of directions
+    /// cut into cells of equal solid angle.
+    std::vector<Ray> primary_rays(const Observer& observer) const {
+        std::vector<Ray> rays;
+        rays.reserve(grid_ * grid_);
+        const Vec3 forward = (observer.target - observer.eye).normalized();
+        Vec3 right, up;
+        difusa::tangents(forward, right, up);
+        const double half = std::tan(std::min(observer.fov, 179.0) * std::numbers::pi / 360.0);
+        for (std::size_t row = 0; row < grid_; ++row) {
+            for (std::size_t column = 0; column < grid_; ++column) {
+                const double a = (static_cast<double>(column) + 0.5) / static_cast<double>(grid_);
+                const double b = (static_cast<double>(row) + 0.5) / static_cast<double>(grid_);
+                Vec3 direction;
+                if (observer.fov >= all_around) {
+                    const double z = 2.0 * b - 1.0, radius = std::sqrt(1.0 - z * z);
+                    direction = Vec3(radius * std::cos(2.0 * std::numbers::pi * a),
+                                     radius * std::sin(2.0 * std::numbers::pi * a), z);
+                } else {
+                    direction = forward + half * ((2.0 * a - 1.0) * right + (2.0 * b - 1.0) * up);
+                }
+                rays.push_back({observer.eye, direction, difusa::none});
+            }
+        }
+        return rays;
+    }
+
+    /// Directions whose angle to the normal is at most `spread`, uniform in solid angle.
+    void add_secondary_rays(const SurfacePoint& x, difusa::RandomStream& stream, std::vector<Ray>& rays) const {
+        Vec3 t, b;
+        difusa::tangents(x.normal, t, b);
+        const double least_cosine = std::cos(spread_ * std::numbers::pi / 180.0);
+        for (std::size_t i = 0; i < secondary_; ++i) {
+            const double z = 1.0 - stream.uniform() * (1.0 - least_cosine);
+            const double angle = 2.0 * std::numbers::pi * stream.uniform();
+            const double radius = std::sqrt(std::max(0.0, 1.0 - z * z));
+            rays.push_back(
+                {x.position, radius * std::cos(angle) * t + radius * std::sin(angle) * b + z * x.normal, x.face});
+        }
+    }
+
+    std::optional<Vec3> eye_, target_;
+    double fov_;
+    std::size_t grid_, passes_, secondary_;
+    double spread_;
+};
+
+using Type = difusa::ParameterSpec::Type;
+
+} // namespace
+
+DIFUSA_PLUGIN(sampler, "view-driven", ViewDriven,
+              "Sites where an observer looks and where light reaches those places from (T 4.2.6).",
+              {{"eye", Type::vector, "", "observer x/y/z; without it a place is chosen", 0, 0, {}},
+               {"target", Type::vector, "", "point looked at, x/y/z; without it all around the eye", 0, 0, {}},
+               {"fov", Type::real, "60", "degrees across the square view", 1.0, 179.0, {}},
+               {"grid", Type::integer, "256", "primary rays across the view", 1, 8192, {}},
+               {"passes", Type::integer, "4", "how often all sites send secondary rays", 0, 64, {}},
+               {"secondary", Type::integer, "8", "secondary rays a site and pass", 1, 1024, {}},
+               {"spread", Type::real, "60", "largest angle of a secondary ray to the normal, degrees", 0.0, 89.9, {}}})
