@@ -1,0 +1,108 @@
+#include <difusa/scene/soup_check.h>
+
+#include <difusa/core/error.h>
+#include <difusa/scene/findings.h>
+
+#include <cmath>
+#include <sstream>
+
+namespace difusa {
+
+namespace {
+
+/// Areas are products of two lengths, and are multiplied and squared again later on.
+constexpr double largest_coordinate = 1e75;
+
+bool is_reflectance(const Rgb& rho) {
+    return (rho >= 0.0).all() && (rho <= 1.0).all(); // false for NaN
+}
+
+std::string channels(const Rgb& colour) {
+    std::ostringstream text;
+    text.imbue(std::locale::classic());
+    text << colour[0] << ", " << colour[1] << ", " << colour[2];
+    return text.str();
+}
+
+/// What every reader guarantees.
+void check_shape(const PolygonSoup& soup) {
+    DIFUSA_REQUIRE(!soup.first_corner.empty() && soup.first_corner.front() == 0 &&
+                   soup.first_corner.back() == soup.corners.size());
+    const std::size_t faces = soup.face_count();
+    DIFUSA_REQUIRE(soup.face_material.size() == faces);
+    DIFUSA_REQUIRE(soup.point_reflectance.empty() || soup.point_reflectance.size() == soup.points.size());
+    for (std::size_t f = 0; f < faces; ++f) {
+        DIFUSA_REQUIRE(soup.first_corner[f] <= soup.first_corner[f + 1], "face " + std::to_string(f));
+        const Index material = soup.face_material[f];
+        DIFUSA_REQUIRE(material == none || material < soup.materials.size(), "face " + std::to_string(f));
+        DIFUSA_REQUIRE(material == none || !soup.materials[material].vertex_colours || !soup.point_reflectance.empty(),
+                       "face " + std::to_string(f));
+    }
+    if (soup.points.size() >= none || faces >= none || soup.corners.size() >= none / 3) {
+        throw ResourceError(soup.file + ": has " + std::to_string(soup.corners.size()) +
+                            " corners of faces, more than can be numbered (1.4e9). Split the file.");
+    }
+}
+
+void check_material(const PolygonSoup& soup, std::size_t face) {
+    const Material& material = soup.materials[soup.face_material[face]];
+    if (!material.vertex_colours && !is_reflectance(material.reflectance)) {
+        throw InputError(
+            file_prefix(soup, 0) + "material \"" + material.name + "\", used by " + face_name(soup, face) +
+            ", has the reflectance (" + channels(material.reflectance) +
+            "). A surface reflects between none (0) and all (1) of the light in each channel: correct it.");
+    }
+    if (!((material.emission >= 0.0).all() && material.emission.isFinite().all())) {
+        throw InputError(file_prefix(soup, 0) + "material \"" + material.name + "\", used by " + face_name(soup, face) +
+                         ", has the emission (" + channels(material.emission) +
+                         "). Emitted radiosity is finite and not negative: correct it.");
+    }
+}
+
+void check_corner(const PolygonSoup& soup, std::size_t face, Index corner) {
+    if (corner >= soup.points.size()) {
+        const std::string named =
+            corner == none ? "a point before the first" : "point " + std::to_string(corner) + " (counting from 0)";
+        throw InputError(file_prefix(soup, line_of_face(soup, face)) + face_name(soup, face) + " names " + named +
+                         ", but the file has " + std::to_string(soup.points.size()) +
+                         " points. Correct the number or remove the face; if points are missing, write the file anew.");
+    }
+    const Vec3& point = soup.points[corner];
+    if (!point.allFinite()) {
+        throw InputError(file_prefix(soup, line_of_face(soup, face)) + point_name(soup, corner) + ", a corner of " +
+                         face_name(soup, face) + ", is at " + coordinates(point) +
+                         ". Every coordinate must be a finite number: correct it, or remove the face.");
+    }
+    if (!(point.cwiseAbs().maxCoeff() <= largest_coordinate)) {
+        throw InputError(file_prefix(soup, line_of_face(soup, face)) + point_name(soup, corner) + ", a corner of " +
+                         face_name(soup, face) + ", is at " + coordinates(point) +
+                         ". Areas of such size exceed what numbers hold: use a larger unit of length.");
+    }
+}
+
+} // namespace
+
+void check_soup(const PolygonSoup& soup) {
+    check_shape(soup);
+    std::vector<char> material_checked(soup.materials.size(), 0);
+    for (std::size_t f = 0; f < soup.face_count(); ++f) {
+        const Index material = soup.face_material[f];
+        if (material != none && material_checked[material] == 0) {
+            check_material(soup, f);
+            material_checked[material] = 1;
+        }
+        const bool coloured = material != none && soup.materials[material].vertex_colours;
+        for (const Index corner : soup.face(f)) {
+            check_corner(soup, f, corner);
+            if (coloured && !is_reflectance(soup.point_reflectance[corner])) {
+                throw InputError(file_prefix(soup, line_of_face(soup, f)) + point_name(soup, corner) +
+                                 ", a corner of " + face_name(soup, f) + " at " + coordinates(soup.points[corner]) +
+                                 ", has the colour (" + channels(soup.point_reflectance[corner]) + ") (material \"" +
+                                 soup.materials[material].name +
+                                 "\"). Vertex colours are reflectances in [0,1]: correct it.");
+            }
+        }
+    }
+}
+
+} // namespace difusa
