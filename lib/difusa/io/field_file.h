@@ -43,15 +43,16 @@ struct FieldFile {
 /// binary little-endian: geometry, normals, colours, quality, and the notes as comments), chosen by the file name.
 ///
 /// The file appears under its name only when it is whole: it is written beside it under a temporary name, and
-/// renamed. Throws UsageError for another extension, ResourceError if it cannot be written (directory missing, no
-/// permission, disk full), naming the file; no temporary file is left behind.
+/// renamed. Throws UsageError for another extension or a name that is no file's ("-", a directory, a device),
+/// ResourceError if it cannot be written (directory missing, no permission, disk full), naming the file; no temporary
+/// file is left behind, and an older file under this name stays as it was.
 void write_field(const FieldFile& field, const std::filesystem::path& file);
 
 /// Throws what `write_field` or `write_whole_file` would for this name before any work is done: unknown
-/// extension (if `field`), directory missing or not writable.
+/// extension (if `field`), not a file, directory missing or not writable.
 void check_output_path(const std::filesystem::path& file, bool field);
 
-/// Writes `content` under a temporary name in the same directory, then renames.
+/// Writes `content` as `write_field` does: wholly or not at all.
 void write_whole_file(const std::filesystem::path& file, const std::string& content);
 
 } // namespace difusa

@@ -1,0 +1,89 @@
+#include <difusa/io/field_file.h>
+
+#include <difusa/core/error.h>
+#include <difusa/io/field_writers.h>
+
+#include <algorithm>
+#include <cctype>
+
+namespace difusa {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+using Writer = void (*)(const FieldFile&, WholeFile&);
+
+Writer writer_for(const fs::path& file) {
+    std::string extension = file.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (extension == ".vtp") {
+        return write_vtp;
+    }
+    if (extension == ".ply") {
+        return write_ply;
+    }
+    throw UsageError("cannot write a field to `" + file.string() +
+                     "`: the name must end in .vtp (ParaView, everything) or .ply (MeshLab, colours and quality)");
+}
+
+void require_array(const FieldArray& array, std::size_t rows) {
+    const std::size_t columns = std::max<std::size_t>(1, array.components.size());
+    if (const Values* values = std::get_if<Values>(&array.data)) {
+        DIFUSA_REQUIRE(static_cast<std::size_t>(values->rows()) == rows, array.name);
+        DIFUSA_REQUIRE(static_cast<std::size_t>(values->cols()) == columns, array.name);
+    } else {
+        const auto size = [](const auto& data) { return static_cast<std::size_t>(data.size()); };
+        DIFUSA_REQUIRE(std::visit(size, array.data) == rows * columns, array.name);
+    }
+}
+
+void require_consistent(const FieldFile& field) {
+    DIFUSA_REQUIRE(field.normals.empty() || field.normals.size() == field.points.size());
+    for (const auto& triangle : field.triangles) {
+        for (const Index corner : triangle) {
+            DIFUSA_REQUIRE(corner < field.points.size());
+        }
+    }
+    for (const FieldArray& array : field.point_arrays) {
+        require_array(array, field.points.size());
+    }
+    for (const FieldArray& array : field.cell_arrays) {
+        require_array(array, field.triangles.empty() ? field.points.size() : field.triangles.size());
+    }
+    const auto among_points = [&](const std::string& name, auto fits) {
+        return name.empty() || std::any_of(field.point_arrays.begin(), field.point_arrays.end(),
+                                           [&](const FieldArray& a) { return a.name == name && fits(a); });
+    };
+    DIFUSA_REQUIRE(among_points(field.active_colours,
+                                [](const FieldArray& array) {
+                                    return array.components.size() == 3 &&
+                                           std::holds_alternative<std::vector<std::uint8_t>>(array.data);
+                                }),
+                   field.active_colours);
+    DIFUSA_REQUIRE(among_points(field.quality,
+                                [](const FieldArray& array) {
+                                    return array.components.size() <= 1 && std::holds_alternative<Values>(array.data);
+                                }),
+                   field.quality);
+}
+
+} // namespace
+
+void write_field(const FieldFile& field, const fs::path& file) {
+    const Writer write = writer_for(file);
+    require_consistent(field);
+    WholeFile whole(file);
+    write(field, whole);
+    whole.commit();
+}
+
+void check_output_path(const fs::path& file, bool field) {
+    if (field) {
+        writer_for(file);
+    }
+    const WholeFile probe(file); // removed again
+}
+
+} // namespace difusa

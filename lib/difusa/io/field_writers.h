@@ -1,0 +1,16 @@
+// The formats a field can be written in. Each writes `field`, whose arrays fit together, into a file that the caller
+// commits, and throws ResourceError where that fails.
+#pragma once
+
+#include <difusa/io/field_file.h>
+#include <difusa/io/whole_file.h>
+
+namespace difusa {
+
+/// VTK XML PolyData: everything.
+void write_vtp(const FieldFile& field, WholeFile& file);
+
+/// PLY, binary little-endian: geometry, normals, colours, quality; the notes as comments.
+void write_ply(const FieldFile& field, WholeFile& file);
+
+} // namespace difusa

@@ -1,0 +1,167 @@
+// Inline binary (base64 and zlib) rather than VTK's default of raw appended data: current versions of expat refuse to
+// read on where that begins.
+#include <difusa/io/field_writers.h>
+
+#include <difusa/core/error.h>
+
+#include <vtkCallbackCommand.h>
+#include <vtkCellArray.h>
+#include <vtkCellData.h>
+#include <vtkCommand.h>
+#include <vtkDoubleArray.h>
+#include <vtkErrorCode.h>
+#include <vtkFieldData.h>
+#include <vtkInformation.h>
+#include <vtkInformationStringKey.h>
+#include <vtkIntArray.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkSmartPointer.h>
+#include <vtkStringArray.h>
+#include <vtkTypeInt64Array.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkXMLPolyDataWriter.h>
+
+#include <algorithm>
+
+namespace difusa {
+
+namespace {
+
+static_assert(sizeof(Vec3) == 3 * sizeof(double), "vectors are handed to VTK as they lie in memory");
+
+/// A VTK array over memory that stays ours and outlives it. VTK only reads it, but has no way to say so.
+template <typename Array, typename T>
+vtkSmartPointer<Array> view(const std::string& name, const T* values, std::size_t count, int components) {
+    const auto array = vtkSmartPointer<Array>::New();
+    array->SetName(name.c_str());
+    array->SetNumberOfComponents(components);
+    array->SetArray(const_cast<T*>(values), static_cast<vtkIdType>(count), 1);
+    return array;
+}
+
+vtkSmartPointer<vtkDoubleArray> view(const std::string& name, const std::vector<Vec3>& vectors) {
+    return view<vtkDoubleArray>(name, vectors.empty() ? nullptr : vectors.front().data(), 3 * vectors.size(), 3);
+}
+
+vtkSmartPointer<vtkDataArray> view(const FieldArray& field) {
+    struct Visitor {
+        const std::string& name;
+        int components;
+        vtkSmartPointer<vtkDataArray> operator()(const Values& data) const {
+            return view<vtkDoubleArray>(name, data.data(), static_cast<std::size_t>(data.size()), components);
+        }
+        vtkSmartPointer<vtkDataArray> operator()(const std::vector<std::uint8_t>& data) const {
+            return view<vtkUnsignedCharArray>(name, data.data(), data.size(), components);
+        }
+        vtkSmartPointer<vtkDataArray> operator()(const std::vector<std::int32_t>& data) const {
+            return view<vtkIntArray>(name, data.data(), data.size(), components);
+        }
+    };
+    const auto components = static_cast<int>(field.components.size());
+    const auto array = std::visit(Visitor{field.name, std::max(1, components)}, field.data);
+    for (int c = 0; c < components; ++c) {
+        array->SetComponentName(c, field.components[static_cast<std::size_t>(c)].c_str());
+    }
+    if (!field.unit.empty()) {
+        array->GetInformation()->Set(vtkDataArray::UNITS_LABEL(), field.unit.c_str());
+    }
+    return array;
+}
+
+/// `count` cells of `size` points each; `point(i)` is the i-th of all their corners.
+template <typename Point> vtkSmartPointer<vtkCellArray> make_cells(std::size_t count, std::size_t size, Point point) {
+    vtkNew<vtkTypeInt64Array> offsets, corners;
+    offsets->SetNumberOfValues(static_cast<vtkIdType>(count + 1));
+    corners->SetNumberOfValues(static_cast<vtkIdType>(count * size));
+    for (std::size_t i = 0; i <= count; ++i) {
+        offsets->SetValue(static_cast<vtkIdType>(i), static_cast<vtkTypeInt64>(i * size));
+    }
+    for (std::size_t i = 0; i < count * size; ++i) {
+        corners->SetValue(static_cast<vtkIdType>(i), static_cast<vtkTypeInt64>(point(i)));
+    }
+    const auto cells = vtkSmartPointer<vtkCellArray>::New();
+    cells->SetData(offsets, corners);
+    return cells;
+}
+
+void add_note(vtkFieldData* data, const FieldNote& note) {
+    if (const std::string* text = std::get_if<std::string>(&note.value)) {
+        vtkNew<vtkStringArray> array;
+        array->SetName(note.name.c_str());
+        array->InsertNextValue(*text);
+        data->AddArray(array);
+    } else {
+        const auto& numbers = std::get<std::vector<double>>(note.value);
+        data->AddArray(view<vtkDoubleArray>(note.name, numbers.data(), numbers.size(), 1));
+    }
+}
+
+vtkSmartPointer<vtkPolyData> make_poly_data(const FieldFile& field) {
+    const auto mesh = vtkSmartPointer<vtkPolyData>::New();
+    vtkNew<vtkPoints> points;
+    points->SetDataTypeToDouble();
+    points->SetData(view("Points", field.points));
+    mesh->SetPoints(points);
+    if (field.triangles.empty()) {
+        mesh->SetVerts(make_cells(field.points.size(), 1, [](std::size_t i) { return i; }));
+    } else {
+        const auto corner = [&](std::size_t i) { return field.triangles[i / 3][i % 3]; };
+        mesh->SetPolys(make_cells(field.triangles.size(), 3, corner));
+    }
+    if (!field.normals.empty()) {
+        mesh->GetPointData()->SetNormals(view("Normals", field.normals));
+    }
+    for (const FieldArray& array : field.point_arrays) {
+        mesh->GetPointData()->AddArray(view(array));
+    }
+    for (const FieldArray& array : field.cell_arrays) {
+        mesh->GetCellData()->AddArray(view(array));
+    }
+    if (!field.active_colours.empty()) {
+        mesh->GetPointData()->SetActiveScalars(field.active_colours.c_str());
+    }
+    for (const FieldNote& note : field.notes) {
+        add_note(mesh->GetFieldData(), note);
+    }
+    return mesh;
+}
+
+/// Keeps what VTK complains about, which would otherwise go to the terminal.
+void keep_message(vtkObject*, unsigned long, void* messages, void* text) {
+    *static_cast<std::string*>(messages) += static_cast<const char*>(text);
+}
+
+} // namespace
+
+void write_vtp(const FieldFile& field, WholeFile& file) {
+    std::string complaints;
+    vtkNew<vtkCallbackCommand> keep;
+    keep->SetCallback(keep_message);
+    keep->SetClientData(&complaints);
+
+    const auto mesh = make_poly_data(field);
+    vtkNew<vtkXMLPolyDataWriter> writer;
+    writer->AddObserver(vtkCommand::ErrorEvent, keep);
+    writer->AddObserver(vtkCommand::WarningEvent, keep);
+    writer->SetInputData(mesh);
+    writer->SetFileName(file.temporary().c_str());
+    writer->SetDataModeToBinary();
+    writer->SetCompressionLevel(2); // four times as fast as VTK's 5, and 7 % larger
+    const bool written = writer->Write() == 1;
+
+    // VTK does not look whether the last bytes of its buffer reach the disk.
+    if (written && file.tail(64).find("</VTKFile>") != std::string::npos) {
+        return;
+    }
+    const unsigned long code = writer->GetErrorCode();
+    if (code == vtkErrorCode::OutOfDiskSpaceError || (written && code == vtkErrorCode::NoError)) {
+        file.fail("No space left on device: make room, or choose another disk");
+    }
+    const std::string reason = vtkErrorCode::GetStringFromErrorCode(code);
+    file.fail(complaints.empty() ? reason : reason + " (VTK: " + complaints + ")");
+}
+
+} // namespace difusa

@@ -1,0 +1,148 @@
+#include <difusa/io/whole_file.h>
+
+#include <difusa/core/error.h>
+#include <difusa/io/field_file.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <system_error>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace difusa {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string quoted(const fs::path& path) {
+    return "`" + path.string() + "`";
+}
+
+/// What the system says, and what to do about it.
+std::string explain(int error, const fs::path& directory) {
+    const std::string said = std::generic_category().message(error);
+    switch (error) {
+    case ENOENT:
+    case ENOTDIR:
+        return "the directory " + quoted(directory) + " does not exist: create it, or choose another";
+    case EACCES:
+    case EPERM:
+    case EROFS:
+        return said + ": choose a directory you may write to (this is " + quoted(directory) + ")";
+    case ENOSPC:
+    case EDQUOT:
+        return said + ": make room, or choose another disk";
+    case EFBIG:
+        return said + ": raise the limit on file sizes (`ulimit -f`), or choose another disk";
+    default:
+        return said;
+    }
+}
+
+fs::path directory_of(const fs::path& file) {
+    return file.has_parent_path() ? file.parent_path() : fs::path(".");
+}
+
+/// Where a chain of symbolic links ends, whether or not there is a file.
+fs::path follow_links(const fs::path& target) {
+    fs::path place = target;
+    std::error_code ignored;
+    for (int links = 0; fs::is_symlink(place, ignored); ++links) {
+        if (links == 40) {
+            throw ResourceError("cannot write " + quoted(target) + ": its symbolic links lead in a circle");
+        }
+        place = directory_of(place) / fs::read_symlink(place); // an absolute link replaces the directory
+    }
+    return place;
+}
+
+/// Names differ between processes and within one. They say nothing of the target's, whose length is limited too.
+fs::path temporary_name(const fs::path& directory) {
+    static std::atomic<unsigned> counter{0};
+    return directory / (".difusa-" + std::to_string(getpid()) + "-" + std::to_string(counter++) + ".part");
+}
+
+} // namespace
+
+WholeFile::WholeFile(const fs::path& target) : target_(target), resolved_(follow_links(target)) {
+    if (target.empty() || target == "-") {
+        throw UsageError("cannot write to " + std::string(target.empty() ? "an empty name" : "standard output") +
+                         ": name a file");
+    }
+    std::error_code ignored;
+    const fs::file_status status = fs::status(resolved_, ignored);
+    if (fs::is_directory(status) || !resolved_.has_filename()) {
+        throw UsageError("cannot write " + quoted(target) + ": it is a directory; name a file in it");
+    }
+    if (fs::exists(status) && !fs::is_regular_file(status)) {
+        throw UsageError("cannot write " + quoted(target) + ": it is a device or pipe; name an ordinary file");
+    }
+    // A rename would replace it without asking.
+    if (fs::exists(status) && faccessat(AT_FDCWD, resolved_.c_str(), W_OK, AT_EACCESS) != 0) {
+        fail("the file is write-protected: remove it, or choose another name");
+    }
+    const fs::path directory = directory_of(resolved_);
+    do { // a name may be left from a process that was killed
+        temporary_ = temporary_name(directory);
+        descriptor_ = open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    } while (descriptor_ < 0 && (errno == EEXIST || errno == EINTR));
+    if (descriptor_ < 0) {
+        fail(explain(errno, directory));
+    }
+}
+
+WholeFile::~WholeFile() {
+    if (descriptor_ >= 0) {
+        close(descriptor_);
+        unlink(temporary_.c_str());
+    }
+}
+
+void WholeFile::write(std::string_view bytes) {
+    while (!bytes.empty()) {
+        const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
+        if (written < 0 && errno != EINTR) {
+            fail(explain(errno, directory_of(resolved_)));
+        }
+        bytes.remove_prefix(static_cast<std::size_t>(std::max<ssize_t>(written, 0)));
+    }
+}
+
+std::string WholeFile::tail(std::size_t count) const {
+    struct stat status {};
+    if (fstat(descriptor_, &status) != 0) {
+        fail(explain(errno, directory_of(resolved_)));
+    }
+    std::string end(std::min(count, static_cast<std::size_t>(status.st_size)), '\0');
+    const ssize_t got = pread(descriptor_, end.data(), end.size(), status.st_size - static_cast<off_t>(end.size()));
+    end.resize(static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
+    return end;
+}
+
+void WholeFile::commit() {
+    // File systems that cannot flush say EINVAL; there is nothing to wait for then.
+    if (fsync(descriptor_) != 0 && errno != EINVAL) {
+        fail(explain(errno, directory_of(resolved_)));
+    }
+    if (rename(temporary_.c_str(), resolved_.c_str()) != 0) {
+        fail(explain(errno, directory_of(resolved_)));
+    }
+    close(descriptor_);
+    descriptor_ = -1;
+}
+
+void WholeFile::fail(const std::string& reason) const {
+    throw ResourceError("cannot write " + quoted(target_) + ": " + reason);
+}
+
+void write_whole_file(const fs::path& file, const std::string& content) {
+    WholeFile whole(file);
+    whole.write(content);
+    whole.commit();
+}
+
+} // namespace difusa

@@ -1,0 +1,45 @@
+// A file that appears under its name only when it is whole.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace difusa {
+
+/// Written under a temporary name in the directory of its target, then renamed to it. Unless `commit` succeeded, the
+/// destructor removes what was written, and an older file under the target's name stays as it was.
+///
+/// A target that is a symbolic link stays one: the file it leads to is replaced. Throws UsageError for a name that is
+/// no file's ("-", a directory, a device), ResourceError for what the system refuses; both name the target.
+class WholeFile {
+  public:
+    /// Creates the temporary file, with the permissions of any new file.
+    explicit WholeFile(const std::filesystem::path& target);
+    ~WholeFile();
+    WholeFile(const WholeFile&) = delete;
+    WholeFile& operator=(const WholeFile&) = delete;
+
+    /// Where the content goes until `commit`, for writers that want a name.
+    const std::filesystem::path& temporary() const { return temporary_; }
+
+    /// Appends.
+    void write(std::string_view bytes);
+
+    /// The last `count` bytes written so far, by whomever, or fewer.
+    std::string tail(std::size_t count) const;
+
+    /// Waits until the disk has it all, then renames.
+    void commit();
+
+    /// Throws ResourceError: the target could not be written, because of `reason`.
+    [[noreturn]] void fail(const std::string& reason) const;
+
+  private:
+    std::filesystem::path target_;   ///< as the user named it, for messages
+    std::filesystem::path resolved_; ///< past all symbolic links
+    std::filesystem::path temporary_;
+    int descriptor_ = -1;
+};
+
+} // namespace difusa
