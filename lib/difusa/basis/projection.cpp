@@ -102,4 +102,14 @@ Values Projection::coefficients(const Values& values) const {
     return b;
 }
 
+std::vector<double> Projection::quadrature(const std::vector<double>& integrals) const {
+    if (is_identity()) {
+        return integrals;
+    }
+    const Eigen::VectorXd A =
+        Eigen::Map<const Eigen::VectorXd>(integrals.data(), static_cast<Eigen::Index>(integrals.size()));
+    const Eigen::VectorXd w = factor_->lu.transpose().solve(A);
+    return {w.data(), w.data() + w.size()};
+}
+
 } // namespace difusa

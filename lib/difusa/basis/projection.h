@@ -5,6 +5,7 @@
 #include <difusa/core/types.h>
 
 #include <memory>
+#include <vector>
 
 namespace difusa {
 
@@ -23,6 +24,10 @@ class Projection {
 
     /// values, coefficients: #S by #channels.
     Values coefficients(const Values& values) const;
+
+    /// Weights w with sum_j w_j f(p_j) = ∫ (the function of the basis with the values f at the sites) dA, from the
+    /// integrals A_i = ∫ phi_i dA: w = A, or the solution of Zᵀ w = A.
+    std::vector<double> quadrature(const std::vector<double>& integrals) const;
 
     /// Estimate of ‖Z‖₁ ‖Z⁻¹‖₁ (Hager 1984), a lower bound; 1 for the identity.
     double condition() const { return condition_; }

@@ -1,0 +1,35 @@
+#include <difusa/analysis/energy.h>
+
+namespace difusa {
+
+EnergyBalance energy_balance(const Scene& scene, const Transport& transport, const std::vector<double>& weight,
+                             const Values& rho, const Values& h, const Values& E) {
+    const Eigen::Index channels = h.cols();
+    const Eigen::ArrayXd zero = Eigen::ArrayXd::Zero(channels);
+    EnergyBalance balance{zero, zero, zero, std::nullopt, std::nullopt, std::nullopt};
+    for (std::size_t t = 0; t < scene.mesh.triangles.size(); ++t) {
+        balance.emitted += scene.mesh.areas[t] * scene.materials[scene.mesh.material[t]].emission.head(channels);
+    }
+    const bool rays = !transport.sky.empty();
+    Eigen::ArrayXd escaped = zero, blocked = zero;
+    for (Eigen::Index j = 0; j < h.rows(); ++j) {
+        const auto site = static_cast<std::size_t>(j);
+        const Eigen::ArrayXd rho_j = rho.row(j).transpose(), h_j = h.row(j).transpose();
+        balance.absorbed += weight[site] * (1.0 - rho_j) * h_j;
+        if (rays) {
+            const Eigen::ArrayXd B_j = E.row(j).transpose().array() + rho_j * h_j;
+            balance.from_sky += weight[site] * transport.sky[site] * scene.sky.head(channels);
+            escaped += weight[site] * transport.sky[site] * B_j;
+            blocked += weight[site] * transport.back[site] * B_j;
+        }
+    }
+    if (rays) {
+        const Eigen::ArrayXd in = balance.emitted + balance.from_sky;
+        balance.imbalance = (in > 0.0).select((in - balance.absorbed - escaped - blocked) / in, 0.0);
+        balance.escaped = escaped;
+        balance.blocked = blocked;
+    }
+    return balance;
+}
+
+} // namespace difusa

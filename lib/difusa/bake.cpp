@@ -1,0 +1,463 @@
+#include <difusa/bake.h>
+
+#include <difusa/basis/basis.h>
+#include <difusa/basis/element_integrals.h>
+#include <difusa/basis/projection.h>
+#include <difusa/core/memory.h>
+#include <difusa/core/random.h>
+#include <difusa/field/evaluate.h>
+#include <difusa/scene/reader.h>
+#include <difusa/sites/sampler.h>
+#include <difusa/solve/spectral_radius.h>
+#include <difusa/solve/transport_operator.h>
+#include <difusa/transport/direction_pool.h>
+#include <difusa/transport/directions.h>
+#include <difusa/transport/gather.h>
+#include <difusa/transport/kernel.h>
+#include <difusa/transport/pairwise.h>
+#include <difusa/visibility/visibility.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <sstream>
+
+namespace difusa {
+
+namespace {
+
+constexpr std::size_t default_sites = 4000;
+constexpr std::size_t most_sites = std::size_t{1} << 30U;
+/// A spectral radius that is not below 1 by more than rounding counts as 1.
+constexpr double contraction = 1.0 - 1e-9;
+
+std::string text(double value) {
+    std::ostringstream stream;
+    stream << value;
+    return stream.str();
+}
+
+/// The choices of a bake as objects.
+struct Tools {
+    std::shared_ptr<Basis> basis;
+    std::shared_ptr<Sampler> sampler;
+    std::shared_ptr<Visibility> visibility;
+    std::shared_ptr<Directions> directions;
+    std::shared_ptr<Kernel> kernel; ///< null unless pairwise
+    std::shared_ptr<Solver> solver;
+    bool pairwise = false;
+    bool neighbour_areas = false;
+};
+
+Tools make_tools(const Registry& registry, const BakeOptions& options, BakeResult& result) {
+    Tools tools;
+    const auto make = [&]<class T>(std::shared_ptr<T>& tool, const std::string& choice) {
+        tool = registry.create<T>(choice);
+        result.plugins.emplace_back(kind_of<T>(), registry.describe(kind_of<T>(), choice));
+    };
+    const std::size_t colon = options.transport.find(':');
+    const std::string transport = options.transport.substr(0, colon);
+    tools.pairwise = transport == "pairwise";
+    if (!tools.pairwise && transport != "gather") {
+        const std::string near = nearest_name(transport, {"gather", "pairwise"});
+        throw UsageError("--transport " + transport + ": unknown transport" +
+                         (near.empty() ? "" : ", did you mean " + near + "?") + " (known: gather, pairwise)");
+    }
+    std::vector<ParameterSpec> specs;
+    if (tools.pairwise) {
+        specs.push_back({"areas",
+                         ParameterSpec::Type::word,
+                         "integral",
+                         "effective areas: integrals of the elements (T 5.3), or from the neighbours (T 5.5)",
+                         0,
+                         0,
+                         {"integral", "neighbours"}});
+    }
+    const Parameters parameters(colon == std::string::npos ? "" : options.transport.substr(colon + 1), specs,
+                                "transport " + transport);
+    tools.neighbour_areas = tools.pairwise && parameters.word("areas") == "neighbours";
+    result.plugins.emplace_back("transport", transport + (tools.pairwise ? ":" + parameters.text() : ""));
+
+    make(tools.sampler, options.sampler);
+    make(tools.basis, options.basis);
+    make(tools.visibility, options.visibility);
+    make(tools.directions, options.directions);
+    make(tools.solver, options.solver);
+    if (tools.pairwise) {
+        make(tools.kernel, options.kernel);
+    }
+    return tools;
+}
+
+void check_options(const BakeOptions& options) {
+    const auto refuse = [](const std::string& option, const std::string& why) {
+        throw UsageError(option + ": " + why);
+    };
+    if (options.spacing < 0.0 || !std::isfinite(options.spacing)) {
+        refuse("--spacing", "must be a positive length");
+    }
+    if (options.spacing > 0.0 && options.sites > 0) {
+        refuse("--sites", "give either --spacing or --sites, not both");
+    }
+    if (options.neighbours < 1 || options.neighbours > 1000) {
+        refuse("--neighbours", "must be from 1 to 1000");
+    }
+    if (options.rays < 1 || options.rays > (std::size_t{1} << 24U)) {
+        refuse("--rays", "must be from 1 to 16777216");
+    }
+    if (!(options.solve.tolerance > 0.0) || options.solve.tolerance >= 1.0) {
+        refuse("--tolerance", "must be above 0 and below 1");
+    }
+    if (options.solve.max_iterations < 0) {
+        refuse("--max-iterations", "must not be negative");
+    }
+    if (!((options.reflectance >= 0.0) && (options.reflectance <= 1.0)).all()) {
+        refuse("--reflectance", "must be from 0 to 1");
+    }
+    if (options.sky && !((*options.sky >= 0.0) && (*options.sky < 1e300)).all()) {
+        refuse("--sky", "must not be negative");
+    }
+    if (options.output_spacing < 0.0 || !std::isfinite(options.output_spacing)) {
+        refuse("--output-spacing", "must be a positive length");
+    }
+}
+
+/// Runs the steps of a bake on one result, and times them.
+class Bake {
+  public:
+    Bake(const Registry& registry, const BakeOptions& options, const Execution& execution)
+        : registry_(registry), execution_(execution) {
+        check_options(options);
+        result_.options = options;
+        tools_ = make_tools(registry, options, result_);
+    }
+
+    // 1. Read and diagnose; 2. scene: materials and light.
+    void read(const std::filesystem::path& file) {
+        start("read");
+        result_.file = file.string();
+        const PolygonSoup soup = read_soup(registry_, file);
+        result_.notes = soup.notes;
+        start("diagnose");
+        DiagnosedMesh diagnosed = diagnose(soup);
+        result_.diagnosis = std::move(diagnosed.diagnosis);
+        Scene& scene = result_.scene;
+        scene.mesh = std::move(diagnosed.mesh);
+        scene.materials = soup.materials;
+        const auto default_material = static_cast<Index>(soup.materials.size());
+        const bool used = std::find(scene.mesh.material.begin(), scene.mesh.material.end(), default_material) !=
+                          scene.mesh.material.end();
+        if (used) {
+            Material material;
+            material.name = scene.mesh.corner_reflectance.empty() ? "default" : "vertex colours";
+            material.reflectance = result_.options.reflectance;
+            material.vertex_colours = !scene.mesh.corner_reflectance.empty();
+            scene.materials.push_back(material);
+            if (!material.vertex_colours) {
+                note("faces without a colour have the reflectance " + list(result_.options.reflectance) +
+                     " (--reflectance)");
+            }
+        }
+        light();
+        result_.channels = scene.is_grey() ? 1 : 3;
+    }
+
+    // 3. Visibility; 4. sites and basis.
+    void place_sites() {
+        const Mesh& mesh = result_.scene.mesh;
+        start("build visibility");
+        tools_.visibility->build(mesh);
+        start("place sites");
+        const Visibility* rays = tools_.sampler->needs_visibility() ? tools_.visibility.get() : nullptr;
+        BakeOptions& options = result_.options;
+        if (options.spacing == 0.0) {
+            options.sites = options.sites == 0 ? default_sites : options.sites;
+            options.spacing = spacing_for_count(*tools_.sampler, mesh, rays, options.sites, options.seed, execution_);
+        }
+        // A site takes about 400 bytes while it is being placed and bound.
+        const auto limit = std::min(most_sites, available_memory() / 400);
+        std::vector<SurfacePoint> points =
+            tools_.sampler->sample(mesh, rays, options.spacing, limit, RandomStream(options.seed, "sites"), execution_);
+        result_.sites = make_site_set(mesh, std::move(points), options.spacing, options.neighbours, execution_);
+        if (result_.options.output_spacing == 0.0) {
+            result_.options.output_spacing = options.spacing;
+        }
+        start("bind basis");
+        tools_.basis->bind(mesh, result_.sites);
+    }
+
+    /// What the transport will take: memory from the overlap of the elements at random surface points.
+    void estimate() {
+        BakeEstimate& estimate = result_.estimate;
+        const Mesh& mesh = result_.scene.mesh;
+        RandomStream stream(result_.options.seed, "estimate");
+        BasisRow row;
+        std::size_t elements = 0;
+        constexpr std::size_t probes = 512;
+        for (std::size_t i = 0; i < probes; ++i) {
+            const SurfacePoint& site = result_.sites.points[stream.below(result_.sites.size())];
+            const double u = stream.uniform();
+            tools_.basis->evaluate(mesh.at(site.face, u, (1.0 - u) * stream.uniform()), row);
+            elements += row.element.size();
+        }
+        estimate.elements_per_ray = static_cast<double>(elements) / static_cast<double>(probes);
+        const auto n = static_cast<double>(result_.sites.size());
+        const auto rays = static_cast<double>(result_.options.rays);
+        const double entry = sizeof(Index) + sizeof(double);
+        if (tools_.pairwise) {
+            estimate.segments = result_.sites.size() * (result_.sites.size() - 1) / 2;
+            estimate.rays = result_.scene.has_sky() ? result_.sites.size() * result_.options.rays : 0;
+            // Lists of who sees whom, then the matrix.
+            estimate.transport_bytes = n * n * (entry + sizeof(Index));
+        } else {
+            estimate.rays = result_.sites.size() * result_.options.rays;
+            estimate.transport_bytes = n * std::min(n, rays * estimate.elements_per_ray) * entry;
+        }
+        require_memory(estimate.transport_bytes, "transport between " + std::to_string(result_.sites.size()) + " sites",
+                       "give a larger --spacing, or fewer --rays");
+    }
+
+    /// Casts the rays, or the segments, of a few sites to see how long all would take.
+    void time_transport() {
+        start("time a sample of rays");
+        const SiteSet& sites = result_.sites;
+        const DirectionPool pool(*tools_.directions, result_.options.rays, result_.options.seed);
+        const std::size_t sample = std::min<std::size_t>(sites.size(), 64);
+        std::vector<Ray> rays(pool.count());
+        std::vector<Hit> hits(pool.count());
+        const auto begin = std::chrono::steady_clock::now();
+        for (std::size_t i = 0; i < sample; ++i) {
+            const std::size_t j = i * sites.size() / sample;
+            pool.rays(sites.points[j], j, rays);
+            tools_.visibility->first_hits(rays, hits);
+        }
+        const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+        const auto cast = static_cast<double>(sample * pool.count());
+        const auto wanted = static_cast<double>(result_.estimate.rays + result_.estimate.segments);
+        result_.estimate.seconds = took.count() / cast * wanted / static_cast<double>(execution_.threads) * 1.25;
+    }
+
+    // 5. Transport operator: geometry only.
+    void transport() {
+        const BakeOptions& options = result_.options;
+        const Scene& scene = result_.scene;
+        start("integrate elements");
+        integrals_ = element_integrals(scene, *tools_.basis, options.spacing, execution_);
+        if (!tools_.neighbour_areas) {
+            result_.sites.area = integrals_.area;
+        }
+        start("transport");
+        if (tools_.pairwise) {
+            transport_ = pairwise(scene, result_.sites, integrals_, *tools_.visibility, *tools_.kernel, execution_);
+            if (scene.has_sky()) {
+                start("sky");
+                gather_sky(result_.sites, *tools_.visibility, *tools_.directions, options.rays, options.seed,
+                           execution_, transport_);
+            }
+        } else {
+            transport_ = gather(scene, result_.sites, *tools_.basis, *tools_.visibility, *tools_.directions,
+                                options.rays, options.seed, execution_);
+        }
+        result_.nonzeros = transport_.S.nonzeros();
+        result_.rays = transport_.rays;
+        result_.segments = transport_.segments;
+        for (std::size_t j = 0; j < result_.sites.size(); ++j) {
+            result_.largest_row_sum = std::max(result_.largest_row_sum, transport_.S.row_sum(j));
+            result_.mean_back +=
+                transport_.back.empty() ? 0.0 : transport_.back[j] / static_cast<double>(result_.sites.size());
+        }
+        if (result_.mean_back > 0.1) {
+            note(text(std::round(100.0 * result_.mean_back)) +
+                 " % of the light paths end on the backs of faces, which neither receive nor send light: if the "
+                 "result is too dark, turn those faces over in the modelling program");
+        }
+        projection_ = std::make_unique<Projection>(*tools_.basis, result_.sites, execution_);
+        result_.condition = projection_->condition();
+    }
+
+    // 6. Direct light; 7. solve.
+    void solve() {
+        start("direct light");
+        const Scene& scene = result_.scene;
+        const auto n = static_cast<Eigen::Index>(result_.sites.size());
+        result_.irradiance_direct = direct_irradiance(scene, transport_, result_.channels, execution_);
+        if (!(result_.irradiance_direct.maxCoeff() > 0.0) && !scene.has_emitters()) {
+            throw InputError(result_.file + ": no light reaches the front of any face: the sky is shut out and nothing "
+                                            "emits. Give some faces an emission (OBJ: Ke in the material), open the "
+                                            "mesh, or turn its faces towards the light");
+        }
+        if (!(result_.irradiance_direct.maxCoeff() > 0.0)) {
+            note("the faces that emit light no other surface: they face away from everything");
+        }
+        result_.rho.resize(n, result_.channels);
+        for (Eigen::Index j = 0; j < n; ++j) {
+            const SurfacePoint& x = result_.sites.points[static_cast<std::size_t>(j)];
+            result_.rho.row(j) = scene.reflectance(x).head(result_.channels).matrix().transpose();
+        }
+        const TransportOperator K(transport_.S, *projection_);
+        start("check convergence");
+        check_contraction(K);
+        start("solve");
+        const SolveProblem problem{&K, result_.rho, result_.irradiance_direct};
+        result_.solve = tools_.solver->solve(problem, result_.options.solve, execution_);
+        if (!result_.solve.converged()) {
+            throw NotConverged("the solver " + result_.options.solver + " " + result_.solve.sentence() +
+                               " (wanted: " + text(result_.options.solve.tolerance) + "). The spectral radius is " +
+                               text(result_.spectral_radius) +
+                               ": allow more --max-iterations, a larger --tolerance, or use --solver krylov");
+        }
+        result_.irradiance = std::move(result_.solve.h);
+        result_.coefficients = projection_->coefficients(result_.irradiance);
+        balance();
+    }
+
+    // 8. Evaluate on the refined mesh.
+    void evaluate_output() {
+        start("refine output");
+        const Scene& scene = result_.scene;
+        // A triangle of the output with its share of vertices and arrays takes about 500 bytes.
+        result_.mesh = refine(scene.mesh, result_.options.output_spacing, result_.options.crease_angle,
+                              available_memory() / 500, execution_);
+        start("evaluate");
+        const std::vector<SurfacePoint>& vertices = result_.mesh.vertices;
+        const int c = result_.channels;
+        Values both(result_.coefficients.rows(), 2 * c);
+        both << result_.coefficients, projection_->coefficients(result_.irradiance_direct);
+        const Values field = evaluate(*tools_.basis, both, vertices, execution_);
+        const auto count = static_cast<Eigen::Index>(vertices.size());
+        const auto three = [&](Eigen::Index first) -> Values {
+            return c == 3 ? Values(field.middleCols(first, 3)) : Values(field.col(first).replicate(1, 3));
+        };
+        result_.H = three(0);
+        result_.H_direct = three(c);
+        result_.H_indirect = result_.H - result_.H_direct;
+        result_.vertex_rho.resize(count, 3);
+        result_.vertex_E.resize(count, 3);
+        for (Eigen::Index v = 0; v < count; ++v) {
+            const SurfacePoint& x = vertices[static_cast<std::size_t>(v)];
+            result_.vertex_rho.row(v) = scene.reflectance(x).matrix().transpose();
+            result_.vertex_E.row(v) = scene.emission(x).matrix().transpose();
+        }
+        // B = E + rho H, with E and rho of the very point: their edges stay sharp whatever the basis.
+        result_.B = result_.vertex_E + result_.vertex_rho.cwiseProduct(result_.H);
+    }
+
+    BakeResult finish() {
+        stop();
+        return std::move(result_);
+    }
+
+  private:
+    void start(const char* phase) {
+        stop();
+        execution_.phase(phase);
+        phase_ = phase;
+        began_ = std::chrono::steady_clock::now();
+    }
+
+    void stop() {
+        if (!phase_.empty()) {
+            const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began_;
+            result_.seconds.emplace_back(phase_, took.count());
+            phase_.clear();
+        }
+    }
+
+    void note(const std::string& what) { result_.notes.push_back(what); }
+
+    static std::string list(const Rgb& c) { return text(c[0]) + "," + text(c[1]) + "," + text(c[2]); }
+
+    void light() {
+        Scene& scene = result_.scene;
+        if (result_.options.sky) {
+            scene.sky = *result_.options.sky;
+        } else if (!scene.has_emitters()) {
+            scene.sky = Rgb::Ones();
+            note("nothing emits light: a uniform sky of irradiance 1 W/m^2 is assumed (--sky)");
+        }
+        result_.options.sky = scene.sky;
+        if (!scene.has_sky() && !scene.has_emitters()) {
+            throw InputError(result_.file + ": the scene has no light: give it a sky (--sky 1), or some faces an "
+                                            "emission (OBJ: Ke in the material)");
+        }
+    }
+
+    /// Refuses an equation whose series of bounces does not converge (K diag(rho) has a spectral radius of 1 or more):
+    /// a solver may still return numbers, but they mean nothing.
+    void check_contraction(const TransportOperator& K) {
+        if (projection_->is_identity()) { // S >= 0: its norm bounds the radius
+            Values sums;
+            transport_.S.multiply(result_.rho, sums, execution_);
+            result_.spectral_radius = sums.maxCoeff();
+            result_.spectral_radius_is_bound = true;
+        }
+        if (!projection_->is_identity() || !(result_.spectral_radius < contraction)) {
+            result_.spectral_radius = spectral_radius(K, result_.rho, 40, execution_);
+            result_.spectral_radius_is_bound = false;
+        }
+        if (result_.spectral_radius < contraction) {
+            return;
+        }
+        std::string message = "the discretised light transport does not converge: its spectral radius is " +
+                              text(result_.spectral_radius) + " (must be below 1; largest row sum of the transport " +
+                              text(result_.largest_row_sum) + ", largest reflectance " + text(result_.rho.maxCoeff()) +
+                              "). ";
+        message += tools_.pairwise ? "Pairs of sites overestimate what near surfaces exchange: use --transport gather, "
+                                     "--kernel disc, or a smaller --spacing"
+                   : result_.largest_row_sum > 1.0 + 1e-9
+                       ? "The basis is not a partition of unity: use --basis normalized-radial or shepard, or give "
+                         "this one another width"
+                       : "A closed scene that absorbs nothing has no steady state: give some surface a reflectance "
+                         "below 1";
+        throw NotConverged(message);
+    }
+
+    void balance() {
+        const Scene& scene = result_.scene;
+        Values E(static_cast<Eigen::Index>(scene.materials.size()), result_.channels);
+        for (std::size_t m = 0; m < scene.materials.size(); ++m) {
+            E.row(static_cast<Eigen::Index>(m)) =
+                scene.materials[m].emission.head(result_.channels).matrix().transpose();
+        }
+        integrals_.share.multiply(E, result_.emission, execution_);
+        result_.energy = energy_balance(scene, transport_, projection_->quadrature(integrals_.area), result_.rho,
+                                        result_.irradiance, result_.emission);
+    }
+
+    const Registry& registry_;
+    Execution execution_;
+    BakeResult result_;
+    Tools tools_;
+    ElementIntegrals integrals_;
+    Transport transport_;
+    std::unique_ptr<Projection> projection_;
+    std::string phase_;
+    std::chrono::steady_clock::time_point began_;
+};
+
+} // namespace
+
+BakeResult bake(const Registry& registry, const std::filesystem::path& file, const BakeOptions& options,
+                const Execution& execution) {
+    Bake bake(registry, options, execution);
+    bake.read(file);
+    bake.place_sites();
+    bake.estimate();
+    bake.transport();
+    bake.solve();
+    bake.evaluate_output();
+    return bake.finish();
+}
+
+BakeResult dry_run(const Registry& registry, const std::filesystem::path& file, const BakeOptions& options,
+                   const Execution& execution) {
+    Bake bake(registry, options, execution);
+    bake.read(file);
+    bake.place_sites();
+    bake.estimate();
+    bake.time_transport();
+    return bake.finish();
+}
+
+} // namespace difusa

@@ -1,0 +1,96 @@
+// The whole way from a mesh file to a radiosity field:
+// read, diagnose, scene, sites, basis, transport, direct light, solve, evaluate.
+#pragma once
+
+#include <difusa/analysis/energy.h>
+#include <difusa/core/progress.h>
+#include <difusa/field/output_mesh.h>
+#include <difusa/plugin/registry.h>
+#include <difusa/scene/diagnosis.h>
+#include <difusa/scene/scene.h>
+#include <difusa/sites/site_set.h>
+#include <difusa/solve/solver.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace difusa {
+
+/// What a user may choose. Plugins are named as on the command line, "name" or "name:parameter=value,...".
+struct BakeOptions {
+    std::string basis = "normalized-radial";
+    std::string sampler = "poisson-disk";
+    std::string transport = "gather"; ///< "gather", or "pairwise" with the parameter areas=integral|neighbours
+    std::string directions = "low-discrepancy";
+    std::string kernel = "disc"; ///< of pairwise transport
+    std::string visibility = "cgal";
+    std::string solver = "krylov";
+
+    double spacing = 0.0;                 ///< unit of the scene; 0: from `sites`
+    std::size_t sites = 0;                ///< wanted number; 0: 4000
+    int neighbours = 10;                  ///< m
+    std::size_t rays = 512;               ///< a site
+    SolveOptions solve;                   ///< tolerance, iterations
+    Rgb reflectance = Rgb::Constant(0.5); ///< of faces without a colour
+    std::optional<Rgb> sky;      ///< irradiance of an unshaded surface, W/m²; absent: 1 if nothing emits, else 0
+    double output_spacing = 0.0; ///< longest edge of the output; 0: the site spacing
+    double crease_angle = 0.6981317007977318; ///< 40°: sharper edges are not shaded smoothly
+    std::uint64_t seed = 1;
+};
+
+/// What a bake would take.
+struct BakeEstimate {
+    std::size_t rays = 0, segments = 0;
+    double elements_per_ray = 0.0; ///< measured at random surface points
+    double transport_bytes = 0.0;  ///< upper estimate
+    double seconds = 0.0;          ///< of the transport phase, from a sample of rays; 0 if not measured
+};
+
+/// Everything known about a finished bake.
+struct BakeResult {
+    Diagnosis diagnosis;
+    std::string file;
+    Scene scene;
+    SiteSet sites;
+    BakeOptions options;                                      ///< with what was left open filled in
+    std::vector<std::pair<std::string, std::string>> plugins; ///< kind and choice with all parameters
+    std::vector<std::string> notes;                           ///< what the user should know
+    int channels = 3;                                         ///< 1 for a grey scene
+
+    BakeEstimate estimate;
+    std::size_t nonzeros = 0;
+    std::size_t rays = 0, segments = 0;
+    double largest_row_sum = 0.0;          ///< of the transport matrix, reflectance not counted
+    double condition = 1.0;                ///< of the interpolation matrix
+    double spectral_radius = 0.0;          ///< of K diag(rho)
+    bool spectral_radius_is_bound = false; ///< true: an upper bound (the norm), else an estimate
+    double mean_back = 0.0;                ///< share of the rays that met the back of a face
+    SolveSummary solve;                    ///< h moved to `irradiance`
+    Values irradiance;                     ///< #S by #channels, at the sites
+    Values irradiance_direct;              ///< likewise
+    Values coefficients;                   ///< #S by #channels, of the irradiance
+    Values rho, emission;                  ///< at the sites; emission is the element's mean
+    EnergyBalance energy;
+
+    // On the output mesh, #V by 3:
+    OutputMesh mesh;
+    Values B, H, H_direct, H_indirect, vertex_rho, vertex_E;
+
+    std::vector<std::pair<std::string, double>> seconds; ///< wall time of each phase, in order
+};
+
+/// Bakes `file`. Steps report themselves as phases of `execution.progress`.
+/// Throws UsageError (unknown plugin or parameter), InputError (file, or a scene that no light reaches),
+/// NotConverged, ResourceError, Interrupted.
+BakeResult bake(const Registry& registry, const std::filesystem::path& file, const BakeOptions& options,
+                const Execution& execution);
+
+/// The first steps only: up to the sites, and an estimate of the rest.
+BakeResult dry_run(const Registry& registry, const std::filesystem::path& file, const BakeOptions& options,
+                   const Execution& execution);
+
+} // namespace difusa
