@@ -287,6 +287,15 @@ void triangulate_walk(const Walk& walk, const std::vector<Point2>& plane, std::s
     result.outcome = result.triangles.empty() ? Outcome::no_area : Outcome::done;
 }
 
+/// True if rounding may have moved a corner across a side it lies on, or away from it so far that a triangle
+/// without area fills the gap.
+bool touches_itself(const Triangulation& result, std::span<const Vec3> corners) {
+    return result.outcome == Outcome::crosses_itself ||
+           std::any_of(result.triangles.begin(), result.triangles.end(), [&](const std::array<Index, 3>& t) {
+               return without_area(corners[t[0]], corners[t[1]], corners[t[2]]);
+           });
+}
+
 } // namespace
 
 Triangulation triangulate(std::span<const Vec3> corners) {
@@ -321,7 +330,7 @@ Triangulation triangulate(std::span<const Vec3> corners) {
     }
     const Walk walk = std::move(*vertices);
     triangulate_walk(walk, plane, corners, result);
-    if (result.outcome == Outcome::crosses_itself && corners.size() <= snapping_limit) {
+    if (touches_itself(result, corners) && corners.size() <= snapping_limit) {
         const Walk finer = snapped(walk, corners);
         if (finer.size() > walk.size()) {
             triangulate_walk(finer, plane, corners, result);

@@ -34,8 +34,8 @@ struct Triangulation {
 /// A quadrilateral that is clearly convex is cut along its shorter diagonal (along the one through corner 0 if they
 /// are equal to 1e-6). Everything else is a constrained Delaunay triangulation with exact predicates, in the plane of
 /// two coordinates if the polygon is planar (which leaves coordinates unrounded), else in the plane of its Newell
-/// normal. Where exact arithmetic finds a crossing but a corner lies on the side it crosses within rounding, it is
-/// taken to lie on it.
+/// normal. A corner that lies on a side of the polygon within rounding is taken to lie on it where exact arithmetic
+/// would find a crossing there, or a triangle without area.
 Triangulation triangulate(std::span<const Vec3> corners);
 
 } // namespace difusa
