@@ -219,7 +219,9 @@ bool Parameters::given(std::string_view name) const {
 std::string Parameters::text() const {
     std::string text;
     for (const ParameterSpec& spec : specs_) {
-        text += (text.empty() ? "" : ",") + spec.name + "=" + values_.find(spec.name)->second;
+        if (const std::string& value = values_.find(spec.name)->second; !value.empty()) {
+            text += (text.empty() ? "" : ",") + spec.name + "=" + value;
+        }
     }
     return text;
 }

@@ -30,7 +30,8 @@ class Parameters {
     /// Throws UsageError: unknown or repeated name, a value that does not parse or is out of range.
     Parameters(std::string_view text, std::vector<ParameterSpec> specs, std::string owner);
 
-    /// The value of a declared parameter. Throws InternalError for an undeclared name or another type.
+    /// The value of a declared parameter. Throws InternalError for an undeclared name or another type, or for a
+    /// number without a value (empty default, not given).
     double real(std::string_view name) const;
     long integer(std::string_view name) const;
     const std::string& word(std::string_view name) const;
@@ -39,7 +40,8 @@ class Parameters {
     /// True if the user gave it.
     bool given(std::string_view name) const;
 
-    /// All values, "width=0.5,profile=gaussian", in the declared order: for reports.
+    /// All values that are not empty, "width=0.5,profile=gaussian", in the declared order: for reports, and to be
+    /// given again.
     std::string text() const;
 
   private:

@@ -1,0 +1,66 @@
+# Sourced by apps/quickstart.sh and tests/run.sh: the Debian 12 packages difusa is built with, in one place, and a
+# function that installs those of them that are missing.
+
+# To build and run the programs.
+build_packages=(
+    g++ cmake ninja-build
+    libcgal-dev libeigen3-dev libopenmesh-dev libvtk9-dev libembree-dev
+    libcli11-dev libnanoflann-dev libtinyobjloader-dev nlohmann-json3-dev
+)
+
+# Beyond those, to run the tests and checks; formatting and lint depend on the version of clang.
+test_packages=(
+    libgtest-dev libgmock-dev libbenchmark-dev
+    clang-14 clang-format-14 clang-tidy-14 libclang-rt-14-dev
+)
+
+# missing_packages PACKAGE...: those that are not installed, separated by blanks.
+missing_packages() {
+    local package missing=()
+    for package in "$@"; do
+        if [ "$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null)" != installed ]; then
+            missing+=("$package")
+        fi
+    done
+    echo "${missing[*]}"
+}
+
+# install_packages PACKAGE...: installs what is missing, as root or through sudo; says what, and ends the script with
+# what to do if it cannot. Without anything missing it neither needs rights nor the network.
+install_packages() {
+    if ! command -v dpkg-query >/dev/null; then
+        echo "This is not Debian: make sure that the equivalents of these packages are installed:"
+        echo "    $*"
+        return
+    fi
+    local missing as_root=()
+    missing=$(missing_packages "$@")
+    if [ -z "$missing" ]; then
+        return
+    fi
+    echo "Missing packages: $missing"
+    if [ "$(id -u)" -ne 0 ]; then
+        if ! command -v sudo >/dev/null; then
+            echo "error: they can be installed by root only, and there is no sudo. As root, run" >&2
+            echo "    apt-get update && apt-get install --no-install-recommends $missing" >&2
+            exit 4
+        fi
+        as_root=(sudo)
+        # Where nobody could type a password, sudo fails at once instead of waiting for one.
+        [ -t 0 ] || as_root=(sudo -n)
+    fi
+    as_root+=(env DEBIAN_FRONTEND=noninteractive)
+    echo "Installing them (this may take some minutes; the log is printed if it fails) ..."
+    local log
+    log=$(mktemp)
+    # shellcheck disable=SC2086 # $missing is a list of words
+    if ! { "${as_root[@]}" apt-get -q update &&
+           "${as_root[@]}" apt-get -q -y -o DPkg::Lock::Timeout=600 install --no-install-recommends $missing; } \
+         >"$log" 2>&1; then
+        tail -n 40 "$log" >&2
+        rm -f "$log"
+        echo "error: apt-get could not install: $missing" >&2
+        exit 4
+    fi
+    rm -f "$log"
+}
