@@ -9,12 +9,13 @@
 #include <vtkCellData.h>
 #include <vtkCommand.h>
 #include <vtkDoubleArray.h>
-#include <vtkErrorCode.h>
+#include <vtkExecutive.h>
 #include <vtkFieldData.h>
 #include <vtkInformation.h>
 #include <vtkInformationStringKey.h>
 #include <vtkIntArray.h>
 #include <vtkNew.h>
+#include <vtkObjectFactory.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
@@ -25,6 +26,10 @@
 #include <vtkXMLPolyDataWriter.h>
 
 #include <algorithm>
+#include <exception>
+#include <ostream>
+#include <streambuf>
+#include <vector>
 
 namespace difusa {
 
@@ -129,6 +134,71 @@ vtkSmartPointer<vtkPolyData> make_poly_data(const FieldFile& field) {
     return mesh;
 }
 
+/// Hands VTK's bytes to the file. VTK does not survive every failure of a stream (on a disk that is full from the
+/// start it ends the process), so it never hears of one: the first is kept and thrown by `finish`.
+class FileBuffer : public std::streambuf {
+  public:
+    explicit FileBuffer(WholeFile& file) : file_(file) { setp(buffer_.data(), buffer_.data() + buffer_.size()); }
+
+    void finish() {
+        drain();
+        if (failure_) {
+            std::rethrow_exception(failure_);
+        }
+    }
+
+  protected:
+    int_type overflow(int_type c) override {
+        drain();
+        return traits_type::eq_int_type(c, traits_type::eof()) ? traits_type::not_eof(c)
+                                                               : sputc(traits_type::to_char_type(c));
+    }
+
+    /// VTK goes back to each array's table of compressed sizes when it knows them.
+    pos_type seekoff(off_type offset, std::ios_base::seekdir direction, std::ios_base::openmode mode) override {
+        const off_type here = start_ + (pptr() - pbase());
+        if (direction == std::ios_base::end) {
+            return pos_type(off_type(-1));
+        }
+        return seekpos(direction == std::ios_base::beg ? offset : here + offset, mode);
+    }
+    pos_type seekpos(pos_type position, std::ios_base::openmode) override {
+        if (position != start_ + (pptr() - pbase())) {
+            drain();
+            start_ = position;
+        }
+        return position;
+    }
+
+  private:
+    void drain() {
+        const auto count = pptr() - pbase();
+        try {
+            if (!failure_ && count > 0) {
+                file_.seek(start_);
+                file_.write({pbase(), static_cast<std::size_t>(count)});
+            }
+        } catch (...) {
+            failure_ = std::current_exception();
+        }
+        start_ += count;
+        setp(buffer_.data(), buffer_.data() + buffer_.size());
+    }
+
+    WholeFile& file_;
+    std::vector<char> buffer_ = std::vector<char>(std::size_t{1} << 20);
+    off_type start_ = 0; ///< where in the file the buffer begins
+    std::exception_ptr failure_;
+};
+
+/// VTK's writer with a stream of ours instead of a file name.
+class StreamWriter : public vtkXMLPolyDataWriter {
+  public:
+    static StreamWriter* New();
+    vtkTypeMacro(StreamWriter, vtkXMLPolyDataWriter) void set_stream(std::ostream* stream) { this->Stream = stream; }
+};
+vtkStandardNewMacro(StreamWriter);
+
 /// Keeps what VTK complains about, which would otherwise go to the terminal.
 void keep_message(vtkObject*, unsigned long, void* messages, void* text) {
     *static_cast<std::string*>(messages) += static_cast<const char*>(text);
@@ -142,26 +212,20 @@ void write_vtp(const FieldFile& field, WholeFile& file) {
     keep->SetCallback(keep_message);
     keep->SetClientData(&complaints);
 
-    const auto mesh = make_poly_data(field);
-    vtkNew<vtkXMLPolyDataWriter> writer;
-    writer->AddObserver(vtkCommand::ErrorEvent, keep);
-    writer->AddObserver(vtkCommand::WarningEvent, keep);
-    writer->SetInputData(mesh);
-    writer->SetFileName(file.temporary().c_str());
+    FileBuffer buffer(file);
+    std::ostream stream(&buffer);
+    vtkNew<StreamWriter> writer;
+    for (vtkObject* source : {static_cast<vtkObject*>(writer), static_cast<vtkObject*>(writer->GetExecutive())}) {
+        source->AddObserver(vtkCommand::ErrorEvent, keep);
+        source->AddObserver(vtkCommand::WarningEvent, keep);
+    }
+    writer->SetInputData(make_poly_data(field));
     writer->SetDataModeToBinary();
     writer->SetCompressionLevel(2); // four times as fast as VTK's 5, and 7 % larger
-    const bool written = writer->Write() == 1;
-
-    // VTK does not look whether the last bytes of its buffer reach the disk.
-    if (written && file.tail(64).find("</VTKFile>") != std::string::npos) {
-        return;
-    }
-    const unsigned long code = writer->GetErrorCode();
-    if (code == vtkErrorCode::OutOfDiskSpaceError || (written && code == vtkErrorCode::NoError)) {
-        file.fail("No space left on device: make room, or choose another disk");
-    }
-    const std::string reason = vtkErrorCode::GetStringFromErrorCode(code);
-    file.fail(complaints.empty() ? reason : reason + " (VTK: " + complaints + ")");
+    writer->set_stream(&stream);
+    const int written = writer->Write();
+    buffer.finish();
+    DIFUSA_REQUIRE(written == 1 && stream.good(), complaints);
 }
 
 } // namespace difusa

@@ -112,15 +112,10 @@ void WholeFile::write(std::string_view bytes) {
     }
 }
 
-std::string WholeFile::tail(std::size_t count) const {
-    struct stat status {};
-    if (fstat(descriptor_, &status) != 0) {
+void WholeFile::seek(std::int64_t position) {
+    if (lseek(descriptor_, static_cast<off_t>(position), SEEK_SET) < 0) {
         fail(explain(errno, directory_of(resolved_)));
     }
-    std::string end(std::min(count, static_cast<std::size_t>(status.st_size)), '\0');
-    const ssize_t got = pread(descriptor_, end.data(), end.size(), status.st_size - static_cast<off_t>(end.size()));
-    end.resize(static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
-    return end;
 }
 
 void WholeFile::commit() {

@@ -1,6 +1,7 @@
 // A file that appears under its name only when it is whole.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -20,22 +21,18 @@ class WholeFile {
     WholeFile(const WholeFile&) = delete;
     WholeFile& operator=(const WholeFile&) = delete;
 
-    /// Where the content goes until `commit`, for writers that want a name.
-    const std::filesystem::path& temporary() const { return temporary_; }
-
-    /// Appends.
+    /// Writes where the last `write` or `seek` ended; at first, at the beginning.
     void write(std::string_view bytes);
 
-    /// The last `count` bytes written so far, by whomever, or fewer.
-    std::string tail(std::size_t count) const;
+    /// Goes to a number of bytes from the beginning.
+    void seek(std::int64_t position);
 
     /// Waits until the disk has it all, then renames.
     void commit();
 
-    /// Throws ResourceError: the target could not be written, because of `reason`.
+  private:
     [[noreturn]] void fail(const std::string& reason) const;
 
-  private:
     std::filesystem::path target_;   ///< as the user named it, for messages
     std::filesystem::path resolved_; ///< past all symbolic links
     std::filesystem::path temporary_;
