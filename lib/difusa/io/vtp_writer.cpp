@@ -195,7 +195,8 @@ class FileBuffer : public std::streambuf {
 class StreamWriter : public vtkXMLPolyDataWriter {
   public:
     static StreamWriter* New();
-    vtkTypeMacro(StreamWriter, vtkXMLPolyDataWriter) void set_stream(std::ostream* stream) { this->Stream = stream; }
+    void set_stream(std::ostream* stream) { this->Stream = stream; }
+    vtkTypeMacro(StreamWriter, vtkXMLPolyDataWriter)
 };
 vtkStandardNewMacro(StreamWriter);
 
