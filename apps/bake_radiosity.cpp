@@ -1,0 +1,332 @@
+// bake_radiosity mesh out: bakes diffuse global illumination onto a mesh. Options in, bake, files out.
+#include "terminal.h"
+
+#include <difusa/bake.h>
+#include <difusa/io/bake_files.h>
+#include <difusa/version.h>
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <iostream>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace {
+
+using difusa::ExitCode;
+using difusa::Rgb;
+using difusa::UsageError;
+
+const char* const examples =
+    R"(Bakes diffuse global illumination (radiosity) onto a mesh.
+
+Examples:
+  bake_radiosity mesh.off out.vtp
+      bake with defaults; open out.vtp in ParaView and colour by radiosity or display_rgb
+  bake_radiosity room.obj out.ply --rays 2048 --sites 10000
+      a finer bake for MeshLab; the lamps are the materials with Ke
+  bake_radiosity room.obj out.vtp --basis shepard:k=3 --spacing 0.05 --report out.json --sites-output sites.vtp
+      another basis, a given distance between sites, a report, and the sites as points
+  bake_radiosity hall.ply out.vtp --sky 1,1.1,1.3 --reflectance 0.7 --visibility embree
+      sky light on a mesh without colours, fast rays
+  bake_radiosity room.obj out.vtp --dry-run
+      how many sites and rays, how much memory and time
+  bake_radiosity --list-plugins
+
+Exit codes: 0 done, 1 usage, 2 input, 3 not converged, 4 resources, 5 internal, 130 interrupted.
+)";
+
+struct Arguments {
+    std::filesystem::path mesh, output, sites_output, report;
+    std::vector<std::filesystem::path> plugin_path;
+    difusa::BakeOptions bake;
+    std::string reflectance, sky;
+    unsigned threads = std::max(1U, std::thread::hardware_concurrency());
+    bool list_plugins = false, dry_run = false, quiet = false, verbose = false, version = false;
+};
+
+/// "0.5" or "0.5,0.4,0.3"
+Rgb parse_rgb(const std::string& option, const std::string& text) {
+    std::vector<double> values;
+    const char* at = text.data();
+    const char* const end = at + text.size();
+    while (values.size() < 3) {
+        double value = 0.0;
+        const auto [next, error] = std::from_chars(at, end, value);
+        if (error != std::errc()) {
+            break;
+        }
+        values.push_back(value);
+        at = next;
+        if (at == end || *at != ',') {
+            break;
+        }
+        ++at;
+    }
+    if (at != end || (values.size() != 1 && values.size() != 3)) {
+        throw UsageError(option + " " + text + ": takes one number, or three R,G,B");
+    }
+    return values.size() == 1 ? Rgb::Constant(values[0]) : Rgb(values[0], values[1], values[2]);
+}
+
+void declare(CLI::App& app, Arguments& a) {
+    app.add_option("mesh", a.mesh, "mesh file: .off .obj .ply .stl")->type_name("MESH");
+    app.add_option("out", a.output, "baked field: .vtp (everything) or .ply (colours and luminance)")->type_name("OUT");
+
+    const std::string discretisation = "Discretisation";
+    app.add_option("--basis", a.bake.basis, "finite elements")->group(discretisation)->capture_default_str();
+    app.add_option("--sampler", a.bake.sampler, "where the sites go")->group(discretisation)->capture_default_str();
+    app.add_option("--spacing", a.bake.spacing, "least distance between sites, in units of the mesh")
+        ->group(discretisation)
+        ->type_name("D");
+    app.add_option("--sites", a.bake.sites, "wanted number of sites, instead of --spacing (default 4000)")
+        ->group(discretisation)
+        ->type_name("N");
+    app.add_option("--neighbours", a.bake.neighbours, "a site's radius reaches to its M-th nearest site")
+        ->group(discretisation)
+        ->type_name("M")
+        ->capture_default_str();
+
+    const std::string transport = "Light transport";
+    app.add_option("--transport", a.bake.transport, "gather (rays from sites) or pairwise (form factors)")
+        ->group(transport)
+        ->capture_default_str();
+    app.add_option("--rays", a.bake.rays, "rays from each site; powers of two are best")
+        ->group(transport)
+        ->type_name("N")
+        ->capture_default_str();
+    app.add_option("--directions", a.bake.directions, "directions of the rays")
+        ->group(transport)
+        ->capture_default_str();
+    app.add_option("--kernel", a.bake.kernel, "form factor of pairwise transport: disc or point")
+        ->group(transport)
+        ->capture_default_str();
+    app.add_option("--visibility", a.bake.visibility, "ray casting: cgal (reference) or embree (fast)")
+        ->group(transport)
+        ->capture_default_str();
+    app.add_option("--solver", a.bake.solver, "krylov or jacobi")->group(transport)->capture_default_str();
+    app.add_option("--tolerance", a.bake.solve.tolerance, "largest residual, relative to the direct light")
+        ->group(transport)
+        ->capture_default_str();
+    app.add_option("--max-iterations", a.bake.solve.max_iterations, "give up after so many")
+        ->group(transport)
+        ->capture_default_str();
+
+    const std::string light = "Scene";
+    app.add_option("--reflectance", a.reflectance, "of faces without a colour, 0 to 1 (default 0.5)")
+        ->group(light)
+        ->type_name("R[,G,B]");
+    app.add_option("--sky", a.sky,
+                   "irradiance a uniform sky gives an unshaded surface, W/m^2 (default: 1 if nothing emits, else 0)")
+        ->group(light)
+        ->type_name("R[,G,B]");
+
+    const std::string output = "Output";
+    app.add_option("--output-spacing", a.bake.output_spacing,
+                   "longest edge of the output mesh (default: the site spacing)")
+        ->group(output)
+        ->type_name("D");
+    app.add_option("--sites-output", a.sites_output, "write the sites as points, .vtp or .ply")
+        ->group(output)
+        ->type_name("FILE");
+    app.add_option("--report", a.report, "write a report as JSON")->group(output)->type_name("FILE.json");
+
+    const std::string run = "Running";
+    app.add_option("--seed", a.bake.seed, "of all random choices")->group(run)->capture_default_str();
+    app.add_option("--threads", a.threads, "threads; the result does not depend on it")
+        ->group(run)
+        ->capture_default_str();
+    app.add_option("--plugin-path", a.plugin_path, "another directory with plugins (may be repeated)")
+        ->group(run)
+        ->type_name("DIR")
+        ->expected(1);
+    app.add_flag("--dry-run", a.dry_run, "say what the bake would take, and stop")->group(run);
+    app.add_flag("--quiet", a.quiet, "only errors")->group(run);
+    app.add_flag("--verbose", a.verbose, "also choices, times and residuals")->group(run);
+    app.add_flag("--list-plugins", a.list_plugins, "all plugins with their parameters, refused ones included")
+        ->group(run);
+    app.add_flag("--version", a.version, "version, and those of the libraries")->group(run);
+}
+
+/// Refuses what is no option, with the nearest one that is.
+void refuse_unknown(const CLI::App& app) {
+    std::vector<std::string> known;
+    for (const CLI::Option* option : app.get_options()) {
+        for (const std::string& name : option->get_lnames()) {
+            known.push_back("--" + name);
+        }
+    }
+    std::string extra;
+    for (const std::string& word : app.remaining()) {
+        if (word.size() > 1 && word[0] == '-') {
+            const std::string name = word.substr(0, word.find('='));
+            const std::string near = difusa::nearest_name(name, known);
+            throw UsageError("unknown option " + name + (near.empty() ? "" : ", did you mean " + near + "?") +
+                             " (--help lists all)");
+        }
+        extra = extra.empty() ? word : extra;
+    }
+    if (!extra.empty()) {
+        throw UsageError("one mesh and one output file are expected, and `" + extra + "` is neither (--help)");
+    }
+}
+
+void list_plugins(const difusa::Registry& registry) {
+    std::string kind;
+    std::vector<const difusa::LoadedPlugin*> sorted;
+    for (const difusa::LoadedPlugin& plugin : registry.plugins()) {
+        sorted.push_back(&plugin);
+    }
+    std::sort(sorted.begin(), sorted.end(), [](const auto* a, const auto* b) {
+        return std::pair(a->description.kind, a->description.name) <
+               std::pair(b->description.kind, b->description.name);
+    });
+    for (const difusa::LoadedPlugin* plugin : sorted) {
+        const difusa::PluginDescription& description = plugin->description;
+        if (description.kind != kind) {
+            kind = description.kind;
+            std::cout << kind << "\n";
+        }
+        std::cout << "  " << description.name << "  " << description.summary << "\n";
+        for (const difusa::ParameterSpec& parameter : description.parameters) {
+            std::cout << "      " << parameter.name << "="
+                      << (parameter.default_value.empty() ? "(none)" : parameter.default_value) << "  "
+                      << parameter.meaning;
+            for (std::size_t i = 0; i < parameter.words.size(); ++i) {
+                std::cout << (i == 0 ? ": " : ", ") << parameter.words[i];
+            }
+            std::cout << "\n";
+        }
+        std::cout << "      " << plugin->file.string() << "\n";
+    }
+    if (!registry.refused().empty()) {
+        std::cout << "refused\n";
+    }
+    for (const difusa::RefusedPlugin& refused : registry.refused()) {
+        std::cout << "  " << refused.file.string() << "\n      " << refused.reason << "\n";
+    }
+}
+
+bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
+    std::error_code ignored;
+    return a.lexically_normal() == b.lexically_normal() || std::filesystem::equivalent(a, b, ignored);
+}
+
+/// All that can be wrong with the files to be written is found before the work, not after it.
+void check_files(const Arguments& a) {
+    if (a.mesh.empty()) {
+        throw UsageError("a mesh file is expected: bake_radiosity mesh.off out.vtp (--help)");
+    }
+    if (a.output.empty() && !a.dry_run) {
+        throw UsageError("an output file is expected: bake_radiosity " + a.mesh.string() + " out.vtp (--help)");
+    }
+    std::vector<std::filesystem::path> taken{a.mesh};
+    const auto check = [&taken](const std::filesystem::path& file, bool field) {
+        if (file.empty()) {
+            return;
+        }
+        difusa::check_output_path(file, field);
+        for (const std::filesystem::path& other : taken) {
+            if (same_file(file, other)) {
+                throw UsageError(file.string() + ": this file is named twice; every output needs a name of its own");
+            }
+        }
+        taken.push_back(file);
+    };
+    check(a.output, true);
+    check(a.sites_output, true);
+    check(a.report, false);
+}
+
+void print_details(const difusa::BakeResult& result) {
+    for (const auto& [kind, choice] : result.plugins) {
+        std::cout << kind << ": " << choice << "\n";
+    }
+    for (const auto& [phase, took] : result.seconds) {
+        std::cout << "time, " << phase << ": " << took << " s\n";
+    }
+    for (std::size_t c = 0; c < result.solve.residual_history.size(); ++c) {
+        std::cout << "residuals, channel " << c << ":";
+        for (const double residual : result.solve.residual_history[c]) {
+            std::cout << " " << residual;
+        }
+        std::cout << "\n";
+    }
+}
+
+void run(const Arguments& a) {
+    const difusa::Registry registry = difusa::Registry::load(a.plugin_path);
+    if (a.list_plugins) {
+        list_plugins(registry);
+        return;
+    }
+    check_files(a);
+    if (a.threads < 1 || a.threads > 1024) {
+        throw UsageError("--threads " + std::to_string(a.threads) + ": must be from 1 to 1024");
+    }
+    difusa::BakeOptions options = a.bake;
+    if (!a.reflectance.empty()) {
+        options.reflectance = parse_rgb("--reflectance", a.reflectance);
+    }
+    if (!a.sky.empty()) {
+        options.sky = parse_rgb("--sky", a.sky);
+    }
+
+    difusa::TerminalProgress progress(a.quiet);
+    const difusa::Execution execution{a.threads, &progress};
+    const difusa::BakeResult result = a.dry_run ? difusa::dry_run(registry, a.mesh, options, execution)
+                                                : difusa::bake(registry, a.mesh, options, execution);
+    progress.phase("write");
+    if (!a.dry_run) {
+        difusa::write_field(difusa::field_of(result), a.output);
+        if (!a.sites_output.empty()) {
+            difusa::write_field(difusa::sites_of(result), a.sites_output);
+        }
+    }
+    if (!a.report.empty()) {
+        difusa::write_whole_file(a.report, difusa::report_of(result));
+    }
+    progress.clear();
+    if (a.verbose) {
+        print_details(result);
+    }
+    if (!a.quiet) {
+        std::cout << difusa::summary_of(result);
+        if (!a.dry_run) {
+            std::cout << "written: " << a.output.string() << " (" << result.mesh.vertices.size() << " vertices, "
+                      << result.mesh.triangles.size() << " triangles)\n";
+        }
+    }
+}
+
+} // namespace
+
+int main(int count, char** words) {
+    Arguments arguments;
+    CLI::App app(examples);
+    app.allow_extras();
+    declare(app, arguments);
+    return difusa::run_program("bake_radiosity", [&] {
+        try {
+            app.parse(count, words);
+        } catch (const CLI::CallForHelp&) {
+            std::cout << app.help();
+            return;
+        } catch (const CLI::ParseError& error) {
+            throw UsageError(std::string(error.what()) + " (--help)");
+        }
+        refuse_unknown(app);
+        if (arguments.version) {
+            std::cout << "bake_radiosity " << difusa::version() << "\n";
+            for (const auto& [name, number] : difusa::library_versions()) {
+                std::cout << name << " " << number << "\n";
+            }
+            return;
+        }
+        run(arguments);
+    });
+}

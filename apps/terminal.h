@@ -1,0 +1,40 @@
+// What the programs share: progress on a terminal, interruption, and errors as exit codes.
+#pragma once
+
+#include <difusa/core/progress.h>
+
+#include <chrono>
+#include <functional>
+#include <iosfwd>
+#include <string>
+
+namespace difusa {
+
+/// Shows phase, percent and remaining time: one line that is rewritten on a terminal, a line a phase elsewhere.
+/// Ctrl-C (SIGINT) and SIGTERM cancel; a second one ends the process at once.
+class TerminalProgress final : public Progress {
+  public:
+    explicit TerminalProgress(bool silent);
+    ~TerminalProgress() override;
+    TerminalProgress(const TerminalProgress&) = delete;
+    TerminalProgress& operator=(const TerminalProgress&) = delete;
+
+    void phase(std::string_view name) override;
+    void advance(double fraction) override;
+    bool cancelled() const override;
+
+    /// Takes the progress line off the terminal.
+    void clear();
+
+  private:
+    using Clock = std::chrono::steady_clock;
+    bool silent_, terminal_;
+    bool shown_ = false;
+    std::string phase_;
+    Clock::time_point began_, last_shown_;
+};
+
+/// Runs `program`; turns what it throws into a message on standard error, "NAME: what", and the exit code.
+int run_program(const char* name, const std::function<void()>& program);
+
+} // namespace difusa

@@ -1,0 +1,239 @@
+#include <difusa/io/bake_files.h>
+
+#include <difusa/core/memory.h>
+#include <difusa/version.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+namespace difusa {
+
+namespace {
+
+const std::vector<std::string> rgb{"R", "G", "B"};
+const char* const flux = "W/m^2";
+const Eigen::Vector3d luminance_weights(0.2126, 0.7152, 0.0722); // Rec. 709
+
+FieldArray colour(const std::string& name, const std::string& unit, const Values& values) {
+    return {name, unit, rgb, values};
+}
+
+FieldArray scalar(const std::string& name, const std::string& unit, const std::vector<double>& values) {
+    const Values column = Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+    return {name, unit, {}, column};
+}
+
+FieldArray numbers(const std::string& name, std::vector<std::int32_t> values) {
+    return {name, "", {}, std::move(values)};
+}
+
+/// #rows by 1 or 3 to #rows by 3.
+Values three(const Values& values) {
+    return values.cols() == 3 ? values : Values(values.col(0).replicate(1, 3));
+}
+
+std::vector<double> as_vector(const Rgb& c) {
+    return {c[0], c[1], c[2]};
+}
+
+/// Options and results that every file of a bake carries.
+std::vector<FieldNote> notes_of(const BakeResult& result) {
+    std::vector<FieldNote> notes;
+    notes.push_back({"difusa_version", version()});
+    std::string libraries;
+    for (const auto& [name, number] : library_versions()) {
+        libraries += (libraries.empty() ? "" : ", ") + name + " " + number;
+    }
+    notes.push_back({"library_versions", libraries});
+    notes.push_back({"input", result.file});
+    for (const auto& [kind, choice] : result.plugins) {
+        notes.push_back({kind, choice});
+    }
+    const BakeOptions& options = result.options;
+    const auto number = [&](const char* name, double value) { notes.push_back({name, std::vector<double>{value}}); };
+    number("seed", static_cast<double>(options.seed));
+    number("spacing", result.sites.spacing);
+    number("sites", static_cast<double>(result.sites.size()));
+    number("neighbours", options.neighbours);
+    number("rays_per_site", static_cast<double>(options.rays));
+    notes.push_back({"default_reflectance", as_vector(options.reflectance)});
+    notes.push_back({"sky", as_vector(result.scene.sky)});
+    number("tolerance", options.solve.tolerance);
+    number("iterations", result.solve.iterations);
+    number("residual", result.solve.residual);
+    number("spectral_radius", result.spectral_radius);
+    std::vector<double> seconds;
+    std::string phases;
+    for (const auto& [phase, took] : result.seconds) {
+        phases += (phases.empty() ? "" : ", ") + phase;
+        seconds.push_back(took);
+    }
+    notes.push_back({"phases", phases});
+    notes.push_back({"phase_seconds", seconds});
+    std::string names;
+    for (const Material& material : result.scene.materials) {
+        names += (names.empty() ? "" : "\n") + material.name;
+    }
+    notes.push_back({"material_names", names});
+    for (const std::string& note : result.notes) {
+        notes.push_back({"note", note});
+    }
+    return notes;
+}
+
+} // namespace
+
+double srgb(double linear) {
+    const double c = std::clamp(linear, 0.0, 1.0);
+    return c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1.0 / 2.4) - 0.055;
+}
+
+double display_exposure(const BakeResult& result) {
+    const std::size_t count = result.mesh.vertices.size();
+    std::vector<double> area(count, 0.0);
+    double total = 0.0;
+    for (const auto& triangle : result.mesh.triangles) {
+        const Vec3 a = result.mesh.vertices[triangle[0]].position;
+        const double third = (result.mesh.vertices[triangle[1]].position - a)
+                                 .cross(result.mesh.vertices[triangle[2]].position - a)
+                                 .norm() /
+                             6.0;
+        for (const Index v : triangle) {
+            if ((result.vertex_E.row(static_cast<Eigen::Index>(v)).array() == 0.0).all()) {
+                area[v] += third;
+                total += third;
+            }
+        }
+    }
+    std::vector<std::pair<double, double>> shares; // luminance, area
+    for (std::size_t v = 0; v < count; ++v) {
+        if (area[v] > 0.0) {
+            shares.emplace_back(result.B.row(static_cast<Eigen::Index>(v)).dot(luminance_weights), area[v]);
+        }
+    }
+    std::sort(shares.begin(), shares.end());
+    double below = 0.0, bright = 0.0;
+    for (const auto& [luminance, share] : shares) {
+        bright = luminance;
+        below += share;
+        if (below >= 0.95 * total) {
+            break;
+        }
+    }
+    return bright > 0.0 ? 0.9 / bright : 1.0;
+}
+
+FieldFile field_of(const BakeResult& result) {
+    FieldFile field;
+    const auto count = static_cast<Eigen::Index>(result.mesh.vertices.size());
+    for (const SurfacePoint& vertex : result.mesh.vertices) {
+        field.points.push_back(vertex.position);
+        field.normals.push_back(vertex.normal);
+    }
+    field.triangles = result.mesh.triangles;
+
+    const Values luminance = result.B * luminance_weights;
+    const double exposure = display_exposure(result);
+    std::vector<std::uint8_t> display(static_cast<std::size_t>(3 * count));
+    for (Eigen::Index v = 0; v < count; ++v) {
+        for (Eigen::Index c = 0; c < 3; ++c) {
+            display[static_cast<std::size_t>(3 * v + c)] =
+                static_cast<std::uint8_t>(std::lround(255.0 * srgb(exposure * result.B(v, c))));
+        }
+    }
+    field.point_arrays = {colour("radiosity", flux, result.B),
+                          colour("irradiance", flux, result.H),
+                          colour("irradiance_direct", flux, result.H_direct),
+                          colour("irradiance_indirect", flux, result.H_indirect),
+                          colour("reflectance", "", result.vertex_rho),
+                          colour("emission", flux, result.vertex_E),
+                          {"luminance", flux, {}, luminance},
+                          {"display_rgb", "", rgb, std::move(display)}};
+    std::vector<std::int32_t> face(result.mesh.face.size()), material(result.mesh.face.size());
+    for (std::size_t f = 0; f < face.size(); ++f) {
+        face[f] = static_cast<std::int32_t>(result.scene.mesh.original_face[result.mesh.face[f]]);
+        material[f] = static_cast<std::int32_t>(result.scene.mesh.material[result.mesh.face[f]]);
+    }
+    field.cell_arrays = {numbers("original_face_id", std::move(face)), numbers("material_id", std::move(material))};
+    field.notes = notes_of(result);
+    field.notes.push_back({"display_exposure", std::vector<double>{exposure}});
+    field.active_colours = "display_rgb";
+    field.quality = "luminance";
+    return field;
+}
+
+FieldFile sites_of(const BakeResult& result) {
+    FieldFile field;
+    std::vector<std::int32_t> face, patch;
+    for (std::size_t i = 0; i < result.sites.size(); ++i) {
+        const SurfacePoint& site = result.sites.points[i];
+        field.points.push_back(site.position);
+        field.normals.push_back(site.normal);
+        face.push_back(static_cast<std::int32_t>(result.scene.mesh.original_face[site.face]));
+        patch.push_back(static_cast<std::int32_t>(result.sites.patch[i]));
+    }
+    const Values rho = three(result.rho), H = three(result.irradiance), E = three(result.emission);
+    const Values B = E + rho.cwiseProduct(H);
+    const Values luminance = B * luminance_weights;
+    std::vector<std::uint8_t> display;
+    const double exposure = display_exposure(result);
+    for (const double value : B.reshaped<Eigen::RowMajor>()) {
+        display.push_back(static_cast<std::uint8_t>(std::lround(255.0 * srgb(exposure * value))));
+    }
+    field.point_arrays = {scalar("radius", "", result.sites.radius),
+                          scalar("area", "", result.sites.area),
+                          colour("coefficient", flux, three(result.coefficients)),
+                          colour("irradiance", flux, H),
+                          colour("radiosity", flux, B),
+                          colour("reflectance", "", rho),
+                          colour("emission", flux, E),
+                          {"luminance", flux, {}, luminance},
+                          {"display_rgb", "", rgb, std::move(display)},
+                          numbers("original_face_id", std::move(face)),
+                          numbers("patch", std::move(patch))};
+    field.notes = notes_of(result);
+    field.active_colours = "display_rgb";
+    field.quality = "luminance";
+    return field;
+}
+
+std::string summary_of(const BakeResult& result) {
+    std::ostringstream text;
+    text << result.file << ": " << result.diagnosis.file_faces << " faces, " << result.scene.mesh.triangles.size()
+         << " triangles, area " << result.scene.mesh.area << ", " << result.scene.mesh.patch_count
+         << (result.scene.mesh.patch_count == 1 ? " patch" : " patches") << "\n";
+    for (const Finding& finding : result.diagnosis.findings) {
+        text << (finding.repaired ? "repaired: " : "noticed: ") << finding.message() << "\n";
+    }
+    for (const std::string& note : result.notes) {
+        text << "note: " << note << "\n";
+    }
+    text << "sites: " << result.sites.size() << " at spacing " << result.sites.spacing << "\n";
+    if (result.solve.residual_history.empty()) { // a dry run
+        const BakeEstimate& estimate = result.estimate;
+        text << "rays: " << estimate.rays << ", visibility segments: at most " << estimate.segments << "\n"
+             << "memory for transport: at most " << format_bytes(estimate.transport_bytes) << "\n"
+             << "time for transport: about " << estimate.seconds << " s\n";
+        return text.str();
+    }
+    text << "transport: " << result.rays << " rays, " << result.segments << " segments, " << result.nonzeros
+         << " nonzeros; spectral radius " << (result.spectral_radius_is_bound ? "at most " : "about ")
+         << result.spectral_radius << "\n";
+    text << "solve: " << result.solve.sentence() << "\n";
+    const EnergyBalance& energy = result.energy;
+    text << "energy (W, all channels): emitted " << energy.emitted.sum() << ", from the sky " << energy.from_sky.sum()
+         << ", absorbed " << energy.absorbed.sum();
+    if (energy.escaped) {
+        text << ", escaped " << energy.escaped->sum() << ", ended on backs " << energy.blocked->sum()
+             << "; imbalance at most " << 100.0 * energy.imbalance->abs().maxCoeff() << " %";
+    }
+    double total = 0.0;
+    for (const auto& [phase, took] : result.seconds) {
+        total += took;
+    }
+    text << "\ntime: " << total << " s; peak memory " << format_bytes(static_cast<double>(peak_memory())) << "\n";
+    return text.str();
+}
+
+} // namespace difusa

@@ -1,0 +1,35 @@
+// What a bake leaves behind: the field, the sites, the report.
+#pragma once
+
+#include <difusa/bake.h>
+#include <difusa/io/field_file.h>
+
+#include <string>
+
+namespace difusa {
+
+/// The baked field on the output mesh.
+/// Point arrays: radiosity, irradiance, irradiance_direct, irradiance_indirect, emission (R G B, W/m^2), reflectance
+/// (R G B), luminance (W/m^2, Rec. 709 weights of the radiosity), display_rgb (uint8, sRGB; the exposure that maps
+/// radiosity to linear [0,1] is in the notes), Normals. Cell arrays: original_face_id (number in the mesh file),
+/// material_id. Notes: versions, options, seed, iterations, residual, times, materials.
+FieldFile field_of(const BakeResult& result);
+
+/// The sites as a point cloud: Normals, radius, area, coefficient (of the irradiance), irradiance, radiosity,
+/// reflectance, emission, original_face_id, patch.
+FieldFile sites_of(const BakeResult& result);
+
+/// The report as JSON text; its layout is documented by its fields `schema` and `schema_version` (1).
+std::string report_of(const BakeResult& result);
+
+/// A few lines for a person: what was found, and how the bake went.
+std::string summary_of(const BakeResult& result);
+
+/// The factor from radiosity to linear display values: 0.9 over the luminance below which 95 % of the area of
+/// surfaces that do not emit lies; 1 if they are all dark.
+double display_exposure(const BakeResult& result);
+
+/// sRGB's transfer function, linear [0,1] (clamped) to [0,1] (IEC 61966-2-1).
+double srgb(double linear);
+
+} // namespace difusa

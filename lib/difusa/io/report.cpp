@@ -1,0 +1,124 @@
+#include <difusa/core/memory.h>
+#include <difusa/io/bake_files.h>
+#include <difusa/version.h>
+
+#include <nlohmann/json.hpp>
+
+namespace difusa {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json list(const Eigen::ArrayXd& values) {
+    return std::vector<double>(values.data(), values.data() + values.size());
+}
+
+Json list(const std::optional<Eigen::ArrayXd>& values) {
+    return values ? list(*values) : Json(nullptr);
+}
+
+Json list(const Rgb& c) {
+    return {c[0], c[1], c[2]};
+}
+
+const char* word(SolveSummary::Reason reason) {
+    switch (reason) {
+    case SolveSummary::Reason::converged:
+        return "converged";
+    case SolveSummary::Reason::max_iterations:
+        return "max_iterations";
+    case SolveSummary::Reason::diverged:
+        return "diverged";
+    case SolveSummary::Reason::stagnated:
+        return "stagnated";
+    }
+    return "";
+}
+
+} // namespace
+
+std::string report_of(const BakeResult& result) {
+    const bool baked = !result.solve.residual_history.empty();
+    Json report;
+    report["schema"] = "difusa-bake-report";
+    report["schema_version"] = 1;
+    report["difusa_version"] = version();
+    for (const auto& [name, number] : library_versions()) {
+        report["library_versions"][name] = number;
+    }
+    report["dry_run"] = !baked;
+
+    Json& input = report["input"];
+    input["file"] = result.file;
+    input["faces"] = result.diagnosis.file_faces;
+    input["points"] = result.diagnosis.file_points;
+    input["findings"] = Json::array();
+    for (const Finding& finding : result.diagnosis.findings) {
+        input["findings"].push_back({{"code", finding.code},
+                                     {"count", finding.count},
+                                     {"repaired", finding.repaired},
+                                     {"remedy", finding.remedy},
+                                     {"places", finding.places}});
+    }
+    const Mesh& mesh = result.scene.mesh;
+    report["mesh"] = {{"triangles", mesh.triangles.size()}, {"points", mesh.points.size()},
+                      {"patches", mesh.patch_count},        {"area", mesh.area},
+                      {"low", list(Rgb(mesh.low))},         {"high", list(Rgb(mesh.high))}};
+    report["notes"] = result.notes;
+
+    const BakeOptions& options = result.options;
+    Json& chosen = report["options"];
+    for (const auto& [kind, choice] : result.plugins) {
+        chosen[kind] = choice;
+    }
+    chosen["spacing"] = options.spacing;
+    chosen["sites"] = options.sites == 0 ? Json(nullptr) : Json(options.sites);
+    chosen["neighbours"] = options.neighbours;
+    chosen["rays"] = options.rays;
+    chosen["tolerance"] = options.solve.tolerance;
+    chosen["max_iterations"] = options.solve.max_iterations;
+    chosen["reflectance"] = list(options.reflectance);
+    chosen["sky"] = list(result.scene.sky);
+    chosen["output_spacing"] = options.output_spacing;
+    chosen["seed"] = options.seed;
+
+    report["sites"] = {{"count", result.sites.size()}, {"spacing", result.sites.spacing}};
+    Json& transport = report["transport"];
+    transport["channels"] = result.channels;
+    transport["estimated_rays"] = result.estimate.rays;
+    transport["estimated_segments"] = result.estimate.segments;
+    transport["estimated_bytes"] = result.estimate.transport_bytes;
+    if (!baked) {
+        transport["estimated_seconds"] = result.estimate.seconds;
+    } else {
+        transport["rays"] = result.rays;
+        transport["segments"] = result.segments;
+        transport["nonzeros"] = result.nonzeros;
+        transport["largest_row_sum"] = result.largest_row_sum;
+        transport["mean_share_on_backs"] = result.mean_back;
+        transport["condition"] = result.condition;
+        transport["spectral_radius"] = result.spectral_radius;
+        transport["spectral_radius_is_bound"] = result.spectral_radius_is_bound;
+        report["solve"] = {{"reason", word(result.solve.reason)},
+                           {"iterations", result.solve.iterations},
+                           {"residual", result.solve.residual},
+                           {"residual_history", result.solve.residual_history}};
+        const EnergyBalance& energy = result.energy;
+        report["energy"] = {{"unit", "W, one number a channel"},  {"emitted", list(energy.emitted)},
+                            {"from_sky", list(energy.from_sky)},  {"absorbed", list(energy.absorbed)},
+                            {"escaped", list(energy.escaped)},    {"ended_on_backs", list(energy.blocked)},
+                            {"imbalance", list(energy.imbalance)}};
+        report["output"] = {{"vertices", result.mesh.vertices.size()},
+                            {"triangles", result.mesh.triangles.size()},
+                            {"display_exposure", display_exposure(result)}};
+    }
+    report["seconds"] = Json::array();
+    for (const auto& [phase, took] : result.seconds) {
+        report["seconds"].push_back({{"phase", phase}, {"seconds", took}});
+    }
+    report["peak_memory_bytes"] = peak_memory();
+    return report.dump(2) + "\n";
+}
+
+} // namespace difusa
