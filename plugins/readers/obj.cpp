@@ -1,0 +1,327 @@
+// reader obj: Wavefront OBJ polygons, with the materials of its MTL libraries.
+//
+// Read: v (with colours after the coordinates), f (also relative indices), usemtl, mtllib, continued lines. Passed
+// over: normals, texture coordinates, groups, smoothing. Noted: lines, points, free-form surfaces, unknown statements,
+// materials and libraries that are missing.
+//
+// tinyobjloader 2.0 is not used: its numbers are off by an ulp and NaN reads as 0, what is not a number reads as 0
+// too, a polygon has at most 255 corners, faces lose their line numbers, and a continued line is an error.
+#include <difusa/core/error.h>
+#include <difusa/plugin/plugin.h>
+#include <difusa/scene/file_colours.h>
+#include <difusa/scene/material_library.h>
+#include <difusa/scene/reader.h>
+#include <difusa/scene/tally.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <unordered_map>
+#include <unordered_set>
+
+namespace {
+
+using namespace difusa;
+using Reach = TextScanner::Reach;
+
+bool is_one_of(std::string_view word, std::initializer_list<std::string_view> words) {
+    return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+class ObjFile {
+  public:
+    ObjFile(std::string_view content, const std::filesystem::path& name, PolygonSoup& soup)
+        : scanner_(content, soup.file, {.comments = true, .continuation = true}), folder_(name.parent_path()),
+          soup_(soup) {}
+
+    void read() {
+        std::string_view word;
+        while (scanner_.next(word, Reach::file)) {
+            line_ = scanner_.line();
+            statement(word);
+        }
+        if (soup_.points.empty() && soup_.face_count() == 0) {
+            scanner_.fail("the file holds neither points (v) nor faces (f): this is not an OBJ file, or an empty one; "
+                          "export the mesh again");
+        }
+        finish_colours();
+        finish_materials();
+        write_notes();
+    }
+
+  private:
+    void statement(std::string_view word) {
+        if (word == "v") {
+            read_point();
+        } else if (word == "f" || word == "fo") {
+            read_face();
+        } else if (word == "usemtl") {
+            use_material(scanner_.rest_of_line());
+        } else if (word == "mtllib") {
+            read_libraries(scanner_.rest_of_line());
+        } else {
+            pass_over(word);
+        }
+    }
+
+    void pass_over(std::string_view word) {
+        if (word == "l" || word == "p") {
+            without_surface_.add(line_, excerpt(word));
+        } else if (is_one_of(word, {"curv", "curv2", "surf", "call", "bzp", "bsp", "cdc", "cdp", "res"})) {
+            free_form_.add(line_, excerpt(word));
+        } else if (!is_one_of(word, {"vn",         "vt",       "vp",       "g",    "o",      "s",      "mg",
+                                     "bevel",      "c_interp", "d_interp", "lod",  "usemap", "maplib", "trace_obj",
+                                     "shadow_obj", "cstype",   "deg",      "bmat", "step",   "parm",   "trim",
+                                     "hole",       "scrv",     "sp",       "end",  "con",    "ctech",  "stech"})) {
+            unknown_.add(line_, excerpt(word));
+        }
+        // Not rest_of_line: the statement may go on after a `\`.
+        while (scanner_.next(word, Reach::line)) {
+        }
+    }
+
+    /// v x y z, then nothing, w, r g b, or r g b and opacity.
+    void read_point() {
+        words_.clear();
+        std::string_view token;
+        while (scanner_.next(token, Reach::line)) {
+            words_.push_back(token);
+        }
+        Vec3 point;
+        for (std::size_t k = 0; k < 3; ++k) {
+            if (k == words_.size()) {
+                scanner_.fail_missing({"a coordinate of a point"}, Reach::line);
+            }
+            if (!parse_real(words_[k], point[static_cast<Eigen::Index>(k)])) {
+                scanner_.fail_unexpected(words_[k], {"a coordinate of a point"});
+            }
+        }
+        if (soup_.points.size() + 1 >= none) {
+            scanner_.fail("the mesh has more points than 32 bits can number: split it");
+        }
+        soup_.points.push_back(point);
+        soup_.point_line.push_back(line_);
+        switch (words_.size()) {
+        case 3:
+            break;
+        case 4: {
+            double weight = 0.0;
+            if (!parse_real(words_[3], weight)) {
+                scanner_.fail_unexpected(words_[3], {"the weight of a point or the end of the line"});
+            }
+            if (weight != 1.0) {
+                weighted_.add(line_);
+            }
+            break;
+        }
+        case 6:
+        case 7:
+            add_colour(colours_.read(std::span(words_).subspan(3), scanner_));
+            break;
+        default:
+            scanner_.fail("a point has 3 coordinates, and then a weight or a colour of 3 or 4 components, not " +
+                          std::to_string(words_.size()) + " numbers: correct the line");
+        }
+    }
+
+    void add_colour(const Rgb& colour) {
+        soup_.point_reflectance.resize(soup_.points.size() - 1, Rgb::Constant(without_colour));
+        soup_.point_reflectance.push_back(colour);
+    }
+
+    void read_face() {
+        corners_.clear();
+        std::string_view token;
+        while (scanner_.next(token, Reach::line)) {
+            corners_.push_back(parse_corner(token));
+        }
+        if (corners_.empty()) {
+            scanner_.fail_missing({"a corner of a face"}, Reach::line);
+        }
+        soup_.add_face(corners_, material_, line_);
+    }
+
+    /// "point", "point/texture", "point//normal" or "point/texture/normal". Indices count from 1, or from -1 backwards
+    /// from the latest point. What cannot be the number of a point becomes `none`.
+    Index parse_corner(std::string_view token) const {
+        const std::size_t slash = std::min(token.find('/'), token.size());
+        std::int64_t index = 0;
+        if (!parse_integer(token.substr(0, slash), index) ||
+            token.find_first_not_of("0123456789+-/", slash) != std::string_view::npos ||
+            std::count(token.begin(), token.end(), '/') > 2) {
+            scanner_.fail_unexpected(token, {"a corner of a face (point/texture/normal)"});
+        }
+        const auto points = static_cast<std::int64_t>(soup_.points.size());
+        const std::int64_t number = index > 0 ? index - 1 : (index < 0 ? points + index : -1);
+        return number < 0 || number >= none ? none : static_cast<Index>(number);
+    }
+
+    /// Numbers of names until the libraries are read: `mtllib` may follow the faces.
+    void use_material(std::string_view name) {
+        if (name.empty()) {
+            material_ = none;
+            return;
+        }
+        const auto [place, is_new] = name_numbers_.try_emplace(std::string(name), static_cast<Index>(names_.size()));
+        if (is_new) {
+            names_.push_back({place->first, line_});
+        }
+        material_ = place->second;
+    }
+
+    /// One name, which may have blanks, or several.
+    void read_libraries(std::string_view names) {
+        if (names.empty()) {
+            scanner_.fail("mtllib names no file: write the name of the material library, or remove the line");
+        }
+        if (read_library(names, names)) {
+            return;
+        }
+        TextScanner parts(names, soup_.file, {});
+        std::string_view part;
+        bool all_read = true;
+        while (parts.next(part, Reach::line)) {
+            all_read = (read_library(part, part) || read_library(part, file_name(part))) && all_read;
+        }
+        if (!all_read && !read_library(names, file_name(names))) {
+            missing_libraries_.add(line_, excerpt(names));
+        }
+    }
+
+    /// Exporters write paths of their own machine: the file may have moved along with the OBJ file.
+    static std::string_view file_name(std::string_view path) {
+        return path.substr(path.find_last_of("/\\") + 1); // npos + 1 = 0
+    }
+
+    /// Reads the library `name` from the file `path`, seen from the OBJ file. False if there is no such file.
+    bool read_library(std::string_view name, std::string_view path) {
+        if (libraries_.contains(std::string(name))) {
+            return true;
+        }
+        std::string portable(path);
+        std::replace(portable.begin(), portable.end(), '\\', '/');
+        for (const std::filesystem::path& candidate : {folder_ / std::string(path), folder_ / portable}) {
+            std::error_code error;
+            if (std::filesystem::is_regular_file(candidate, error)) {
+                libraries_.insert(std::string(name));
+                add_library(candidate);
+                return true;
+            }
+        }
+        return false;
+    }
+
+    void add_library(const std::filesystem::path& path) {
+        std::error_code error;
+        if (std::filesystem::file_size(path, error) == 0 && !error) {
+            return; // a library without materials; those that are used will be missed
+        }
+        MaterialLibrary library = parse_material_library(read_file(path), path.string());
+        for (Material& material : library.materials) {
+            const auto number = static_cast<Index>(soup_.materials.size());
+            if (defined_.try_emplace(material.name, number).second) {
+                soup_.materials.push_back(std::move(material));
+            } else {
+                redefined_.add(line_, excerpt(material.name));
+            }
+        }
+        soup_.notes.insert(soup_.notes.end(), library.notes.begin(), library.notes.end());
+    }
+
+    void finish_colours() {
+        if (soup_.point_reflectance.empty()) {
+            return;
+        }
+        soup_.point_reflectance.resize(soup_.points.size(), Rgb::Constant(without_colour));
+        colours_.finish(scanner_, soup_);
+        std::size_t uncoloured = 0;
+        for (Rgb& colour : soup_.point_reflectance) {
+            if (std::isnan(colour[0])) {
+                colour = Material{}.reflectance;
+                ++uncoloured;
+            }
+        }
+        if (uncoloured > 0) {
+            soup_.notes.push_back(std::to_string(uncoloured) + " of " + std::to_string(soup_.points.size()) +
+                                  " points have no colour though others do: their reflectance is 0.5");
+        }
+    }
+
+    void finish_materials() {
+        std::vector<Index> number(names_.size(), none);
+        for (std::size_t i = 0; i < names_.size(); ++i) {
+            const auto place = defined_.find(names_[i].name);
+            if (place != defined_.end()) {
+                number[i] = place->second;
+            } else {
+                undefined_.add(names_[i].line, excerpt(names_[i].name));
+            }
+        }
+        for (Index& material : soup_.face_material) {
+            if (material != none) {
+                material = number[material];
+                faces_without_ += material == none;
+            }
+        }
+    }
+
+    void write_notes() {
+        std::vector<std::string>& notes = soup_.notes;
+        missing_libraries_.note("mtllib lines whose files are not there", "put the files beside the OBJ file", notes);
+        undefined_.note("materials that are used but not defined",
+                        "faces of the default reflectance for it: " + std::to_string(faces_without_), notes);
+        redefined_.note("materials defined by more than one library", "the first definition counts", notes);
+        without_surface_.note("lines of kind l or p", "they carry no surface and are not read", notes);
+        free_form_.note("free-form or called statements", "export polygons, or their surface is missing", notes);
+        unknown_.note("lines that begin with words OBJ does not know", "they are passed over", notes);
+        weighted_.note("points with a weight other than 1", "weights mean nothing for polygons", notes);
+        if (scanner_.ends_abruptly()) {
+            soup_.notes.push_back(
+                "the last line has no end: if the file was cut short there, its last number is wrong");
+        }
+    }
+
+    static constexpr double without_colour = std::numeric_limits<double>::quiet_NaN(); // until all points are read
+
+    struct UsedName {
+        std::string name;
+        std::uint32_t line;
+    };
+
+    TextScanner scanner_;
+    std::filesystem::path folder_;
+    PolygonSoup& soup_;
+    FileColours colours_;
+    std::uint32_t line_ = 0; ///< where the current statement begins
+    std::vector<std::string_view> words_;
+    std::vector<Index> corners_;
+
+    Index material_ = none; ///< number in `names_`
+    std::vector<UsedName> names_;
+    std::unordered_map<std::string, Index> name_numbers_;
+    std::unordered_map<std::string, Index> defined_; ///< number in the soup's materials
+    std::unordered_set<std::string> libraries_;      ///< read already
+    std::size_t faces_without_ = 0;
+
+    Tally missing_libraries_, undefined_, redefined_, without_surface_, free_form_, unknown_, weighted_;
+};
+
+class ObjReader final : public Reader {
+  public:
+    explicit ObjReader(const Parameters&) {}
+
+    std::vector<std::string> extensions() const override { return {"obj"}; }
+
+    PolygonSoup read(const std::filesystem::path& file) const override { return parse(read_file(file), file); }
+
+    PolygonSoup parse(std::string_view content, const std::filesystem::path& name) const override {
+        PolygonSoup soup;
+        soup.file = name.string();
+        ObjFile(content, name, soup).read();
+        return soup;
+    }
+};
+
+} // namespace
+
+DIFUSA_PLUGIN(reader, "obj", ObjReader, "Wavefront OBJ polygons with MTL materials (.obj).", {})

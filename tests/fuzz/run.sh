@@ -1,0 +1,36 @@
+#!/usr/bin/env bash
+# Runs each fuzz target for a bounded time, from the committed seeds; fails on any finding.
+#   tests/fuzz/run.sh SECONDS_EACH BUILD_DIR
+# BUILD_DIR is a build folder in which the targets are built; they are looked for in it and below. What the run learns
+# stays in BUILD_DIR/fuzz-corpus and makes the next one start further on; findings are kept in BUILD_DIR/fuzz-findings.
+set -euo pipefail
+
+if [[ $# -ne 2 || ! $1 =~ ^[0-9]+$ || ! -d $2 ]]; then
+    echo "usage: $0 SECONDS_EACH BUILD_DIR" >&2
+    exit 1
+fi
+seconds=$1
+build=$(cd "$2" && pwd)
+here=$(cd "$(dirname "$0")" && pwd)
+status=0
+
+for reader in off obj ply stl; do
+    target=$(find "$build" -name "fuzz_$reader" -type f -perm -u+x -print -quit)
+    if [[ -z $target ]]; then
+        echo "fuzz_$reader is not built in $build: build it first (see tests/fuzz/CMakeLists.txt)" >&2
+        exit 1
+    fi
+    learned=$build/fuzz-corpus/$reader
+    findings=$build/fuzz-findings/$reader
+    mkdir -p "$learned" "$findings"
+    log=$findings/log
+    if "$target" -max_total_time="$seconds" -timeout=5 -rss_limit_mb=512 -max_len=4096 -print_final_stats=1 \
+        -dict="$here/$reader.dict" -artifact_prefix="$findings/" "$learned" "$here/corpus/$reader" 2>"$log"; then
+        echo "fuzz_$reader: $(sed -n 's/^stat::number_of_executed_units: *//p' "$log") inputs in $seconds s, no finding"
+    else
+        echo "fuzz_$reader: a finding, kept in $findings" >&2
+        tail -n 40 "$log" >&2
+        status=1
+    fi
+done
+exit $status

@@ -1,0 +1,248 @@
+// The reader `obj` and its material libraries on good, odd and hostile files.
+#include <readers.h>
+
+#include <difusa/scene/material_library.h>
+
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <random>
+
+namespace {
+
+using namespace difusa;
+using readers::notes;
+using readers::refusal;
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+namespace fs = std::filesystem;
+
+PolygonSoup obj(std::string_view content) {
+    return readers::parse("obj", content);
+}
+
+const std::string square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 2 3 4\n";
+
+/// A fresh directory that is removed at the end.
+class ObjLibraries : public testing::Test {
+  protected:
+    void SetUp() override {
+        folder_ = fs::temp_directory_path() / ("difusa_obj_" + std::to_string(std::random_device{}()));
+        fs::create_directories(folder_);
+    }
+    void TearDown() override { fs::remove_all(folder_); }
+
+    void write(const std::string& name, const std::string& text) const {
+        std::ofstream(folder_ / name, std::ios::binary) << text;
+    }
+    PolygonSoup read(const std::string& text) const {
+        write("room.obj", text);
+        return readers::reader("obj")->read(folder_ / "room.obj");
+    }
+    fs::path folder_;
+};
+
+TEST(ObjReader, ReadsPolygonsAndTheirLines) {
+    const PolygonSoup soup = obj("# a square\n" + square);
+    ASSERT_EQ(soup.points.size(), 4U);
+    EXPECT_EQ(soup.points[2], Vec3(1, 1, 0));
+    ASSERT_EQ(soup.face_count(), 2U);
+    EXPECT_THAT(soup.face(1), ElementsAre(0, 1, 2, 3));
+    EXPECT_THAT(soup.point_line, ElementsAre(2, 3, 4, 5));
+    EXPECT_THAT(soup.face_line, ElementsAre(6, 7));
+    EXPECT_THAT(soup.face_material, ElementsAre(none, none));
+    EXPECT_THAT(soup.point_reflectance, IsEmpty());
+    EXPECT_THAT(soup.notes, IsEmpty());
+}
+
+TEST(ObjReader, ReadsAllFormsOfCorners) {
+    const std::string points = "v 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nvn 0 0 1\n";
+    const PolygonSoup plain = obj(points + "f 1 2 3\n");
+    for (const char* face : {"f 1/1 2/1 3/1\n", "f 1//1 2//1 3//1\n", "f 1/1/1 2/1/1 3/1/1\n", "f -3 -2 -1\n",
+                             "f -3/-1/-1 2/1/1 -1\n", "fo 1 2 3\n", "f 1 2 3 # remark\r\n", "f 1 \\\n  2\\\r\n 3\n",
+                             "  f\t1  2 3  \n", "o a\ng b c\ns off\nf +1 2 3\n"}) {
+        SCOPED_TRACE(face);
+        readers::expect_equal(obj(points + face), plain);
+    }
+}
+
+TEST(ObjReader, RelativeIndicesCountFromTheLatestPoint) {
+    const PolygonSoup soup = obj("v 0 0 0\nv 1 0 0\nv 1 1 0\nf -3 -2 -1\nv 0 1 0\nf -3 -2 -1\nf 1 2 5\nv 9 9 9\n");
+    EXPECT_THAT(soup.face(0), ElementsAre(0, 1, 2));
+    EXPECT_THAT(soup.face(1), ElementsAre(1, 2, 3));
+    EXPECT_THAT(soup.face(2), ElementsAre(0, 1, 4)); // a point may follow the faces that use it
+}
+
+TEST(ObjReader, KeepsIndicesThatNameNoPoint) {
+    const PolygonSoup soup = obj("v 0 0 0\nf 0 -2 1\nf 7 1 99999999999\nf 1\n");
+    EXPECT_THAT(soup.face(0), ElementsAre(none, none, 0));
+    EXPECT_THAT(soup.face(1), ElementsAre(6, 0, none));
+    EXPECT_THAT(soup.face(2), ElementsAre(0));
+}
+
+TEST(ObjReader, LinesAreCountedAcrossContinuedOnes) {
+    const PolygonSoup soup =
+        obj("# a comment is not continued \\\nv 0 0 \\\n0\nv 1 0 0\nv 0 1 0\nf 1 \\\n2 \\\n3\nf 3 2 1\n");
+    EXPECT_THAT(soup.point_line, ElementsAre(2, 4, 5));
+    EXPECT_THAT(soup.face_line, ElementsAre(6, 9));
+}
+
+TEST(ObjReader, KeepsDoublesToTheLastBit) {
+    const PolygonSoup soup = obj("v 1e-300 0.1 0.33333333333333331\nv 0.725 1.2345678901234567 nan\n");
+    EXPECT_EQ(soup.points[0], Vec3(1e-300, 0.1, 1.0 / 3.0));
+    EXPECT_EQ(soup.points[1][0], 0.725);
+    EXPECT_EQ(soup.points[1][1], 1.2345678901234567);
+    EXPECT_TRUE(std::isnan(soup.points[1][2]));
+}
+
+TEST(ObjReader, PointColoursTo255EqualColoursTo1) {
+    const PolygonSoup whole = obj("v 0 0 0 255 51 0\nv 1 0 0 102 0 153 255\nv 0 1 0 0 0 0\nf 1 2 3\n");
+    const PolygonSoup real = obj("v 0 0 0 1 0.2 0\nv 1 0 0 0.4 0 0.6 1\nv 0 1 0 0 0 0\nf 1 2 3\n");
+    readers::expect_equal(whole, real);
+    EXPECT_TRUE((whole.point_reflectance[0] == Rgb(1, 0.2, 0)).all());
+    EXPECT_THAT(whole.notes, IsEmpty());
+}
+
+TEST(ObjReader, PointsWithoutColourAmongColouredOnesAreNoted) {
+    const PolygonSoup soup = obj("v 0 0 0\nv 1 0 0 0.25 0.5 1.0\nv 0 1 0 1\nf 1 2 3\n");
+    ASSERT_EQ(soup.point_reflectance.size(), 3U);
+    EXPECT_TRUE((soup.point_reflectance[0] == 0.5).all());
+    EXPECT_TRUE((soup.point_reflectance[1] == Rgb(0.25, 0.5, 1)).all());
+    EXPECT_TRUE((soup.point_reflectance[2] == 0.5).all());
+    EXPECT_THAT(notes(soup), HasSubstr("2 of 3 points have no colour"));
+}
+
+TEST(ObjReader, NotesWhatItDoesNotRead) {
+    const std::string text = notes(obj(square + "l 1 2\np 1\nl 2 3\nfoo 1\nsurf 0 1 0 1 1 2\nv 0 0 0 2\n"));
+    EXPECT_THAT(text, AllOf(HasSubstr("lines of kind l or p: 3 (first at line 7: 'l'); they carry no surface"),
+                            HasSubstr("first at line 10: 'foo'"), HasSubstr("first at line 11: 'surf'"),
+                            HasSubstr("points with a weight other than 1: 1 (first at line 12)")));
+}
+
+TEST(ObjReader, RefusesMalformedLines) {
+    EXPECT_THAT(refusal("obj", "v 0 0\n"), AllOf(HasSubstr("test.obj, line 1"), HasSubstr("coordinate")));
+    EXPECT_THAT(refusal("obj", "v 0 0 0\nv a b c\n"), AllOf(HasSubstr("line 2"), HasSubstr("'a'")));
+    EXPECT_THAT(refusal("obj", "v 0 0 0 1 2\n"), HasSubstr("not 5 numbers"));
+    EXPECT_THAT(refusal("obj", "v 0 0 0\nf 1/a 1 1\n"), AllOf(HasSubstr("line 2"), HasSubstr("'1/a'")));
+    EXPECT_THAT(refusal("obj", "v 0 0 0\nf 1/1/1/1 1 1\n"), HasSubstr("'1/1/1/1'"));
+    EXPECT_THAT(refusal("obj", "v 0 0 0\nf /1 1 1\n"), HasSubstr("'/1'"));
+    EXPECT_THAT(refusal("obj", "v 0 0 0\nf 1.0 1 1\n"), HasSubstr("'1.0'"));
+    EXPECT_THAT(refusal("obj", "v 0 0 0\nf\nv 1 0 0\n"), HasSubstr("line 2: the line ends where a corner"));
+    EXPECT_THAT(refusal("obj", "v 0 0 0\nmtllib\n"), HasSubstr("names no file"));
+    EXPECT_THAT(refusal("obj", "solid a\nendsolid\n"), HasSubstr("neither points (v) nor faces (f)"));
+    EXPECT_THAT(refusal("obj", "\n \n"), HasSubstr("neither points (v) nor faces (f)"));
+}
+
+TEST(ObjReader, IsSafeOnFilesCutShort) {
+    readers::expect_safe_prefixes("obj", square);
+}
+
+TEST(ObjReader, TakesTimeInProportionToAHostileFile) {
+    std::string repeated, distinct;
+    for (int i = 0; i < 20000; ++i) {
+        repeated += "mtllib same.mtl\n";
+        distinct += "usemtl m" + std::to_string(i) + "\nf 1 1 1\nword" + std::to_string(i) + "\n";
+    }
+    const auto start = std::chrono::steady_clock::now();
+    const PolygonSoup soup = obj("v 0 0 0\n" + repeated + distinct);
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(10)); // quadratic: minutes
+    EXPECT_EQ(soup.face_count(), 20000U);
+    EXPECT_LE(soup.notes.size(), 5U);
+}
+
+TEST_F(ObjLibraries, KdIsReflectanceAndKeIsEmission) {
+    write("room.mtl", "newmtl red\nKd 0.725 0.1 0.05\nKs 1 1 1\nillum 2\n\nnewmtl lamp top\n\tKd 0.78 \\\n0.78 "
+                      "0.78\nKe 1e6 17 nan\n");
+    const PolygonSoup soup = read("mtllib room.mtl\n" + square +
+                                  "usemtl lamp top  # bright\nf 1 2 3\nusemtl red\nf 1 2 3\n"
+                                  "usemtl\nf 1 2 3\n");
+    ASSERT_EQ(soup.materials.size(), 2U);
+    EXPECT_EQ(soup.materials[0].name, "red");
+    EXPECT_TRUE((soup.materials[0].reflectance == Rgb(0.725, 0.1, 0.05)).all());
+    EXPECT_TRUE((soup.materials[0].emission == 0.0).all());
+    EXPECT_EQ(soup.materials[1].name, "lamp top");
+    EXPECT_TRUE((soup.materials[1].reflectance == 0.78).all());
+    EXPECT_EQ(soup.materials[1].emission[0], 1e6);
+    EXPECT_TRUE(std::isnan(soup.materials[1].emission[2]));
+    EXPECT_THAT(soup.face_material, ElementsAre(none, none, 1, 0, none));
+    EXPECT_THAT(soup.notes, IsEmpty());
+}
+
+TEST_F(ObjLibraries, LibrariesMayFollowTheFacesBeSeveralAndHaveBlanksInTheirNames) {
+    write("my room.mtl", "newmtl a\nKd 0.1 0.1 0.1\n");
+    write("b.mtl", "newmtl b\nKd 0.2 0.2 0.2\n");
+    write("c.mtl", "newmtl c\r\nKd 0.3\r\nnewmtl a\r\nKd 0.9\r\n");
+    const PolygonSoup soup = read(square + "usemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\nusemtl c\nf 1 2 3\n"
+                                           "mtllib my room.mtl\nmtllib b.mtl old\\place\\c.mtl\nmtllib b.mtl\n");
+    ASSERT_EQ(soup.materials.size(), 3U);
+    EXPECT_THAT(soup.face_material, ElementsAre(none, none, 0, 1, 2));
+    EXPECT_EQ(soup.materials[2].reflectance[1], 0.3);
+    EXPECT_THAT(notes(soup), AllOf(HasSubstr("materials defined by more than one library: 1 "), HasSubstr("'a'"),
+                                   Not(HasSubstr("not there"))));
+}
+
+TEST_F(ObjLibraries, WhatIsMissingIsNoted) {
+    write("room.mtl", "newmtl a\nKd 0.1 0.1 0.1\n");
+    const PolygonSoup soup = read("mtllib room.mtl\nmtllib gone.mtl\nmtllib .\n" + square +
+                                  "usemtl b\nf 1 2 3\nf 1 2 3\nusemtl c\nf 1 2 3\n");
+    EXPECT_THAT(soup.face_material, ElementsAre(none, none, none, none, none));
+    EXPECT_THAT(notes(soup), AllOf(HasSubstr("mtllib lines whose files are not there: 2 (first at line 2: 'gone.mtl')"),
+                                   HasSubstr("materials that are used but not defined: 2 (first at line 10: 'b')"),
+                                   HasSubstr("faces of the default reflectance for it: 3")));
+}
+
+TEST_F(ObjLibraries, AMalformedLibraryIsRefusedWithItsLine) {
+    write("room.mtl", "newmtl a\nKd 0,1 0,1 0,1\n");
+    try {
+        read("mtllib room.mtl\n" + square);
+        FAIL();
+    } catch (const InputError& error) {
+        EXPECT_THAT(error.what(), AllOf(HasSubstr("room.mtl, line 2"), HasSubstr("'0,1'")));
+    }
+}
+
+TEST(MaterialLibrary, OneNumberStandsForThree) {
+    const MaterialLibrary library = parse_material_library("newmtl a\nKd 0.5\nKe 3\n", "a.mtl");
+    ASSERT_EQ(library.materials.size(), 1U);
+    EXPECT_TRUE((library.materials[0].reflectance == 0.5).all());
+    EXPECT_TRUE((library.materials[0].emission == 3.0).all());
+}
+
+TEST(MaterialLibrary, NotesWhatChangesTheLight) {
+    const MaterialLibrary library = parse_material_library(
+        "newmtl a\nKd 1 1 1\nd 0.5\nTr 0.5\nnewmtl b\nKd xyz 1 2 3\nmap_Kd x.png\nd 1.0\nTr 0\nnewmtl a\nKd 0 0 0\n"
+        "newmtl c\nKe 1 1 1\nd -halo 0.25\n",
+        "a.mtl");
+    ASSERT_EQ(library.materials.size(), 3U);
+    EXPECT_TRUE((library.materials[0].reflectance == 1.0).all());
+    std::string text;
+    for (const std::string& note : library.notes) {
+        text += note + "\n";
+    }
+    EXPECT_THAT(text,
+                AllOf(HasSubstr("a.mtl: materials without Kd: 2 (first at line 5)"),
+                      HasSubstr("with a texture: 1 (first at line 7)"), HasSubstr("not opaque: 2 (first at line 1)"),
+                      HasSubstr("with a spectral or xyz colour: 1 (first at line 6)"),
+                      HasSubstr("whose name was defined before: 1 (first at line 10)")));
+}
+
+TEST(MaterialLibrary, RefusesMalformedColours) {
+    const auto refusal_of = [](const char* text) -> std::string {
+        try {
+            parse_material_library(text, "a.mtl");
+        } catch (const InputError& error) {
+            return error.what();
+        }
+        return "";
+    };
+    EXPECT_THAT(refusal_of("newmtl a\nKd\n"), HasSubstr("a.mtl, line 2"));
+    EXPECT_THAT(refusal_of("newmtl a\nKd 1 1\n"), HasSubstr("two numbers"));
+    EXPECT_THAT(refusal_of("newmtl a\nKe 1 1 1 1\n"), HasSubstr("'1'"));
+    EXPECT_THAT(refusal_of("Kd 1 1 1\n"), HasSubstr("before the first newmtl"));
+    EXPECT_THAT(refusal_of("newmtl\nKd 1 1 1\n"), HasSubstr("no name"));
+}
+
+} // namespace
