@@ -1,3 +1,4 @@
+# shellcheck shell=bash disable=SC2034
 # Sourced by apps/quickstart.sh and tests/run.sh: the Debian 12 packages difusa is built with, in one place, and a
 # function that installs those of them that are missing.
 
@@ -5,7 +6,7 @@
 build_packages=(
     g++ cmake ninja-build
     libcgal-dev libeigen3-dev libopenmesh-dev libvtk9-dev libembree-dev
-    libcli11-dev libnanoflann-dev libtinyobjloader-dev nlohmann-json3-dev
+    libcli11-dev libnanoflann-dev nlohmann-json3-dev
 )
 
 # Beyond those, to run the tests and checks; formatting and lint depend on the version of clang.
