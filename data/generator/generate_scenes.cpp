@@ -1,0 +1,96 @@
+// Makes the scenes of data/.
+//     generate_scenes [--directory DIR] all
+//     generate_scenes [--directory DIR] NAME
+//     generate_scenes [--directory DIR] room_with_balls TRIANGLES
+// `all` are those that are kept in data/: it must hold what this program makes. room_with_balls is for measuring
+// speed, and too large to keep.
+#include "scenes.h"
+#include "write_scene.h"
+
+#include <charconv>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <functional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace {
+
+using Directory = std::filesystem::path;
+
+struct Kept {
+    std::string name;
+    std::function<void(const Directory&)> write;
+};
+
+const std::vector<Kept>& kept() {
+    using namespace scenes;
+    static const std::vector<Kept> list{
+        {"ball_over_disc", [](const Directory& d) { write_obj(ball_over_disc(), d, "ball_over_disc"); }},
+        {"bowl", [](const Directory& d) { write_ply(bowl(), d, "bowl"); }},
+        {"cornell_box", [](const Directory& d) { write_obj(cornell_box(), d, "cornell_box"); }},
+        {"courtyard", [](const Directory& d) { write_off(courtyard(), d, "courtyard"); }},
+        {"furnace_box", [](const Directory& d) { write_obj(furnace_box(), d, "furnace_box"); }},
+        {"room", [](const Directory& d) { write_off(room(), d, "room"); }},
+        {"ugly", [](const Directory& d) { write_text(ugly_off(), d / "ugly.off"); }},
+    };
+    return list;
+}
+
+std::string usage() {
+    std::string text = "usage: generate_scenes [--directory DIR] NAME [TRIANGLES], NAME one of: all";
+    for (const Kept& scene : kept()) {
+        text += ", " + scene.name;
+    }
+    return text + ", room_with_balls (from 2000 TRIANGLES)";
+}
+
+std::size_t parse_count(const std::string& text) {
+    std::size_t count = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), count);
+    if (error != std::errc() || end != text.data() + text.size()) {
+        throw std::invalid_argument(text + " is not a number of triangles; " + usage());
+    }
+    return count;
+}
+
+void run(std::vector<std::string> words) {
+    Directory directory = ".";
+    if (words.size() >= 2 && words[0] == "--directory") {
+        directory = words[1];
+        words.erase(words.begin(), words.begin() + 2);
+        std::filesystem::create_directories(directory);
+    }
+    if (words.size() == 2 && words[0] == "room_with_balls") {
+        scenes::write_obj(scenes::room_with_balls(parse_count(words[1])), directory, "room_with_balls");
+        return;
+    }
+    bool found = false;
+    for (const Kept& scene : kept()) {
+        if (words.size() == 1 && (words[0] == "all" || words[0] == scene.name)) {
+            scene.write(directory);
+            found = true;
+        }
+    }
+    if (!found) {
+        throw std::invalid_argument(usage());
+    }
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    try {
+        run(std::vector<std::string>(argv + 1, argv + argc));
+        return 0;
+    } catch (const std::invalid_argument& error) {
+        std::fprintf(stderr, "%s\n", error.what());
+        return 1;
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "error: %s\n", error.what());
+        return 2;
+    }
+}

@@ -1,0 +1,136 @@
+#include "write_scene.h"
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <fstream>
+#include <stdexcept>
+
+namespace scenes {
+
+namespace {
+
+std::string number(double value) {
+    char buffer[32];
+    std::snprintf(buffer, sizeof buffer, "%.9g", value);
+    // Rounding noise around zero, such as the cosine of a right angle, is zero.
+    return std::abs(value) < 1e-12 ? "0" : buffer;
+}
+
+std::string triple(double a, double b, double c) {
+    return number(a) + " " + number(b) + " " + number(c);
+}
+
+std::string triple(const Colour& c) {
+    return triple(c.r, c.g, c.b);
+}
+
+std::string remarks(const Surface& surface, const std::string& mark) {
+    std::string text;
+    for (const std::string& remark : surface.remarks) {
+        text.append(mark).append(remark).append("\n");
+    }
+    return text;
+}
+
+void refuse_emission(const Surface& surface) {
+    for (const Material& material : surface.materials) {
+        if (material.emission.r > 0.0 || material.emission.g > 0.0 || material.emission.b > 0.0) {
+            throw std::logic_error("this file format has no emission");
+        }
+    }
+}
+
+/// The low bytes of a number, least first.
+void append(std::string& bytes, std::uint32_t bits, int count) {
+    for (int i = 0; i < count; ++i) {
+        bytes.push_back(static_cast<char>((bits >> (8 * i)) & 0xffU));
+    }
+}
+
+std::uint32_t byte(double share) {
+    return static_cast<std::uint32_t>(std::lround(255.0 * share));
+}
+
+} // namespace
+
+void write_text(const std::string& content, const std::filesystem::path& file) {
+    std::ofstream stream(file, std::ios::binary);
+    stream << content;
+    stream.close();
+    if (!stream) {
+        throw std::runtime_error(file.string() + ": cannot be written");
+    }
+}
+
+void write_obj(const Surface& surface, const std::filesystem::path& directory, const std::string& name) {
+    std::string library = remarks(surface, "# ") + "# Kd: reflectance. Ke: emitted radiosity, W/m^2.\n";
+    for (const Material& material : surface.materials) {
+        library += "\nnewmtl " + material.name + "\nKd " + triple(material.reflectance) + "\nKe " +
+                   triple(material.emission) + "\n";
+    }
+    write_text(library, directory / (name + ".mtl"));
+
+    std::string text = remarks(surface, "# ") + "mtllib " + name + ".mtl\n";
+    for (const Vector& p : surface.points()) {
+        text += "v " + triple(p.x, p.y, p.z) + "\n";
+    }
+    const Face* before = nullptr;
+    for (const Face& face : surface.faces()) {
+        if (before == nullptr || face.material != before->material) {
+            text += "usemtl " + surface.materials[face.material].name + "\n";
+        }
+        before = &face;
+        text += "f";
+        for (const unsigned corner : face.corners) {
+            text += " " + std::to_string(corner + 1);
+        }
+        text += "\n";
+    }
+    write_text(text, directory / (name + ".obj"));
+}
+
+void write_off(const Surface& surface, const std::filesystem::path& directory, const std::string& name) {
+    refuse_emission(surface);
+    std::string text = "OFF\n" + remarks(surface, "# ") + std::to_string(surface.points().size()) + " " +
+                       std::to_string(surface.faces().size()) + " 0\n";
+    for (const Vector& p : surface.points()) {
+        text += triple(p.x, p.y, p.z) + "\n";
+    }
+    for (const Face& face : surface.faces()) {
+        text += std::to_string(face.corners.size());
+        for (const unsigned corner : face.corners) {
+            text += " " + std::to_string(corner);
+        }
+        text += "  " + triple(surface.materials[face.material].reflectance) + "\n";
+    }
+    write_text(text, directory / (name + ".off"));
+}
+
+void write_ply(const Surface& surface, const std::filesystem::path& directory, const std::string& name) {
+    refuse_emission(surface);
+    std::string bytes = "ply\nformat binary_little_endian 1.0\n" + remarks(surface, "comment ") + "element vertex " +
+                        std::to_string(surface.points().size()) +
+                        "\nproperty float x\nproperty float y\nproperty float z\nelement face " +
+                        std::to_string(surface.faces().size()) +
+                        "\nproperty list uchar int vertex_indices\nproperty uchar red\nproperty uchar green\n"
+                        "property uchar blue\nend_header\n";
+    for (const Vector& p : surface.points()) {
+        for (const double coordinate : {p.x, p.y, p.z}) {
+            const float single = std::abs(coordinate) < 1e-12 ? 0.0F : static_cast<float>(coordinate);
+            append(bytes, std::bit_cast<std::uint32_t>(single), 4);
+        }
+    }
+    for (const Face& face : surface.faces()) {
+        append(bytes, static_cast<std::uint32_t>(face.corners.size()), 1);
+        for (const unsigned corner : face.corners) {
+            append(bytes, corner, 4);
+        }
+        const Colour& c = surface.materials[face.material].reflectance;
+        append(bytes, byte(c.r) | byte(c.g) << 8U | byte(c.b) << 16U, 3);
+    }
+    write_text(bytes, directory / (name + ".ply"));
+}
+
+} // namespace scenes

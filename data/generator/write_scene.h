@@ -1,0 +1,25 @@
+// Scenes as files. Numbers of text files are rounded to nine digits and those of binary files to single precision, so
+// that the last bit of a sine does not depend on the machine.
+#pragma once
+
+#include "surface.h"
+
+#include <filesystem>
+#include <string>
+
+namespace scenes {
+
+// Each throws std::runtime_error, naming the file, if it cannot be written.
+
+/// `directory`/`name`.obj with its materials in `name`.mtl.
+void write_obj(const Surface& surface, const std::filesystem::path& directory, const std::string& name);
+
+/// `directory`/`name`.off with a colour for each face; materials that emit are not possible in it.
+void write_off(const Surface& surface, const std::filesystem::path& directory, const std::string& name);
+
+/// `directory`/`name`.ply, binary, little endian, with a colour for each face; likewise.
+void write_ply(const Surface& surface, const std::filesystem::path& directory, const std::string& name);
+
+void write_text(const std::string& content, const std::filesystem::path& file);
+
+} // namespace scenes
