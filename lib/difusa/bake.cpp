@@ -6,6 +6,7 @@
 #include <difusa/core/memory.h>
 #include <difusa/core/random.h>
 #include <difusa/field/evaluate.h>
+#include <difusa/lighting/lamps.h>
 #include <difusa/scene/reader.h>
 #include <difusa/sites/sampler.h>
 #include <difusa/solve/spectral_radius.h>
@@ -28,6 +29,7 @@ namespace difusa {
 namespace {
 
 constexpr std::size_t default_sites = 4000;
+constexpr std::size_t lamp_samples = 64; ///< shadow rays a site
 constexpr std::size_t most_sites = std::size_t{1} << 30U;
 /// A spectral radius that is not below 1 by more than rounding counts as 1.
 constexpr double contraction = 1.0 - 1e-9;
@@ -214,6 +216,9 @@ class Bake {
             estimate.rays = result_.sites.size() * result_.options.rays;
             estimate.transport_bytes = n * std::min(n, rays * estimate.elements_per_ray) * entry;
         }
+        if (!lamp_triangles(result_.scene).empty()) {
+            estimate.segments += result_.sites.size() * lamp_samples;
+        }
         require_memory(estimate.transport_bytes, "transport between " + std::to_string(result_.sites.size()) + " sites",
                        "give a larger --spacing, or fewer --rays");
     }
@@ -259,6 +264,13 @@ class Bake {
             transport_ = gather(scene, result_.sites, *tools_.basis, *tools_.visibility, *tools_.directions,
                                 options.rays, options.seed, execution_);
         }
+        const std::vector<Index> lamps = lamp_triangles(scene);
+        if (!lamps.empty()) {
+            start("lamps");
+            gather_lamps(scene, lamps, result_.sites, *tools_.visibility, lamp_samples, options.seed, execution_,
+                         transport_);
+        }
+        result_.lamps = lamps.size();
         result_.nonzeros = transport_.S.nonzeros();
         result_.rays = transport_.rays;
         result_.segments = transport_.segments;

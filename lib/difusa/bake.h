@@ -64,6 +64,7 @@ struct BakeResult {
     BakeEstimate estimate;
     std::size_t nonzeros = 0;
     std::size_t rays = 0, segments = 0;
+    std::size_t lamps = 0;                 ///< emitting triangles whose light was computed in closed form
     double largest_row_sum = 0.0;          ///< of the transport matrix, reflectance not counted
     double condition = 1.0;                ///< of the interpolation matrix
     double spectral_radius = 0.0;          ///< of K diag(rho)

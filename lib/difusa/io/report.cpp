@@ -94,6 +94,7 @@ std::string report_of(const BakeResult& result) {
     } else {
         transport["rays"] = result.rays;
         transport["segments"] = result.segments;
+        transport["lamp_triangles"] = result.lamps;
         transport["nonzeros"] = result.nonzeros;
         transport["largest_row_sum"] = result.largest_row_sum;
         transport["mean_share_on_backs"] = result.mean_back;
