@@ -219,6 +219,18 @@ TEST(Diagnosis, EveryFaceAndPointIsAccountedFor) {
     EXPECT_THAT(finding(result.diagnosis, "unreferenced-points").places, ElementsAre("point 12 at (7, 7, 7)"));
 }
 
+TEST(Diagnosis, SpikesAndRepetitionsAreRemovedWhereverTheFaceStarts) {
+    const std::vector<Vec3> points{{0, 0, 0}, {2, 0, 0}, {2, 1, 0}, {0, 1, 0}, {-1, -1, 0}, {-2, -3, 0}};
+    std::vector<Index> face{0, 4, 5, 4, 0, 0, 1, 2, 3}; // a spike of two sides at corner 0, which is repeated
+    for (std::size_t start = 0; start < face.size(); ++start) {
+        const DiagnosedMesh result = diagnose(make_soup(points, {face}));
+        EXPECT_EQ(counts(result.diagnosis),
+                  (Counts{{"repeated-corners", 1}, {"orphaned-points", 2}, {"polygons", 1}, {"border-edges", 4}}));
+        EXPECT_DOUBLE_EQ(result.mesh.area, 2.0);
+        std::rotate(face.begin(), face.begin() + 1, face.end());
+    }
+}
+
 TEST(Diagnosis, NeedlesAreKeptAndLinesAreNotWhateverTheScale) {
     for (const test::Motion& motion : test::motions()) {
         SCOPED_TRACE(motion.name);
@@ -351,6 +363,30 @@ TEST(Diagnosis, CubeWithAnyFacesReversedIsRestored) {
             EXPECT_NEAR(signed_volume(result.mesh), inward ? -volume : volume, 1e-8 * volume);
             EXPECT_EQ(counts(result.diagnosis).count("border-edges"), 0U);
         }
+    }
+}
+
+TEST(Diagnosis, BallWithRandomFacesReversedIsRestored) {
+    const Mesh ball = test::icosphere(3);
+    for (std::uint64_t i = 0; i < 10; ++i) {
+        RandomStream random(4, "reversed", i);
+        std::vector<std::vector<Index>> faces;
+        std::vector<double> areas;
+        double reversed_area = 0.0;
+        std::size_t reversed = 0;
+        for (std::size_t t = 0; t < ball.triangles.size(); ++t) {
+            faces.emplace_back(ball.triangles[t].begin(), ball.triangles[t].end());
+            if (random.below(2) == 0) {
+                std::swap(faces.back()[0], faces.back()[1]);
+                reversed_area += ball.areas[t];
+                ++reversed;
+            }
+        }
+        const DiagnosedMesh result = diagnose(make_soup(ball.points, faces));
+        const bool inward = reversed_area > 0.5 * ball.area;
+        EXPECT_NEAR(signed_volume(result.mesh), (inward ? -1 : 1) * signed_volume(ball), 1e-12);
+        EXPECT_EQ(counts(result.diagnosis),
+                  (Counts{{"inconsistent-orientation", inward ? faces.size() - reversed : reversed}}));
     }
 }
 

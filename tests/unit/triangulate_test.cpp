@@ -197,6 +197,28 @@ TEST(Triangulate, NonPlanarPolygonsKeepTheirVectorArea) {
     }
 }
 
+TEST(Triangulate, NonPlanarPolygonsAreSeenAlongTheirNormal) {
+    // Stars that two half turns make equal, so that the heights do not tilt the Newell normal, (1, 1, 1): along it
+    // they are simple, along a coordinate axis the heights shift corners across sides.
+    const Eigen::Matrix3d tilt =
+        Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), Vec3::Ones()).normalized().toRotationMatrix();
+    for (std::uint64_t i = 0; i < 20; ++i) {
+        SCOPED_TRACE(i);
+        RandomStream random(13, "polygon", i);
+        std::vector<Vec3> polygon = test::random_star(24, random);
+        for (std::size_t k = 0; k < 12; ++k) {
+            polygon[k].z() = random.uniform();
+            polygon[k + 12] = Vec3(-polygon[k].x(), -polygon[k].y(), polygon[k].z());
+        }
+        for (Vec3& corner : polygon) {
+            corner = tilt * corner;
+        }
+        const Triangulation cut = triangulate(polygon);
+        EXPECT_FALSE(cut.planar);
+        expect_cover(polygon, cut);
+    }
+}
+
 TEST(Triangulate, PlanarMeansToAMillionthOfTheDiameter) {
     const auto warped = [](double height) {
         return std::vector<Vec3>{{0, 0, 0}, {1, 0, height}, {1, 1, 0}, {0, 1, height}};

@@ -214,10 +214,9 @@ void triangulate_walk(const Walk& walk, const std::vector<Point2>& plane, std::s
 
     // 1. The distinct corners, and where each of them is in the triangulation.
     std::vector<std::pair<Point2, Index>> points;
-    std::vector<char> seen(corners.size(), 0);
+    std::vector<Index> visits(corners.size(), 0);
     for (const Index vertex : walk) {
-        if (seen[vertex] == 0) {
-            seen[vertex] = 1;
+        if (visits[vertex]++ == 0) {
             points.emplace_back(plane[vertex], vertex);
         }
     }
@@ -228,15 +227,23 @@ void triangulate_walk(const Walk& walk, const std::vector<Point2>& plane, std::s
         handle[vertex->info()] = vertex;
     }
 
+    // The triangulation looks at all neighbours of a side's first end: the end that fewer sides share goes first, so
+    // that a corner visited n times does not cost n² looks.
+    const auto side = [&](std::size_t k) {
+        const Index from = walk[k], to = walk[(k + 1) % n];
+        const bool forward = visits[from] <= visits[to];
+        return std::make_tuple(handle[forward ? from : to], handle[forward ? to : from], forward ? 1 : -1);
+    };
+
     // 2. The sides as constraints. A side that meets another one in its interior ends here.
     for (std::size_t k = 0; k < n; ++k) {
-        const Index from = walk[k], to = walk[(k + 1) % n];
+        const auto [first, last, direction] = side(k);
         try {
-            if (from != to) {
-                delaunay.insert_constraint(handle[from], handle[to]);
+            if (first != last) {
+                delaunay.insert_constraint(first, last);
             }
         } catch (const Delaunay::Intersection_of_constraints_exception&) {
-            result.place = corners[from];
+            result.place = corners[walk[k]];
             return;
         }
     }
@@ -247,17 +254,16 @@ void triangulate_walk(const Walk& walk, const std::vector<Point2>& plane, std::s
 
     // 3. How often and in which direction each edge is run along; a side may be several edges in a row.
     for (std::size_t k = 0; k < n; ++k) {
-        Delaunay::Vertex_handle from = handle[walk[k]];
-        const Delaunay::Vertex_handle to = handle[walk[(k + 1) % n]];
-        while (from != to) {
+        auto [here, last, direction] = side(k);
+        while (here != last) {
             Delaunay::Vertex_handle next;
             Delaunay::Face_handle face;
             int i = 0;
-            delaunay.includes_edge(from, to, next, face, i);
-            const int left = face->vertex(Delaunay::ccw(i)) == from ? 1 : -1;
-            face->info().rise[static_cast<std::size_t>(i)] += left;
-            face->neighbor(i)->info().rise[static_cast<std::size_t>(delaunay.mirror_index(face, i))] -= left;
-            from = next;
+            delaunay.includes_edge(here, last, next, face, i);
+            const int rise = face->vertex(Delaunay::ccw(i)) == here ? direction : -direction;
+            face->info().rise[static_cast<std::size_t>(i)] += rise;
+            face->neighbor(i)->info().rise[static_cast<std::size_t>(delaunay.mirror_index(face, i))] -= rise;
+            here = next;
         }
     }
     number_windings(delaunay);
