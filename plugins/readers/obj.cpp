@@ -276,7 +276,7 @@ class ObjFile {
         unknown_.note("lines that begin with words OBJ does not know", "they are passed over", notes);
         weighted_.note("points with a weight other than 1", "weights mean nothing for polygons", notes);
         if (scanner_.ends_abruptly()) {
-            soup_.notes.push_back(
+            soup_.notes.emplace_back(
                 "the last line has no end: if the file was cut short there, its last number is wrong");
         }
     }

@@ -107,7 +107,7 @@ class TextFile {
         colours_.finish(scanner_, soup_);
         note_map_indices(map_indices_, soup_);
         if (scanner_.ends_abruptly()) {
-            soup_.notes.push_back(
+            soup_.notes.emplace_back(
                 "the last line has no end: if the file was cut short there, its last number is wrong");
         }
     }
@@ -353,7 +353,7 @@ class OffReader final : public Reader {
         const std::optional<Layout> layout = parse_keyword(word);
         std::int64_t count = 0;
         if (!layout && parse_integer(word, count)) {
-            soup.notes.push_back("the file does not begin with the word OFF; it was read as if it did");
+            soup.notes.emplace_back("the file does not begin with the word OFF; it was read as if it did");
             TextFile(start, Layout{}, soup).read();
             return soup;
         }

@@ -64,7 +64,7 @@ class TextSource {
                           " after all its header announces: correct the header, or remove what is too much");
         }
         if (scanner_.ends_abruptly()) {
-            notes.push_back("the last line has no end: if the file was cut short there, its last number is wrong");
+            notes.emplace_back("the last line has no end: if the file was cut short there, its last number is wrong");
         }
     }
 

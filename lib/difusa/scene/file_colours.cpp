@@ -82,7 +82,7 @@ double FileColours::scale(const TextScanner& scanner) const {
 void FileColours::finish(const TextScanner& scanner, PolygonSoup& soup) const {
     const double one = scale(scanner);
     if (real_line_ == 0 && largest_.value == 1.0) {
-        soup.notes.push_back("all colour components are 0 or 1: taken as counting from 0 to 1, not to 255");
+        soup.notes.emplace_back("all colour components are 0 or 1: taken as counting from 0 to 1, not to 255");
     }
     note_opacity(one == 1.0 ? below_one_ : below_255_, soup.notes);
     for (Rgb& colour : soup.point_reflectance) {
