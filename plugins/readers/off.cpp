@@ -55,13 +55,13 @@ bool is_other_dimension(std::string_view word) {
 /// Refuses counts that do not fit into the rest of the file, whose points and faces take the given bytes at least.
 template <class Scanner>
 Counts checked(std::int64_t points, std::int64_t faces, double point_bytes, double face_bytes, std::size_t available,
-               const Scanner& scanner) {
+               const Scanner& scanner, const std::string& remedy) {
     if (points < 0 || faces < 0 || points >= none ||
         static_cast<double>(points) * point_bytes + static_cast<double>(faces) * face_bytes >
             static_cast<double>(available)) {
         scanner.fail("the header announces " + std::to_string(points) + " points and " + std::to_string(faces) +
                      " faces, which is impossible in the " + std::to_string(available) +
-                     " bytes that follow: the file was cut short or its header is wrong; export it again");
+                     " bytes that follow: the file was cut short or its header is wrong; " + remedy);
     }
     return {static_cast<std::size_t>(points), static_cast<std::size_t>(faces)};
 }
@@ -122,9 +122,9 @@ class TextFile {
         if (!scanner_.at_line_end() || !same_line) {
             scanner_.integer({"the number of edges"}, Reach::file);
         }
-        const double numbers = 3 + 3 * layout_.normal + 3 * layout_.colour + 2 * layout_.texture;
-        // A digit and a blank for each number; the last one may have no blank.
-        return checked(points, faces, 2 * numbers, 2, scanner_.remaining() + 1, scanner_);
+        // A digit and a blank for each number; the last one may have no blank. Colours may be missing, see below.
+        const double numbers = 3 + 3 * layout_.normal + 2 * layout_.texture;
+        return checked(points, faces, 2 * numbers, 2, scanner_.remaining() + 1, scanner_, "export it again");
     }
 
     void read_point(std::size_t number, std::size_t total) {
@@ -150,7 +150,8 @@ class TextFile {
         }
     }
 
-    /// On a line of its own a point has 3 or 4 components; in a stream, 4.
+    /// On a line of its own a point has 3 or 4 components, or no point of the file has any: some writers say COFF
+    /// where only faces have colours. In a stream it has 4.
     void read_point_colour(const Expected& expected) {
         words_.clear();
         std::string_view token;
@@ -166,8 +167,14 @@ class TextFile {
             while (scanner_.next(token, Reach::line)) {
                 words_.push_back(token);
             }
+            if (words_.size() == texture && soup_.point_reflectance.empty()) {
+                return;
+            }
             if (words_.size() < 3 + texture) {
                 scanner_.fail_missing(expected, reach_);
+            }
+            if (soup_.point_reflectance.size() + 1 < soup_.points.size()) {
+                scanner_.fail("the point has a colour, but those before it have none: complete or remove the colours");
             }
             words_.resize(words_.size() - texture);
             if (words_.size() > 4) {
@@ -249,7 +256,9 @@ class BinaryFile {
         const auto faces = scanner_.take<std::int32_t>({"the number of faces"});
         scanner_.take<std::int32_t>({"the number of edges"});
         const double numbers = 3 + 3 * layout_.normal + 4 * layout_.colour + 2 * layout_.texture;
-        const Counts counts = checked(points, faces, 4 * numbers, 8, scanner_.remaining(), scanner_);
+        const Counts counts = checked(points, faces, 4 * numbers, 8, scanner_.remaining(), scanner_,
+                                      "or its numbers are not big-endian, as those of a binary OFF file must be: "
+                                      "export it as text");
         for (std::size_t i = 0; i < counts.points; ++i) {
             read_point({"point", i + 1, counts.points});
         }

@@ -137,6 +137,15 @@ TEST(OffReader, ColoursTo255EqualColoursTo1) {
     readers::expect_equal(with("255 51 0 255", "102 0 153 255"), with("1 2e-1 0 1", "0.4 0.0 0.6 1.0"));
 }
 
+TEST(OffReader, OnlyFacesMayHaveColoursAfterTheWordCOFF) {
+    const std::string body = " 3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 255 0 128\n";
+    readers::expect_equal(off("COFF" + body), off("OFF" + body));
+    EXPECT_THAT(refusal("off", "COFF 2 1 0\n0 0 0\n1 0 0 1 1 1\n1 0\n"),
+                AllOf(HasSubstr("line 3"), HasSubstr("those before it have none")));
+    EXPECT_THAT(refusal("off", "COFF 2 1 0\n0 0 0 1 1 1\n1 0 0\n1 0\n"),
+                AllOf(HasSubstr("line 3"), HasSubstr("a colour component of point 2 of 2")));
+}
+
 TEST(OffReader, AWholeNumberScaleThatCannotBeToldIsNoted) {
     const PolygonSoup soup = off("OFF 3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 1 0 1\n");
     EXPECT_TRUE((soup.materials[0].reflectance == Rgb(1, 0, 1)).all());
@@ -208,6 +217,8 @@ TEST(OffReader, BinaryEqualsText) {
     EXPECT_THAT(notes(soup), HasSubstr("colour map"));
     readers::expect_safe_prefixes("off", binary.content());
     EXPECT_THAT(notes(off(binary.content() + "four")), HasSubstr("4 bytes"));
+    EXPECT_THAT(refusal("off", readers::Bytes(std::endian::little, "OFF BINARY\n").add({3, 1, 0, 0}).content()),
+                HasSubstr("not big-endian"));
 }
 
 } // namespace
