@@ -5,6 +5,7 @@
 #include <difusa/basis/projection.h>
 #include <difusa/core/memory.h>
 #include <difusa/core/random.h>
+#include <difusa/core/text.h>
 #include <difusa/field/evaluate.h>
 #include <difusa/lighting/lamps.h>
 #include <difusa/scene/reader.h>
@@ -22,7 +23,6 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
-#include <sstream>
 
 namespace difusa {
 
@@ -33,12 +33,6 @@ constexpr std::size_t lamp_samples = 64; ///< shadow rays a site
 constexpr std::size_t most_sites = std::size_t{1} << 30U;
 /// A spectral radius that is not below 1 by more than rounding counts as 1.
 constexpr double contraction = 1.0 - 1e-9;
-
-std::string text(double value) {
-    std::ostringstream stream;
-    stream << value;
-    return stream.str();
-}
 
 /// The choices of a bake as objects.
 struct Tools {
@@ -280,7 +274,7 @@ class Bake {
                 transport_.back.empty() ? 0.0 : transport_.back[j] / static_cast<double>(result_.sites.size());
         }
         if (result_.mean_back > 0.1) {
-            note(text(std::round(100.0 * result_.mean_back)) +
+            note(text_of(std::round(100.0 * result_.mean_back)) +
                  " % of the light paths end on the backs of faces, which neither receive nor send light: if the "
                  "result is too dark, turn those faces over in the modelling program");
         }
@@ -315,8 +309,8 @@ class Bake {
         result_.solve = tools_.solver->solve(problem, result_.options.solve, execution_);
         if (!result_.solve.converged()) {
             throw NotConverged("the solver " + result_.options.solver + " " + result_.solve.sentence() +
-                               " (wanted: " + text(result_.options.solve.tolerance) + "). The spectral radius is " +
-                               text(result_.spectral_radius) +
+                               " (wanted: " + text_of(result_.options.solve.tolerance) + "). The spectral radius is " +
+                               text_of(result_.spectral_radius) +
                                ": allow more --max-iterations, a larger --tolerance, or use --solver krylov");
         }
         result_.irradiance = std::move(result_.solve.h);
@@ -378,7 +372,7 @@ class Bake {
 
     void note(const std::string& what) { result_.notes.push_back(what); }
 
-    static std::string list(const Rgb& c) { return text(c[0]) + "," + text(c[1]) + "," + text(c[2]); }
+    static std::string list(const Rgb& c) { return text_of(c[0]) + "," + text_of(c[1]) + "," + text_of(c[2]); }
 
     void light() {
         Scene& scene = result_.scene;
@@ -411,10 +405,10 @@ class Bake {
         if (result_.spectral_radius < contraction) {
             return;
         }
-        std::string message = "the discretised light transport does not converge: its spectral radius is " +
-                              text(result_.spectral_radius) + " (must be below 1; largest row sum of the transport " +
-                              text(result_.largest_row_sum) + ", largest reflectance " + text(result_.rho.maxCoeff()) +
-                              "). ";
+        std::string message =
+            "the discretised light transport does not converge: its spectral radius is " +
+            text_of(result_.spectral_radius) + " (must be below 1; largest row sum of the transport " +
+            text_of(result_.largest_row_sum) + ", largest reflectance " + text_of(result_.rho.maxCoeff()) + "). ";
         message += tools_.pairwise ? "Pairs of sites overestimate what near surfaces exchange: use --transport gather, "
                                      "--kernel disc, or a smaller --spacing"
                    : result_.largest_row_sum > 1.0 + 1e-9

@@ -16,7 +16,7 @@ std::vector<std::pair<std::string, std::string>> library_versions() {
                                                               {"nanoflann", DIFUSA_NANOFLANN_VERSION},
                                                               {"nlohmann-json", DIFUSA_JSON_VERSION},
                                                               {"OpenMesh", DIFUSA_OPENMESH_VERSION},
-                                                              {"tinyobjloader", DIFUSA_TINYOBJ_VERSION},
+
                                                               {"VTK", DIFUSA_VTK_VERSION}};
     std::erase_if(versions, [](const auto& each) { return each.second.empty(); });
     return versions;

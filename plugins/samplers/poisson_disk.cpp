@@ -6,6 +6,7 @@
 // one site covers wholly is done; into any other a dart is thrown, and if the piece is still not covered it is halved
 // at its longest edge and both halves wait for the next round.
 #include <difusa/core/error.h>
+#include <difusa/core/text.h>
 #include <difusa/plugin/plugin.h>
 #include <difusa/sites/sampler.h>
 #include <difusa/sites/site_grid.h>
@@ -70,7 +71,7 @@ class PoissonDisk final : public difusa::Sampler {
         const auto accept = [&](const SurfacePoint& x) {
             if (grid.sites().size() == limit) {
                 throw difusa::ResourceError("more than " + std::to_string(limit) + " sites are needed at spacing " +
-                                            std::to_string(spacing) + "; give a larger --spacing");
+                                            difusa::text_of(spacing) + "; give a larger --spacing");
             }
             grid.insert(x);
         };

@@ -6,6 +6,7 @@
 // Without an observer given, one is chosen: the centre of the scene looking all around, or, if no front is seen from
 // there, a place outside of the bounding box looking at its centre.
 #include <difusa/core/error.h>
+#include <difusa/core/text.h>
 #include <difusa/plugin/plugin.h>
 #include <difusa/sites/sampler.h>
 #include <difusa/sites/site_grid.h>
@@ -81,7 +82,7 @@ class ViewDriven final : public difusa::Sampler {
                 }
                 if (sites.sites().size() == limit) {
                     throw difusa::ResourceError("more than " + std::to_string(limit) + " sites are needed at spacing " +
-                                                std::to_string(spacing) + "; give a larger --spacing");
+                                                difusa::text_of(spacing) + "; give a larger --spacing");
                 }
                 sites.insert(x);
             }

@@ -39,6 +39,13 @@ class Basis {
 
     /// Writes the elements at x. Safe from many threads with distinct rows.
     virtual void evaluate(const SurfacePoint& x, BasisRow& row) const = 0;
+
+    /// The same for many points, rows[i] for x[i]; a basis may have a faster way than one after another.
+    virtual void evaluate(std::span<const SurfacePoint> x, std::span<BasisRow> rows) const {
+        for (std::size_t i = 0; i < x.size(); ++i) {
+            evaluate(x[i], rows[i]);
+        }
+    }
 };
 
 } // namespace difusa

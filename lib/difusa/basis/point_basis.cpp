@@ -5,22 +5,48 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+#include <vector>
 
 namespace difusa {
 
+/// Sites by place: those of each patch apart, and all of them for patches that have none.
 struct PointBasis::NearestSite {
     struct Cloud {
         const SiteSet& sites;
-        std::size_t kdtree_get_point_count() const { return sites.size(); }
+        std::vector<Index> members;
+        std::size_t kdtree_get_point_count() const { return members.size(); }
         double kdtree_get_pt(std::size_t i, std::size_t axis) const {
-            return sites.points[i].position[static_cast<Eigen::Index>(axis)];
+            return sites.points[members[i]].position[static_cast<Eigen::Index>(axis)];
         }
         template <class Box> bool kdtree_get_bbox(Box& /*box*/) const { return false; }
     };
     using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Cloud>, Cloud, 3>;
-    Cloud cloud;
-    Tree tree;
-    explicit NearestSite(const SiteSet& sites) : cloud{sites}, tree(3, cloud) {}
+    struct Group {
+        Cloud cloud;
+        Tree tree;
+        Group(const SiteSet& sites, std::vector<Index> members) : cloud{sites, std::move(members)}, tree(3, cloud) {}
+    };
+    std::vector<std::unique_ptr<Group>> of_patch; ///< null: the patch has no site
+    std::unique_ptr<Group> all;                   ///< null: every patch has one
+
+    NearestSite(const Mesh& mesh, const SiteSet& sites) : of_patch(mesh.patch_count) {
+        std::vector<std::vector<Index>> members(mesh.patch_count);
+        for (std::size_t i = 0; i < sites.size(); ++i) {
+            members[sites.patch[i]].push_back(static_cast<Index>(i));
+        }
+        for (std::size_t patch = 0; patch < members.size(); ++patch) {
+            if (!members[patch].empty()) {
+                of_patch[patch] = std::make_unique<Group>(sites, std::move(members[patch]));
+            } else if (!all) {
+                std::vector<Index> everything(sites.size());
+                std::iota(everything.begin(), everything.end(), Index{0});
+                all = std::make_unique<Group>(sites, std::move(everything));
+            }
+        }
+    }
 };
 
 PointBasis::PointBasis() = default;
@@ -34,7 +60,7 @@ void PointBasis::bind(const Mesh& mesh, const SiteSet& sites) {
     std::vector<double> reach(sites.size());
     std::transform(sites.radius.begin(), sites.radius.end(), reach.begin(), [this](double r) { return support(r); });
     grid_ = SupportGrid(mesh, sites, reach);
-    nearest_ = std::make_unique<NearestSite>(sites);
+    nearest_ = std::make_unique<NearestSite>(mesh, sites);
 }
 
 std::size_t PointBasis::size() const {
@@ -42,30 +68,46 @@ std::size_t PointBasis::size() const {
 }
 
 Index PointBasis::nearest(const SurfacePoint& x) const {
+    const Index patch = mesh_->patch[x.face];
+    const NearestSite::Group& group = nearest_->of_patch[patch] ? *nearest_->of_patch[patch] : *nearest_->all;
     std::array<std::uint32_t, 16> found{};
     std::array<double, 16> squared{};
-    const std::size_t count = nearest_->tree.knnSearch(x.position.data(), found.size(), found.data(), squared.data());
-    const Index patch = mesh_->patch[x.face];
-    Index by_distance = none, by_patch = none;
+    const std::size_t count = group.tree.knnSearch(x.position.data(), found.size(), found.data(), squared.data());
+    Index nearest = group.cloud.members[found[0]];
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < count; ++k) {
-        const Index i = found[k];
+        const Index i = group.cloud.members[found[k]];
         const double d = site_distance(x.position, x.normal, patch, sites_->points[i].position,
                                        sites_->points[i].normal, sites_->patch[i]);
         if (d < least) {
             least = d;
-            by_distance = i;
-        }
-        if (by_patch == none && sites_->patch[i] == patch) {
-            by_patch = i;
+            nearest = i;
         }
     }
-    return by_distance != none ? by_distance : by_patch != none ? by_patch : found[0];
+    return nearest;
 }
 
 void PointBasis::evaluate(const SurfacePoint& x, BasisRow& row) const {
-    row.clear();
-    const std::span<const Index> candidates = grid_.near(x.position, mesh_->patch[x.face]);
+    evaluate_among(x, grid_.near(x.position, mesh_->patch[x.face]), row);
+}
+
+void PointBasis::evaluate(std::span<const SurfacePoint> x, std::span<BasisRow> rows) const {
+    constexpr std::size_t group = 16;
+    std::array<SupportGrid::Query, group> queries;
+    for (std::size_t first = 0; first < x.size(); first += group) {
+        const std::size_t count = std::min(group, x.size() - first);
+        for (std::size_t i = 0; i < count; ++i) {
+            queries[i].position = &x[first + i].position;
+            queries[i].patch = mesh_->patch[x[first + i].face];
+        }
+        grid_.near(std::span(queries).first(count));
+        for (std::size_t i = 0; i < count; ++i) {
+            evaluate_among(x[first + i], queries[i].near, rows[first + i]);
+        }
+    }
+}
+
+void PointBasis::evaluate_among(const SurfacePoint& x, std::span<const Index> candidates, BasisRow& row) const {
     constexpr std::size_t at_once = 256;
     std::array<double, at_once> distance_buffer, cosine_buffer, radius_buffer; // NOLINT: filled before use
     std::vector<double> large;
@@ -89,13 +131,13 @@ void PointBasis::evaluate(const SurfacePoint& x, BasisRow& row) const {
         row.element[count] = site;
         distance[count] = squared;
         cosine[count] = cosine_here;
+        radius[count] = c.radius;
         count += static_cast<std::size_t>((squared < c.support_squared) & (cosine_here > 0.0));
     }
     row.element.resize(count);
     row.weight.resize(count);
     for (std::size_t i = 0; i < count; ++i) {
         distance[i] = std::sqrt(distance[i]);
-        radius[i] = sites_->radius[row.element[i]];
     }
     weigh(x, {row.element, {distance, count}, {cosine, count}, {radius, count}}, row.weight);
     if (!normalise_) {

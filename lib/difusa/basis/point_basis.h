@@ -28,10 +28,11 @@ class PointBasis : public Basis {
     void bind(const Mesh& mesh, const SiteSet& sites) final;
     std::size_t size() const final;
 
-    /// Elements at x. A partition of unity that has no support there gives all weight to the nearest site: of the
-    /// 16 nearest in space the one at the smallest site distance, else the nearest of the same patch, else the
-    /// nearest.
+    /// Elements at x. A partition of unity that has no support there gives all weight to the nearest site of the
+    /// patch: of the 16 nearest in space the one at the smallest site distance, or the nearest in space if all face
+    /// away. On a patch without sites it is the nearest of all.
     void evaluate(const SurfacePoint& x, BasisRow& row) const final;
+    void evaluate(std::span<const SurfacePoint> x, std::span<BasisRow> rows) const final;
 
   protected:
     /// Euclidean radius outside of which an element of radius r vanishes.
@@ -46,6 +47,7 @@ class PointBasis : public Basis {
   private:
     struct NearestSite;
     Index nearest(const SurfacePoint& x) const;
+    void evaluate_among(const SurfacePoint& x, std::span<const Index> candidates, BasisRow& row) const;
     const Mesh* mesh_ = nullptr;
     const SiteSet* sites_ = nullptr;
     bool normalise_ = false;

@@ -1,7 +1,5 @@
 #include <difusa/basis/support_grid.h>
 
-#include <difusa/core/random.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -9,15 +7,8 @@ namespace difusa {
 
 namespace {
 
-std::uint64_t hash(const std::array<std::int32_t, 3>& cell, Index patch) {
-    const auto x = static_cast<std::uint64_t>(static_cast<std::uint32_t>(cell[0]));
-    const auto y = static_cast<std::uint64_t>(static_cast<std::uint32_t>(cell[1]));
-    const auto z = static_cast<std::uint64_t>(static_cast<std::uint32_t>(cell[2]));
-    return mix_bits((x | (y << 32)) + 0x9e3779b97f4a7c15ULL * (z | (static_cast<std::uint64_t>(patch) << 32)));
-}
-
 /// Squared distance from a point to the box of a cell, both in units of the cell's size.
-double distance_squared(const Vec3& point, const std::array<std::int32_t, 3>& cell) {
+double distance_squared(const Vec3& point, const Cell& cell) {
     double sum = 0.0;
     for (int axis = 0; axis < 3; ++axis) {
         const double low = cell[static_cast<std::size_t>(axis)];
@@ -45,24 +36,23 @@ SupportGrid::SupportGrid(const Mesh& mesh, const SiteSet& sites, std::span<const
         candidates_[i] = {{p.position[0], p.position[1], p.position[2]},
                           {p.normal[0], p.normal[1], p.normal[2]},
                           support[i] * support[i],
-                          static_cast<Index>(i)};
+                          sites.radius[i]};
     }
-    slots_.resize(1024);
     mark(mesh);
 
     // Two rounds over the same pairs (cell, site): count, then fill. Rounding may put a point into the cell beside
     // the one its support was tested against, hence the margin.
-    first_.assign(bucket_count_ + 1, 0);
+    first_.assign(table_.count() + 1, 0);
     const double margin = 1e-6;
     const auto for_each_pair = [&](const auto& act) {
         for (std::size_t i = 0; i < sites.size(); ++i) {
             const Vec3 centre = (sites.points[i].position - origin_) * inverse_size_;
             const double reach = support[i] * inverse_size_ + margin;
             const double wide = 2.0 * reach + 2.0;
-            if (wide * wide * wide > static_cast<double>(slots_.size())) {
-                for (const Slot& slot : slots_) {
+            if (wide * wide * wide > static_cast<double>(table_.slots().size())) {
+                for (const CellTable::Slot& slot : table_.slots()) {
                     if (slot.patch == sites.patch[i] && distance_squared(centre, slot.cell) <= reach * reach) {
-                        act(slot.bucket, static_cast<Index>(i));
+                        act(slot.number, static_cast<Index>(i));
                     }
                 }
                 continue;
@@ -80,9 +70,9 @@ SupportGrid::SupportGrid(const Mesh& mesh, const SiteSet& sites, std::span<const
                         if (distance_squared(centre, cell) > reach * reach) {
                             continue;
                         }
-                        const std::size_t slot = find(cell, sites.patch[i]);
-                        if (slot != empty) {
-                            act(slots_[slot].bucket, static_cast<Index>(i));
+                        const Index bucket = table_.find(cell, sites.patch[i]);
+                        if (bucket != none) {
+                            act(bucket, static_cast<Index>(i));
                         }
                     }
                 }
@@ -90,7 +80,7 @@ SupportGrid::SupportGrid(const Mesh& mesh, const SiteSet& sites, std::span<const
         }
     };
     for_each_pair([this](Index bucket, Index) { ++first_[bucket + 1]; });
-    for (std::size_t b = 0; b < bucket_count_; ++b) {
+    for (std::size_t b = 0; b < table_.count(); ++b) {
         first_[b + 1] += first_[b];
     }
     entries_.resize(first_.back());
@@ -98,53 +88,30 @@ SupportGrid::SupportGrid(const Mesh& mesh, const SiteSet& sites, std::span<const
     for_each_pair([&](Index bucket, Index site) { entries_[next[bucket]++] = site; });
 }
 
-SupportGrid::Cell SupportGrid::cell_of(const Vec3& position) const {
-    const Vec3 scaled = (position - origin_) * inverse_size_;
-    // Positions lie in the bounding box up to rounding; +1 makes truncation a floor down to -1.
-    return {static_cast<std::int32_t>(scaled[0] + 1.0) - 1, static_cast<std::int32_t>(scaled[1] + 1.0) - 1,
-            static_cast<std::int32_t>(scaled[2] + 1.0) - 1};
-}
-
-std::size_t SupportGrid::find(const Cell& cell, Index patch) const {
-    const std::size_t mask = slots_.size() - 1;
-    for (std::size_t slot = hash(cell, patch) & mask;; slot = (slot + 1) & mask) {
-        if (slots_[slot].patch == none) {
-            return empty;
+void SupportGrid::near(std::span<Query> queries) const {
+    constexpr std::size_t group = 16;
+    std::array<Cell, group> cell;
+    std::array<std::size_t, group> start;
+    for (std::size_t first = 0; first < queries.size(); first += group) {
+        const std::size_t count = std::min(group, queries.size() - first);
+        for (std::size_t i = 0; i < count; ++i) {
+            const Query& query = queries[first + i];
+            cell[i] = cell_of(*query.position);
+            start[i] = table_.start(cell[i], query.patch);
+            table_.prefetch(start[i]);
         }
-        if (slots_[slot].patch == patch && slots_[slot].cell == cell) {
-            return slot;
+        for (std::size_t i = 0; i < count; ++i) {
+            Query& query = queries[first + i];
+            query.near = span_of(table_.find_from(start[i], cell[i], query.patch));
+            for (std::size_t k = 0; k < query.near.size(); k += 16) { // a cache line holds 16 numbers
+                __builtin_prefetch(query.near.data() + k);
+            }
         }
-    }
-}
-
-void SupportGrid::insert(const Cell& cell, Index patch) {
-    if (2 * (bucket_count_ + 1) > slots_.size()) {
-        grow();
-    }
-    const std::size_t mask = slots_.size() - 1;
-    std::size_t slot = hash(cell, patch) & mask;
-    while (slots_[slot].patch != none) {
-        if (slots_[slot].patch == patch && slots_[slot].cell == cell) {
-            return;
+        for (std::size_t i = 0; i < count; ++i) {
+            for (const Index site : queries[first + i].near) {
+                __builtin_prefetch(&candidates_[site]);
+            }
         }
-        slot = (slot + 1) & mask;
-    }
-    slots_[slot] = {cell, patch, static_cast<Index>(bucket_count_++)};
-}
-
-void SupportGrid::grow() {
-    std::vector<Slot> old(2 * slots_.size());
-    old.swap(slots_);
-    const std::size_t mask = slots_.size() - 1;
-    for (const Slot& moved : old) {
-        if (moved.patch == none) {
-            continue;
-        }
-        std::size_t slot = hash(moved.cell, moved.patch) & mask;
-        while (slots_[slot].patch != none) {
-            slot = (slot + 1) & mask;
-        }
-        slots_[slot] = moved;
     }
 }
 
@@ -177,7 +144,7 @@ void SupportGrid::mark(const Mesh& mesh) {
                 for (std::int32_t x = first[0]; x <= last[0]; ++x) {
                     for (std::int32_t y = first[1]; y <= last[1]; ++y) {
                         for (std::int32_t z = first[2]; z <= last[2]; ++z) {
-                            insert({x, y, z}, mesh.patch[t]);
+                            table_.insert({x, y, z}, mesh.patch[t]);
                         }
                     }
                 }

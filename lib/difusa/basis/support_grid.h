@@ -2,6 +2,7 @@
 #pragma once
 
 #include <difusa/scene/mesh.h>
+#include <difusa/sites/cell_table.h>
 #include <difusa/sites/site_set.h>
 
 #include <array>
@@ -17,12 +18,12 @@ namespace difusa {
 /// distance lies inside.
 class SupportGrid {
   public:
-    /// What a candidate's test needs, in one cache line.
-    struct Candidate {
+    /// What a candidate's test and weight need, in one cache line.
+    struct alignas(64) Candidate {
         std::array<double, 3> position;
         std::array<double, 3> normal;
         double support_squared;
-        Index site;
+        double radius;
     };
 
     SupportGrid() = default;
@@ -30,40 +31,44 @@ class SupportGrid {
     /// `support`: #S. The mesh may be forgotten afterwards.
     SupportGrid(const Mesh& mesh, const SiteSet& sites, std::span<const double> support);
 
-    /// The candidates whose support may hold a point of `patch` at `position`, by site number; the caller tests
-    /// them. Empty if none does, or the point is not on the mesh.
+    /// The sites whose support may hold a point of `patch` at `position`, ascending; the caller tests their
+    /// candidates. Empty if there is none, or the point is not on the mesh.
     std::span<const Index> near(const Vec3& position, Index patch) const {
-        const std::size_t slot = find(cell_of(position), patch);
-        return slot == empty ? std::span<const Index>() : span_of(slot);
+        return span_of(table_.find(cell_of(position), patch));
     }
+
+    /// A point and its patch, and where its search stands.
+    struct Query {
+        const Vec3* position;
+        Index patch;
+        std::span<const Index> near;
+    };
+
+    /// `near` for many points at once. Their memory is fetched while others are searched for: several times as fast
+    /// where points are far apart.
+    void near(std::span<Query> queries) const;
 
     const Candidate& candidate(Index site) const { return candidates_[site]; }
 
   private:
-    using Cell = std::array<std::int32_t, 3>;
-    struct Slot {
-        Cell cell;
-        Index patch = none;
-        Index bucket = none;
-    };
-    static constexpr std::size_t empty = static_cast<std::size_t>(-1);
-
-    Cell cell_of(const Vec3& position) const;
-    std::size_t find(const Cell& cell, Index patch) const;
-    void insert(const Cell& cell, Index patch);
-    void grow();
+    Cell cell_of(const Vec3& position) const {
+        const Vec3 scaled = (position - origin_) * inverse_size_;
+        // Positions lie in the bounding box up to rounding; +1 makes truncation a floor down to -1.
+        return {static_cast<std::int32_t>(scaled[0] + 1.0) - 1, static_cast<std::int32_t>(scaled[1] + 1.0) - 1,
+                static_cast<std::int32_t>(scaled[2] + 1.0) - 1};
+    }
     void mark(const Mesh& mesh);
-    std::span<const Index> span_of(std::size_t slot) const {
-        const Index bucket = slots_[slot].bucket;
-        return {entries_.data() + first_[bucket], first_[bucket + 1] - first_[bucket]};
+    std::span<const Index> span_of(Index bucket) const {
+        return bucket == none
+                   ? std::span<const Index>()
+                   : std::span<const Index>(entries_.data() + first_[bucket], first_[bucket + 1] - first_[bucket]);
     }
 
     Vec3 origin_ = Vec3::Zero();
     double inverse_size_ = 1.0;
     std::vector<Candidate> candidates_; ///< #S
-    std::vector<Slot> slots_;           ///< open addressing, a power of two, at most half full
-    std::size_t bucket_count_ = 0;
-    std::vector<std::size_t> first_; ///< #buckets + 1
+    CellTable table_;                   ///< bucket of each cell that the surface passes through
+    std::vector<std::size_t> first_;    ///< #buckets + 1
     std::vector<Index> entries_;
 };
 

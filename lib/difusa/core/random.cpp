@@ -6,12 +6,6 @@ namespace {
 __extension__ using Wide = unsigned __int128;
 }
 
-std::uint64_t mix_bits(std::uint64_t x) {
-    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ULL;
-    x = (x ^ (x >> 27)) * 0x94d049bb133111ebULL;
-    return x ^ (x >> 31);
-}
-
 RandomStream::RandomStream(std::uint64_t seed, std::string_view purpose, std::uint64_t index) : state_(mix_bits(seed)) {
     for (const char letter : purpose) {
         state_ = mix_bits(state_ + static_cast<unsigned char>(letter) + 0x9e3779b97f4a7c15ULL);

@@ -25,7 +25,11 @@ class RandomStream {
     std::uint64_t state_;
 };
 
-/// A permutation of the 64-bit numbers that leaves no visible pattern.
-std::uint64_t mix_bits(std::uint64_t x);
+/// A permutation of the 64-bit numbers that leaves no visible pattern (the finalizer of SplitMix64).
+constexpr std::uint64_t mix_bits(std::uint64_t x) {
+    x = (x ^ (x >> 30U)) * 0xbf58476d1ce4e5b9ULL;
+    x = (x ^ (x >> 27U)) * 0x94d049bb133111ebULL;
+    return x ^ (x >> 31U);
+}
 
 } // namespace difusa

@@ -2,40 +2,22 @@
 
 #include <Eigen/Geometry>
 
-#include <algorithm>
 #include <cmath>
 
 namespace difusa {
 
 Twins join_smooth_sides(const Mesh& mesh, double crease_angle) {
-    struct Side {
-        Index low, high, side;
-    };
-    const std::size_t count = 3 * mesh.triangles.size();
-    std::vector<Side> sides(count);
-    for (std::size_t s = 0; s < count; ++s) {
-        const auto [low, high] = std::minmax({point_at(mesh, s), point_at(mesh, after(s))});
-        sides[s] = {low, high, static_cast<Index>(s)};
-    }
-    std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
-        return a.low != b.low ? a.low < b.low : a.high != b.high ? a.high < b.high : a.side < b.side;
-    });
-
-    Twins twin(count, none);
-    for (std::size_t i = 0, end = 0; i < count; i = end) {
-        for (end = i + 1; end < count && sides[end].low == sides[i].low && sides[end].high == sides[i].high;) {
-            ++end;
-        }
-        const std::size_t s = sides[i].side, other = sides[end - 1].side;
-        if (end != i + 2 || point_at(mesh, s) == point_at(mesh, other)) {
+    Twins twin = mesh.twin;
+    for (std::size_t s = 0; s < twin.size(); ++s) {
+        const Index other = twin[s];
+        if (other == none) {
             continue;
         }
         const std::size_t f = triangle_of(s), g = triangle_of(other);
         const Vec3 &n_f = mesh.normals[f], &n_g = mesh.normals[g];
         const double turn = std::atan2(n_f.cross(n_g).norm(), n_f.dot(n_g));
-        if (mesh.patch[f] == mesh.patch[g] && turn <= crease_angle) {
-            twin[s] = static_cast<Index>(other);
-            twin[other] = static_cast<Index>(s);
+        if (mesh.patch[f] != mesh.patch[g] || turn > crease_angle) {
+            twin[s] = twin[other] = none;
         }
     }
     return twin;

@@ -26,8 +26,7 @@ inline Index point_at(const Mesh& mesh, std::size_t corner) {
 /// #sides: the side each is joined to, or none. Joined sides belong to one edge and run in opposite directions.
 using Twins = std::vector<Index>;
 
-/// Joins the sides of each edge that exactly two triangles run through, in opposite directions, within one patch,
-/// turning by at most `crease_angle` radians.
+/// The joined sides of the mesh (Mesh::twin) within one patch across which it turns by at most `crease_angle` radians.
 Twins join_smooth_sides(const Mesh& mesh, double crease_angle);
 
 /// Parts the sides across which the reflectance may jump: of different materials or colours of corners.

@@ -29,7 +29,9 @@ double lambert_form_factor(const Vec3& x, const Vec3& n, const Vec3& a, const Ve
     double sum = 0.0;
     for (std::size_t k = 0; k < count; ++k) {
         const Vec3 &from = polygon[k], &to = polygon[(k + 1) % count];
-        const Vec3 cross = to.cross(from); // seen from x the front runs clockwise
+        // Seen from x the front runs clockwise. As to × from, the direction would drown where the edge is far and
+        // short.
+        const Vec3 cross = (to - from).cross(from);
         const double length = cross.norm();
         if (length > 0.0) {
             sum += std::atan2(length, from.dot(to)) * n.dot(cross) / length;

@@ -1,10 +1,10 @@
 #include <difusa/scene/mesh.h>
 
 #include <difusa/core/error.h>
+#include <difusa/scene/twins.h>
 
 #include <algorithm>
 #include <numeric>
-#include <utility>
 
 namespace difusa {
 
@@ -59,34 +59,12 @@ void Mesh::derive() {
         }
     }
 
-    // Edges sorted by their end points bring the triangles of each edge together.
-    struct Side {
-        Index low, high, triangle;
-        bool forward;
-    };
-    std::vector<Side> sides;
-    sides.reserve(3 * count);
-    for (std::size_t t = 0; t < count; ++t) {
-        for (std::size_t k = 0; k < 3; ++k) {
-            const Index from = triangles[t][k], to = triangles[t][(k + 1) % 3];
-            sides.push_back({std::min(from, to), std::max(from, to), static_cast<Index>(t), from < to});
-        }
-    }
-    std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
-        return std::pair(a.low, a.high) < std::pair(b.low, b.high) ||
-               (a.low == b.low && a.high == b.high && a.triangle < b.triangle);
-    });
+    twin = join_sides(points, triangles);
     Sets sets(count);
-    for (std::size_t i = 0; i < sides.size();) {
-        std::size_t end = i + 1;
-        while (end < sides.size() && sides[end].low == sides[i].low && sides[end].high == sides[i].high) {
-            ++end;
+    for (std::size_t side = 0; side < twin.size(); ++side) {
+        if (twin[side] != none && normals[side / 3].dot(normals[twin[side] / 3]) > 0.0) {
+            sets.unite(static_cast<Index>(side / 3), twin[side] / 3);
         }
-        if (end == i + 2 && sides[i].forward != sides[i + 1].forward &&
-            normals[sides[i].triangle].dot(normals[sides[i + 1].triangle]) > 0.0) {
-            sets.unite(sides[i].triangle, sides[i + 1].triangle);
-        }
-        i = end;
     }
     patch.assign(count, none);
     patch_count = 0;
@@ -94,16 +72,6 @@ void Mesh::derive() {
         const Index root = sets.find(static_cast<Index>(t));
         patch[t] = root == t ? patch_count++ : patch[root];
     }
-}
-
-SurfacePoint Mesh::at(Index triangle, double u, double v) const {
-    SurfacePoint x;
-    x.position = (1.0 - u - v) * corner(triangle, 0) + u * corner(triangle, 1) + v * corner(triangle, 2);
-    x.normal = normals[triangle];
-    x.face = triangle;
-    x.u = u;
-    x.v = v;
-    return x;
 }
 
 } // namespace difusa

@@ -31,22 +31,25 @@ struct Mesh {
     std::vector<Vec3> normals; ///< #T, unit
     std::vector<double> areas; ///< #T
     std::vector<Index> patch;  ///< #T, see below
+    std::vector<Index> twin;   ///< #T times 3: side 3t + k goes on at this side, or none (scene/twins.h)
     Index patch_count = 0;
     double area = 0.0;                            ///< of the whole surface
     Vec3 low = Vec3::Zero(), high = Vec3::Zero(); ///< bounding box
 
     /// Computes everything that follows from points and triangles.
     ///
-    /// A **patch** is a set of triangles that one can walk between across edges whose two triangles turn by
-    /// less than 90° (and that run through the edge in opposite directions). Basis elements never reach from one
-    /// patch to another: this keeps the light of a shelf off the table below it, where normals cannot tell them
-    /// apart. An edge of three or more triangles joins none of them.
+    /// A **patch** is a set of triangles that one can walk between across joined sides (scene/twins.h) whose triangles
+    /// turn by less than 90°. Basis elements never reach from one patch to another: this keeps the light of a shelf
+    /// off the table below it, where normals cannot tell them apart.
     void derive();
 
-    Vec3 corner(Index triangle, int k) const { return points[triangles[triangle][static_cast<std::size_t>(k)]]; }
+    const Vec3& corner(Index triangle, int k) const { return points[triangles[triangle][static_cast<std::size_t>(k)]]; }
 
     /// The point with barycentric coordinates (1-u-v, u, v) and the face's normal.
-    SurfacePoint at(Index triangle, double u, double v) const;
+    SurfacePoint at(Index triangle, double u, double v) const {
+        return {(1.0 - u - v) * corner(triangle, 0) + u * corner(triangle, 1) + v * corner(triangle, 2),
+                normals[triangle], triangle, u, v};
+    }
 
     /// Length of the bounding box' diagonal.
     double diameter() const { return (high - low).norm(); }

@@ -1,32 +1,43 @@
 #include <difusa/sites/site_grid.h>
 
-#include <difusa/core/random.h>
+#include <difusa/core/error.h>
+#include <difusa/core/text.h>
 
 #include <cmath>
 
 namespace difusa {
 
-SiteGrid::SiteGrid(const Mesh& mesh, double spacing) : mesh_(mesh), spacing_(spacing) {}
+namespace {
 
-std::size_t SiteGrid::Hash::operator()(const Cell& cell) const {
-    return mix_bits(static_cast<std::uint64_t>(cell.x) ^
-                    mix_bits(static_cast<std::uint64_t>(cell.y) ^ mix_bits(static_cast<std::uint64_t>(cell.z))));
+std::int32_t floor_to_cell(double x) {
+    return static_cast<std::int32_t>(std::floor(x));
 }
 
-SiteGrid::Cell SiteGrid::cell_of(const Vec3& p) const {
-    const Vec3 scaled = (p - mesh_.low) / spacing_;
-    return {static_cast<std::int64_t>(std::floor(scaled[0])), static_cast<std::int64_t>(std::floor(scaled[1])),
-            static_cast<std::int64_t>(std::floor(scaled[2]))};
+} // namespace
+
+SiteGrid::SiteGrid(const Mesh& mesh, double spacing)
+    : mesh_(mesh), spacing_(spacing), inverse_size_(1.0 / (cell_in_spacings * spacing)) {
+    if (!(mesh.diameter() * inverse_size_ < 0x1p30)) {
+        throw ResourceError("a spacing of " + text_of(spacing) + " is too small for a scene of diameter " +
+                            text_of(mesh.diameter()) + "; give a larger --spacing");
+    }
 }
 
-template <class Test> bool SiteGrid::any_near(const Vec3& p, const Test& test) const {
-    const Cell centre = cell_of(p);
-    for (std::int64_t x = centre.x - 1; x <= centre.x + 1; ++x) {
-        for (std::int64_t y = centre.y - 1; y <= centre.y + 1; ++y) {
-            for (std::int64_t z = centre.z - 1; z <= centre.z + 1; ++z) {
-                const auto found = first_.find({x, y, z});
-                for (Index i = found == first_.end() ? none : found->second; i != none; i = next_[i]) {
-                    if (test(i)) {
+template <class Test> bool SiteGrid::any_near(const Vec3& p, Index patch, const Test& test) const {
+    const Vec3 scaled = (p - mesh_.low) * inverse_size_;
+    // A little more than the spacing: a site must not be lost to rounding.
+    const double reach = (1.0 + 1e-6) / cell_in_spacings;
+    Cell low{}, high{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        low[axis] = floor_to_cell(scaled[static_cast<Eigen::Index>(axis)] - reach);
+        high[axis] = floor_to_cell(scaled[static_cast<Eigen::Index>(axis)] + reach);
+    }
+    for (std::int32_t x = low[0]; x <= high[0]; ++x) {
+        for (std::int32_t y = low[1]; y <= high[1]; ++y) {
+            for (std::int32_t z = low[2]; z <= high[2]; ++z) {
+                const Index cell = table_.find({x, y, z}, patch);
+                for (Index i = cell == none ? none : first_[cell]; i != none; i = next_[i]) {
+                    if (test(sites_[i])) {
                         return true;
                     }
                 }
@@ -37,24 +48,21 @@ template <class Test> bool SiteGrid::any_near(const Vec3& p, const Test& test) c
 }
 
 bool SiteGrid::conflicts(const SurfacePoint& x) const {
-    return any_near(x.position, [&](Index i) {
-        return site_distance(x.position, x.normal, mesh_.patch[x.face], sites_[i].position, sites_[i].normal,
-                             mesh_.patch[sites_[i].face]) < spacing_;
+    const Index patch = mesh_.patch[x.face];
+    return any_near(x.position, patch, [&](const SurfacePoint& site) {
+        return site_distance(x.position, x.normal, patch, site.position, site.normal, patch) < spacing_;
     });
 }
 
 bool SiteGrid::covers(Index face, const std::array<Vec3, 3>& corners) const {
     // A site that covers the piece is within the spacing of its first corner.
-    return any_near(corners[0], [&](Index i) {
-        if (mesh_.patch[sites_[i].face] != mesh_.patch[face]) {
-            return false;
-        }
-        const double reach = spacing_ * sites_[i].normal.dot(mesh_.normals[face]);
+    return any_near(corners[0], mesh_.patch[face], [&](const SurfacePoint& site) {
+        const double reach = spacing_ * site.normal.dot(mesh_.normals[face]);
         if (reach <= 0.0) {
             return false;
         }
         for (const Vec3& corner : corners) {
-            if ((corner - sites_[i].position).squaredNorm() > reach * reach) {
+            if ((corner - site.position).squaredNorm() > reach * reach) {
                 return false;
             }
         }
@@ -63,11 +71,15 @@ bool SiteGrid::covers(Index face, const std::array<Vec3, 3>& corners) const {
 }
 
 void SiteGrid::insert(const SurfacePoint& x) {
-    const auto number = static_cast<Index>(sites_.size());
-    const auto [entry, is_new] = first_.try_emplace(cell_of(x.position), number);
+    const Vec3 scaled = (x.position - mesh_.low) * inverse_size_;
+    const Index cell = table_.insert({floor_to_cell(scaled[0]), floor_to_cell(scaled[1]), floor_to_cell(scaled[2])},
+                                     mesh_.patch[x.face]);
+    if (cell == first_.size()) {
+        first_.push_back(none);
+    }
+    next_.push_back(first_[cell]);
+    first_[cell] = static_cast<Index>(sites_.size());
     sites_.push_back(x);
-    next_.push_back(is_new ? none : entry->second);
-    entry->second = number;
 }
 
 } // namespace difusa

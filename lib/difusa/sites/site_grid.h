@@ -3,11 +3,10 @@
 #pragma once
 
 #include <difusa/scene/mesh.h>
+#include <difusa/sites/cell_table.h>
 #include <difusa/sites/site_set.h>
 
 #include <array>
-#include <cstdint>
-#include <unordered_map>
 #include <vector>
 
 namespace difusa {
@@ -30,23 +29,18 @@ class SiteGrid {
     std::vector<SurfacePoint> take() { return std::move(sites_); }
 
   private:
-    struct Cell {
-        std::int64_t x, y, z;
-        bool operator==(const Cell&) const = default;
-    };
-    struct Hash {
-        std::size_t operator()(const Cell& cell) const;
-    };
-    Cell cell_of(const Vec3& p) const;
+    static constexpr double cell_in_spacings = 2.0; ///< then a ball of the spacing meets at most 8 cells
 
-    /// Calls `test(site)` for the sites in the 27 cells around p until it returns true; says whether it did.
-    template <class Test> bool any_near(const Vec3& p, const Test& test) const;
+    /// Calls `test(site)` for the sites of `patch` in the cells within the spacing of p until it returns true; says
+    /// whether it did.
+    template <class Test> bool any_near(const Vec3& p, Index patch, const Test& test) const;
 
     const Mesh& mesh_;
-    double spacing_;
+    double spacing_, inverse_size_;
     std::vector<SurfacePoint> sites_;
     std::vector<Index> next_; ///< #sites: the next one in the same cell
-    std::unordered_map<Cell, Index, Hash> first_;
+    CellTable table_;
+    std::vector<Index> first_; ///< #cells: the newest site
 };
 
 } // namespace difusa

@@ -3,6 +3,7 @@
 #include <difusa/core/parallel.h>
 #include <difusa/transport/direction_pool.h>
 
+#include <algorithm>
 #include <memory>
 
 namespace difusa {
@@ -13,10 +14,12 @@ namespace {
 struct Worker {
     std::vector<Ray> rays;
     std::vector<Hit> hits;
-    BasisRow row;
+    std::vector<SurfacePoint> points; ///< what the rays met on a front
+    std::vector<double> weights;      ///< and their weights
+    std::vector<BasisRow> rows;
     RowAccumulator sites, lamps;
     Worker(std::size_t count, std::size_t site_count, std::size_t material_count)
-        : rays(count), hits(count), sites(site_count), lamps(material_count) {}
+        : rays(count), hits(count), rows(count), sites(site_count), lamps(material_count) {}
 };
 
 } // namespace
@@ -26,6 +29,7 @@ Transport gather(const Scene& scene, const SiteSet& sites, const Basis& basis, c
     const Mesh& mesh = scene.mesh;
     const DirectionPool pool(directions, rays, seed);
     const std::vector<char> emits = emitting_materials(scene);
+    const bool any_emits = std::find(emits.begin(), emits.end(), 1) != emits.end();
     Transport transport;
     transport.S = SparseRows(sites.size(), basis.size());
     transport.L = SparseRows(sites.size(), scene.materials.size());
@@ -42,23 +46,32 @@ Transport gather(const Scene& scene, const SiteSet& sites, const Basis& basis, c
         for (std::size_t j = begin; j < end; ++j) {
             const std::span<const double> weight = pool.rays(sites.points[j], j, work.rays);
             visibility.first_hits(work.rays, work.hits);
+            work.points.clear();
+            work.weights.clear();
             for (std::size_t d = 0; d < work.hits.size(); ++d) {
                 const Hit& hit = work.hits[d];
                 if (hit.face == none) {
                     transport.sky[j] += weight[d];
-                    continue;
-                }
-                if (!hit.front) {
+                } else if (!hit.front) {
                     transport.back[j] += weight[d];
-                    continue;
+                } else {
+                    work.points.push_back(mesh.at(hit.face, hit.u, hit.v));
+                    work.weights.push_back(weight[d]);
                 }
-                basis.evaluate(mesh.at(hit.face, hit.u, hit.v), work.row);
-                for (std::size_t i = 0; i < work.row.element.size(); ++i) {
-                    work.sites.add(work.row.element[i], weight[d] * work.row.weight[i]);
+            }
+            basis.evaluate(work.points, work.rows);
+            for (std::size_t p = 0; p < work.points.size(); ++p) {
+                const BasisRow& row = work.rows[p];
+                for (std::size_t i = 0; i < row.element.size(); ++i) {
+                    work.sites.add(row.element[i], work.weights[p] * row.weight[i]);
                 }
-                const Index material = mesh.material[hit.face];
-                if (emits[material] != 0) {
-                    work.lamps.add(material, weight[d]);
+            }
+            if (any_emits) {
+                for (std::size_t p = 0; p < work.points.size(); ++p) {
+                    const Index material = mesh.material[work.points[p].face];
+                    if (emits[material] != 0) {
+                        work.lamps.add(material, work.weights[p]);
+                    }
                 }
             }
             work.sites.take(transport.S.row(j));
