@@ -9,8 +9,11 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <filesystem>
 #include <iostream>
+#include <limits>
+#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
@@ -41,110 +44,176 @@ Exit codes: 0 done, 1 usage, 2 input, 3 not converged, 4 resources, 5 internal, 
 )";
 
 struct Arguments {
-    std::filesystem::path mesh, output, sites_output, report;
+    std::filesystem::path mesh;
+    difusa::BakeFiles files;
     std::vector<std::filesystem::path> plugin_path;
     difusa::BakeOptions bake;
-    std::string reflectance, sky;
     unsigned threads = std::max(1U, std::thread::hardware_concurrency());
+    const CLI::Option* kernel = nullptr;
     bool list_plugins = false, dry_run = false, quiet = false, verbose = false, version = false;
 };
 
-/// "0.5" or "0.5,0.4,0.3"
+/// A whole number of at least `least`.
+template <class T> T parse_whole(const std::string& option, const std::string& text, T least) {
+    T value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error == std::errc::result_out_of_range && text[0] != '-') {
+        throw UsageError(option + " " + text + ": must be at most " + std::to_string(std::numeric_limits<T>::max()));
+    }
+    if (error != std::errc() || end != text.data() + text.size() || value < least) {
+        throw UsageError(option + " " + text + ": must be a whole number of at least " + std::to_string(least));
+    }
+    return value;
+}
+
+/// A positive, finite number.
+double parse_positive(const std::string& option, const std::string& text) {
+    double value = 0.0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size() || !(value > 0.0) || !std::isfinite(value)) {
+        throw UsageError(option + " " + text + ": must be a positive number");
+    }
+    return value;
+}
+
+/// "0.5" or "0.5,0.4,0.3": finite numbers, none negative.
 Rgb parse_rgb(const std::string& option, const std::string& text) {
     std::vector<double> values;
     const char* at = text.data();
     const char* const end = at + text.size();
-    while (values.size() < 3) {
+    bool good = true;
+    for (bool more = true; good && more;) {
         double value = 0.0;
         const auto [next, error] = std::from_chars(at, end, value);
-        if (error != std::errc()) {
-            break;
-        }
+        good = error == std::errc() && std::isfinite(value) && value >= 0.0 && (next == end || *next == ',');
         values.push_back(value);
-        at = next;
-        if (at == end || *at != ',') {
-            break;
-        }
-        ++at;
+        more = good && next != end;
+        at = next + (more ? 1 : 0);
     }
-    if (at != end || (values.size() != 1 && values.size() != 3)) {
-        throw UsageError(option + " " + text + ": takes one number, or three R,G,B");
+    if (!good || (values.size() != 1 && values.size() != 3)) {
+        throw UsageError(option + " " + text + ": takes one number, or three R,G,B with nothing but commas between; " +
+                         "none may be negative");
     }
     return values.size() == 1 ? Rgb::Constant(values[0]) : Rgb(values[0], values[1], values[2]);
 }
 
+/// An option whose text `parse` turns into `target`. CLI11 alone would take -1 for a large number, and say of what it
+/// cannot take only that it "could not convert".
+template <class T, class Parse>
+CLI::Option* add_parsed(CLI::App& app, const std::string& name, T& target, const std::string& what, Parse parse) {
+    return app.add_option_function<std::string>(
+        name, [&target, name, parse](const std::string& text) { target = parse(name, text); }, what);
+}
+
+template <class T>
+CLI::Option* add_whole(CLI::App& app, const std::string& name, T& target, T least, const std::string& what) {
+    return add_parsed(app, name, target, what, [least](const std::string& option, const std::string& text) {
+        return parse_whole<T>(option, text, least);
+    });
+}
+
+template <class T> std::string shown(const T& value) {
+    std::ostringstream text;
+    text << value;
+    return text.str();
+}
+
 void declare(CLI::App& app, Arguments& a) {
     app.add_option("mesh", a.mesh, "mesh file: .off .obj .ply .stl")->type_name("MESH");
-    app.add_option("out", a.output, "baked field: .vtp (everything) or .ply (colours and luminance)")->type_name("OUT");
+    app.add_option("out", a.files.field, "baked field: .vtp (everything) or .ply (colours and luminance)")
+        ->type_name("OUT");
 
     const std::string discretisation = "Discretisation";
-    app.add_option("--basis", a.bake.basis, "finite elements")->group(discretisation)->capture_default_str();
-    app.add_option("--sampler", a.bake.sampler, "where the sites go")->group(discretisation)->capture_default_str();
-    app.add_option("--spacing", a.bake.spacing, "least distance between sites, in units of the mesh")
+    app.add_option("--basis", a.bake.basis, "finite elements")
+        ->group(discretisation)
+        ->type_name("NAME")
+        ->capture_default_str();
+    app.add_option("--sampler", a.bake.sampler, "where the sites go")
+        ->group(discretisation)
+        ->type_name("NAME")
+        ->capture_default_str();
+    add_parsed(app, "--spacing", a.bake.spacing, "least distance between sites, in units of the mesh", parse_positive)
         ->group(discretisation)
         ->type_name("D");
-    app.add_option("--sites", a.bake.sites, "wanted number of sites, instead of --spacing (default 4000)")
+    add_whole<std::size_t>(app, "--sites", a.bake.sites, 1,
+                           "wanted number of sites, instead of --spacing (default 4000)")
         ->group(discretisation)
         ->type_name("N");
-    app.add_option("--neighbours", a.bake.neighbours, "a site's radius reaches to its M-th nearest site")
+    add_whole(app, "--neighbours", a.bake.neighbours, 1, "a site's radius reaches to its M-th nearest site")
         ->group(discretisation)
         ->type_name("M")
-        ->capture_default_str();
+        ->default_str(shown(a.bake.neighbours));
 
     const std::string transport = "Light transport";
     app.add_option("--transport", a.bake.transport, "gather (rays from sites) or pairwise (form factors)")
         ->group(transport)
+        ->type_name("NAME")
         ->capture_default_str();
-    app.add_option("--rays", a.bake.rays, "rays from each site; powers of two are best")
+    add_whole<std::size_t>(app, "--rays", a.bake.rays, 1, "rays from each site; powers of two are best")
         ->group(transport)
         ->type_name("N")
-        ->capture_default_str();
+        ->default_str(shown(a.bake.rays));
     app.add_option("--directions", a.bake.directions, "directions of the rays")
         ->group(transport)
+        ->type_name("NAME")
         ->capture_default_str();
-    app.add_option("--kernel", a.bake.kernel, "form factor of pairwise transport: disc or point")
-        ->group(transport)
-        ->capture_default_str();
+    a.kernel = app.add_option("--kernel", a.bake.kernel, "form factor of pairwise transport: disc or point")
+                   ->group(transport)
+                   ->type_name("NAME")
+                   ->capture_default_str();
     app.add_option("--visibility", a.bake.visibility, "ray casting: cgal (reference) or embree (fast)")
         ->group(transport)
+        ->type_name("NAME")
         ->capture_default_str();
-    app.add_option("--solver", a.bake.solver, "krylov or jacobi")->group(transport)->capture_default_str();
-    app.add_option("--tolerance", a.bake.solve.tolerance, "largest residual, relative to the direct light")
+    app.add_option("--solver", a.bake.solver, "krylov or jacobi")
         ->group(transport)
+        ->type_name("NAME")
         ->capture_default_str();
-    app.add_option("--max-iterations", a.bake.solve.max_iterations, "give up after so many")
+    add_parsed(app, "--tolerance", a.bake.solve.tolerance, "largest residual, relative to the direct light",
+               parse_positive)
         ->group(transport)
-        ->capture_default_str();
+        ->type_name("T")
+        ->default_str(shown(a.bake.solve.tolerance));
+    add_whole(app, "--max-iterations", a.bake.solve.max_iterations, 0, "give up after so many")
+        ->group(transport)
+        ->type_name("N")
+        ->default_str(shown(a.bake.solve.max_iterations));
 
     const std::string light = "Scene";
-    app.add_option("--reflectance", a.reflectance, "of faces without a colour, 0 to 1 (default 0.5)")
+    add_parsed(app, "--reflectance", a.bake.reflectance, "of faces without a colour, 0 to 1 (default 0.5)", parse_rgb)
         ->group(light)
         ->type_name("R[,G,B]");
-    app.add_option("--sky", a.sky,
-                   "irradiance a uniform sky gives an unshaded surface, W/m^2 (default: 1 if nothing emits, else 0)")
+    add_parsed(app, "--sky", a.bake.sky,
+               "irradiance a uniform sky gives an unshaded surface, W/m^2 (default: 1 if nothing emits, else 0)",
+               parse_rgb)
         ->group(light)
         ->type_name("R[,G,B]");
 
     const std::string output = "Output";
-    app.add_option("--output-spacing", a.bake.output_spacing,
-                   "longest edge of the output mesh (default: the site spacing)")
+    add_parsed(app, "--output-spacing", a.bake.output_spacing,
+               "longest edge of the output mesh (default: the site spacing)", parse_positive)
         ->group(output)
         ->type_name("D");
-    app.add_option("--sites-output", a.sites_output, "write the sites as points, .vtp or .ply")
+    app.add_option("--sites-output", a.files.sites, "write the sites as points, .vtp or .ply")
         ->group(output)
         ->type_name("FILE");
-    app.add_option("--report", a.report, "write a report as JSON")->group(output)->type_name("FILE.json");
+    app.add_option("--report", a.files.report, "write a report as JSON")->group(output)->type_name("FILE.json");
 
     const std::string run = "Running";
-    app.add_option("--seed", a.bake.seed, "of all random choices")->group(run)->capture_default_str();
-    app.add_option("--threads", a.threads, "threads; the result does not depend on it")
+    add_whole<std::uint64_t>(app, "--seed", a.bake.seed, 0, "of all random choices")
         ->group(run)
-        ->capture_default_str();
+        ->type_name("N")
+        ->default_str(shown(a.bake.seed));
+    add_whole(app, "--threads", a.threads, 1U, "threads; the result does not depend on it")
+        ->group(run)
+        ->type_name("N")
+        ->default_str(shown(a.threads));
     app.add_option("--plugin-path", a.plugin_path, "another directory with plugins (may be repeated)")
         ->group(run)
         ->type_name("DIR")
         ->expected(1);
-    app.add_flag("--dry-run", a.dry_run, "say what the bake would take, and stop")->group(run);
+    app.add_flag("--dry-run", a.dry_run, "say what the bake would take, and stop; writes no more than --report")
+        ->group(run);
     app.add_flag("--quiet", a.quiet, "only errors")->group(run);
     app.add_flag("--verbose", a.verbose, "also choices, times and residuals")->group(run);
     app.add_flag("--list-plugins", a.list_plugins, "all plugins with their parameters, refused ones included")
@@ -211,9 +280,11 @@ void list_plugins(const difusa::Registry& registry) {
     }
 }
 
+/// Also where neither exists yet.
 bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
     std::error_code ignored;
-    return a.lexically_normal() == b.lexically_normal() || std::filesystem::equivalent(a, b, ignored);
+    return std::filesystem::equivalent(a, b, ignored) ||
+           std::filesystem::weakly_canonical(a, ignored) == std::filesystem::weakly_canonical(b, ignored);
 }
 
 /// All that can be wrong with the files to be written is found before the work, not after it.
@@ -221,25 +292,28 @@ void check_files(const Arguments& a) {
     if (a.mesh.empty()) {
         throw UsageError("a mesh file is expected: bake_radiosity mesh.off out.vtp (--help)");
     }
-    if (a.output.empty() && !a.dry_run) {
+    if (a.files.field.empty() && !a.dry_run) {
         throw UsageError("an output file is expected: bake_radiosity " + a.mesh.string() + " out.vtp (--help)");
     }
-    std::vector<std::filesystem::path> taken{a.mesh};
-    const auto check = [&taken](const std::filesystem::path& file, bool field) {
+    std::vector<std::filesystem::path> taken;
+    const auto check = [&](const std::filesystem::path& file, bool field) {
         if (file.empty()) {
             return;
         }
-        difusa::check_output_path(file, field);
+        if (same_file(file, a.mesh)) {
+            throw UsageError(file.string() + ": would be written over the mesh; give the output another name");
+        }
         for (const std::filesystem::path& other : taken) {
             if (same_file(file, other)) {
-                throw UsageError(file.string() + ": this file is named twice; every output needs a name of its own");
+                throw UsageError(file.string() + ": two outputs have this name; give each a name of its own");
             }
         }
+        difusa::check_output_path(file, field);
         taken.push_back(file);
     };
-    check(a.output, true);
-    check(a.sites_output, true);
-    check(a.report, false);
+    check(a.files.field, true);
+    check(a.files.sites, true);
+    check(a.files.report, false);
 }
 
 void print_details(const difusa::BakeResult& result) {
@@ -247,7 +321,7 @@ void print_details(const difusa::BakeResult& result) {
         std::cout << kind << ": " << choice << "\n";
     }
     for (const auto& [phase, took] : result.seconds) {
-        std::cout << "time, " << phase << ": " << took << " s\n";
+        std::cout << "time, " << phase << ": " << difusa::format_seconds(took) << "\n";
     }
     for (std::size_t c = 0; c < result.solve.residual_history.size(); ++c) {
         std::cout << "residuals, channel " << c << ":";
@@ -265,40 +339,39 @@ void run(const Arguments& a) {
         return;
     }
     check_files(a);
-    if (a.threads < 1 || a.threads > 1024) {
-        throw UsageError("--threads " + std::to_string(a.threads) + ": must be from 1 to 1024");
+    if (a.threads > 1024) {
+        throw UsageError("--threads " + std::to_string(a.threads) + ": must be at most 1024");
     }
-    difusa::BakeOptions options = a.bake;
-    if (!a.reflectance.empty()) {
-        options.reflectance = parse_rgb("--reflectance", a.reflectance);
-    }
-    if (!a.sky.empty()) {
-        options.sky = parse_rgb("--sky", a.sky);
-    }
+    registry.describe("kernel", a.bake.kernel); // a wrong name is a mistake even where no kernel is needed
 
     difusa::TerminalProgress progress(a.quiet);
     const difusa::Execution execution{a.threads, &progress};
-    const difusa::BakeResult result = a.dry_run ? difusa::dry_run(registry, a.mesh, options, execution)
-                                                : difusa::bake(registry, a.mesh, options, execution);
-    progress.phase("write");
-    if (!a.dry_run) {
-        difusa::write_field(difusa::field_of(result), a.output);
-        if (!a.sites_output.empty()) {
-            difusa::write_field(difusa::sites_of(result), a.sites_output);
-        }
+    difusa::BakeResult result = a.dry_run ? difusa::dry_run(registry, a.mesh, a.bake, execution)
+                                          : difusa::bake(registry, a.mesh, a.bake, execution);
+    if (a.kernel->count() > 0 && a.bake.transport.rfind("pairwise", 0) != 0) {
+        result.notes.push_back("--kernel has no effect on --transport " + a.bake.transport);
     }
-    if (!a.report.empty()) {
-        difusa::write_whole_file(a.report, difusa::report_of(result));
+    difusa::BakeFiles files = a.files;
+    if (a.dry_run) {
+        files.field.clear();
+        files.sites.clear();
     }
+    difusa::write_bake(result, files, execution);
     progress.clear();
+    if (a.quiet) {
+        return;
+    }
     if (a.verbose) {
         print_details(result);
     }
-    if (!a.quiet) {
-        std::cout << difusa::summary_of(result);
-        if (!a.dry_run) {
-            std::cout << "written: " << a.output.string() << " (" << result.mesh.vertices.size() << " vertices, "
-                      << result.mesh.triangles.size() << " triangles)\n";
+    std::cout << difusa::summary_of(result);
+    if (!files.field.empty()) {
+        std::cout << "written: " << files.field.string() << " (" << result.mesh.vertices.size() << " vertices, "
+                  << result.mesh.triangles.size() << " triangles)\n";
+    }
+    for (const std::filesystem::path& file : {files.sites, files.report}) {
+        if (!file.empty()) {
+            std::cout << "written: " << file.string() << "\n";
         }
     }
 }
@@ -307,7 +380,7 @@ void run(const Arguments& a) {
 
 int main(int count, char** words) {
     Arguments arguments;
-    CLI::App app(examples);
+    CLI::App app(examples, "bake_radiosity");
     app.allow_extras();
     declare(app, arguments);
     return difusa::run_program("bake_radiosity", [&] {

@@ -8,6 +8,7 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <iostream>
 #include <new>
 
 namespace difusa {
@@ -21,11 +22,19 @@ void on_signal(int signal) {
     std::signal(signal, SIG_DFL); // the next one ends the process
 }
 
+/// What the caller had ignored (nohup, a job in the background of a script) stays ignored.
+void cancel_on(int signal) {
+    if (std::signal(signal, on_signal) == SIG_IGN) {
+        std::signal(signal, SIG_IGN);
+    }
+}
+
 } // namespace
 
 TerminalProgress::TerminalProgress(bool silent) : silent_(silent), terminal_(isatty(STDERR_FILENO) != 0) {
-    std::signal(SIGINT, on_signal);
-    std::signal(SIGTERM, on_signal);
+    cancel_on(SIGINT);
+    cancel_on(SIGTERM);
+    cancel_on(SIGHUP);
 }
 
 TerminalProgress::~TerminalProgress() {
@@ -77,8 +86,12 @@ int run_program(const char* name, const std::function<void()>& program) {
         std::fprintf(stderr, "%s: %s\n", name, what);
         return static_cast<int>(code);
     };
+    std::signal(SIGXFSZ, SIG_IGN); // a file that grows too large is then an error with a message, not the end
     try {
         program();
+        if (!std::cout.flush()) {
+            throw ResourceError("cannot write to standard output");
+        }
         return static_cast<int>(ExitCode::done);
     } catch (const Error& error) {
         return report(error.what(), error.code());

@@ -5,13 +5,12 @@
 
 #include <chrono>
 #include <functional>
-#include <iosfwd>
 #include <string>
 
 namespace difusa {
 
 /// Shows phase, percent and remaining time: one line that is rewritten on a terminal, a line a phase elsewhere.
-/// Ctrl-C (SIGINT) and SIGTERM cancel; a second one ends the process at once.
+/// Ctrl-C (SIGINT), SIGTERM and SIGHUP cancel, unless the caller ignores them; a second one ends the process at once.
 class TerminalProgress final : public Progress {
   public:
     explicit TerminalProgress(bool silent);
@@ -34,7 +33,8 @@ class TerminalProgress final : public Progress {
     Clock::time_point began_, last_shown_;
 };
 
-/// Runs `program`; turns what it throws into a message on standard error, "NAME: what", and the exit code.
+/// Runs `program`; turns what it throws, and a standard output that takes no more, into a message on standard error,
+/// "NAME: what", and the exit code.
 int run_program(const char* name, const std::function<void()>& program);
 
 } // namespace difusa

@@ -1,10 +1,15 @@
 #include <difusa/io/bake_files.h>
 
 #include <difusa/core/memory.h>
+#include <difusa/io/field_writers.h>
 #include <difusa/version.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
+#include <iomanip>
+#include <memory>
 #include <sstream>
 
 namespace difusa {
@@ -52,7 +57,7 @@ std::vector<FieldNote> notes_of(const BakeResult& result) {
     }
     const BakeOptions& options = result.options;
     const auto number = [&](const char* name, double value) { notes.push_back({name, std::vector<double>{value}}); };
-    number("seed", static_cast<double>(options.seed));
+    notes.push_back({"seed", std::to_string(options.seed)}); // a double would not hold all 64 bits
     number("spacing", result.sites.spacing);
     number("sites", static_cast<double>(result.sites.size()));
     number("neighbours", options.neighbours);
@@ -76,8 +81,12 @@ std::vector<FieldNote> notes_of(const BakeResult& result) {
         names += (names.empty() ? "" : "\n") + material.name;
     }
     notes.push_back({"material_names", names});
+    std::string remarks; // one array: readers keep only one of a name
     for (const std::string& note : result.notes) {
-        notes.push_back({"note", note});
+        remarks += (remarks.empty() ? "" : "\n") + note;
+    }
+    if (!remarks.empty()) {
+        notes.push_back({"notes", remarks});
     }
     return notes;
 }
@@ -198,6 +207,38 @@ FieldFile sites_of(const BakeResult& result) {
     return field;
 }
 
+std::string format_seconds(double seconds) {
+    std::array<char, 32> text{};
+    if (seconds < 120.0) {
+        std::snprintf(text.data(), text.size(), "%.*f s", seconds < 1.0 ? 2 : seconds < 10.0 ? 1 : 0, seconds);
+    } else if (seconds < 2.0 * 3600.0) {
+        std::snprintf(text.data(), text.size(), "%.0f min", seconds / 60.0);
+    } else {
+        std::snprintf(text.data(), text.size(), "%.1f h", seconds / 3600.0);
+    }
+    return text.data();
+}
+
+void write_bake(const BakeResult& result, const BakeFiles& files, const Execution& execution) {
+    execution.phase("write");
+    std::vector<std::unique_ptr<WholeFile>> written;
+    const auto write = [&](const std::filesystem::path& file, const auto& content) {
+        if (!file.empty()) {
+            written.push_back(std::make_unique<WholeFile>(file));
+            content(*written.back());
+            if (execution.progress != nullptr) {
+                execution.progress->check();
+            }
+        }
+    };
+    write(files.field, [&](WholeFile& file) { write_field(field_of(result), files.field, file); });
+    write(files.sites, [&](WholeFile& file) { write_field(sites_of(result), files.sites, file); });
+    write(files.report, [&](WholeFile& file) { file.write(report_of(result)); });
+    for (const std::unique_ptr<WholeFile>& file : written) {
+        file->commit();
+    }
+}
+
 std::string summary_of(const BakeResult& result) {
     std::ostringstream text;
     text << result.file << ": " << result.diagnosis.file_faces << " faces, " << result.scene.mesh.triangles.size()
@@ -214,7 +255,7 @@ std::string summary_of(const BakeResult& result) {
         const BakeEstimate& estimate = result.estimate;
         text << "rays: " << estimate.rays << ", visibility segments: at most " << estimate.segments << "\n"
              << "memory for transport: at most " << format_bytes(estimate.transport_bytes) << "\n"
-             << "time for transport: about " << estimate.seconds << " s\n";
+             << "time for transport: about " << format_seconds(estimate.seconds) << "\n";
         return text.str();
     }
     text << "transport: " << result.rays << " rays, " << result.segments << " segments, " << result.nonzeros
@@ -222,17 +263,18 @@ std::string summary_of(const BakeResult& result) {
          << result.spectral_radius << "\n";
     text << "solve: " << result.solve.sentence() << "\n";
     const EnergyBalance& energy = result.energy;
-    text << "energy (W, all channels): emitted " << energy.emitted.sum() << ", from the sky " << energy.from_sky.sum()
-         << ", absorbed " << energy.absorbed.sum();
+    text << std::setprecision(4) << "energy (W, all channels): emitted " << energy.emitted.sum() << ", from the sky "
+         << energy.from_sky.sum() << ", absorbed " << energy.absorbed.sum();
     if (energy.escaped) {
         text << ", escaped " << energy.escaped->sum() << ", ended on backs " << energy.blocked->sum()
-             << "; imbalance at most " << 100.0 * energy.imbalance->abs().maxCoeff() << " %";
+             << "; imbalance at most " << std::setprecision(2) << 100.0 * energy.imbalance->abs().maxCoeff() << " %";
     }
     double total = 0.0;
     for (const auto& [phase, took] : result.seconds) {
         total += took;
     }
-    text << "\ntime: " << total << " s; peak memory " << format_bytes(static_cast<double>(peak_memory())) << "\n";
+    text << "\ntime: " << format_seconds(total) << "; peak memory " << format_bytes(static_cast<double>(peak_memory()))
+         << "\n";
     return text.str();
 }
 

@@ -4,6 +4,7 @@
 #include <difusa/bake.h>
 #include <difusa/io/field_file.h>
 
+#include <filesystem>
 #include <string>
 
 namespace difusa {
@@ -24,6 +25,19 @@ std::string report_of(const BakeResult& result);
 
 /// A few lines for a person: what was found, and how the bake went.
 std::string summary_of(const BakeResult& result);
+
+/// "0.03 s", "4.2 s", "75 s", "12 min", "3.1 h".
+std::string format_seconds(double seconds);
+
+/// Where to write what; an empty name: not at all.
+struct BakeFiles {
+    std::filesystem::path field, sites, report;
+};
+
+/// Writes field_of, sites_of and report_of as the phase "write" of `execution`. All are written before the first
+/// appears under its name: a failure leaves none of them, and older files as they were. Throws what `write_field` does,
+/// and Interrupted.
+void write_bake(const BakeResult& result, const BakeFiles& files, const Execution& execution);
 
 /// The factor from radiosity to linear display values: 0.9 over the luminance below which 95 % of the area of
 /// surfaces that do not emit lies; 1 if they are all dark.

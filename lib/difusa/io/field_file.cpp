@@ -71,11 +71,16 @@ void require_consistent(const FieldFile& field) {
 
 } // namespace
 
-void write_field(const FieldFile& field, const fs::path& file) {
+void write_field(const FieldFile& field, const fs::path& file, WholeFile& whole) {
     const Writer write = writer_for(file);
     require_consistent(field);
-    WholeFile whole(file);
     write(field, whole);
+}
+
+void write_field(const FieldFile& field, const fs::path& file) {
+    writer_for(file); // before a file is made
+    WholeFile whole(file);
+    write_field(field, file, whole);
     whole.commit();
 }
 

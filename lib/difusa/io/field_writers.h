@@ -13,4 +13,7 @@ void write_vtp(const FieldFile& field, WholeFile& file);
 /// PLY, binary little-endian: geometry, normals, colours, quality; the notes as comments.
 void write_ply(const FieldFile& field, WholeFile& file);
 
+/// In the format that the name `file` stands for, checked and chosen as by `write_field` without `whole`.
+void write_field(const FieldFile& field, const std::filesystem::path& file, WholeFile& whole);
+
 } // namespace difusa
