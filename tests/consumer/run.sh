@@ -10,27 +10,25 @@ fail() {
 
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 scratch=$PWD
-cmake=${CMAKE:-cmake}
 unset DIFUSA_PLUGIN_PATH LD_LIBRARY_PATH
 
 echo "== Install, and move the installed tree"
-"$cmake" --install "$DIFUSA_BUILD" --prefix "$scratch/installed" >install.log || { cat install.log; fail "install"; }
+"$CMAKE" --install "$DIFUSA_BUILD" --prefix "$scratch/installed" >install.log || { cat install.log; fail "install"; }
 mv installed moved
 prefix=$scratch/moved
 bake=$prefix/bin/bake_radiosity
 
 echo "== The public headers need nothing but Eigen"
 (cd "$prefix/include" && find difusa -name '*.h' | sort | sed 's/.*/#include <&>/') >all_headers.cpp
-eigen=$(sed -n 's/^Eigen3_DIR:PATH=//p' "$DIFUSA_BUILD/CMakeCache.txt")/../../../include/eigen3
-"${CXX:-c++}" -std=c++20 -M -I "$prefix/include" -I "$eigen" all_headers.cpp >dependencies.txt
+"$CXX" -std=c++20 -M -I "$prefix/include" -I "$EIGEN_INCLUDE" all_headers.cpp >dependencies.txt
 if foreign=$(tr ' ' '\n' <dependencies.txt | grep -E '/(CGAL|OpenMesh|vtk[^/]*|embree[0-9]*|nlohmann|CLI)/|nanoflann'); then
     fail "public headers include" $foreign
 fi
 
 echo "== Configure and build the stranger's project"
-"$cmake" -S "$here" -B build -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_COMPILER="${CXX:-c++}" \
+"$CMAKE" -S "$here" -B build -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_COMPILER="$CXX" \
     -DCMAKE_CXX_FLAGS="-Wall -Wextra -Wpedantic -Werror" -DCMAKE_PREFIX_PATH="$prefix"
-"$cmake" --build build
+"$CMAKE" --build build
 plugins=$scratch/plugins
 mkdir "$plugins"
 cp build/wendland.so "$plugins"
