@@ -280,6 +280,7 @@ class Bake {
         }
         projection_ = std::make_unique<Projection>(*tools_.basis, result_.sites, execution_);
         result_.condition = projection_->condition();
+        check_constants();
     }
 
     // 6. Direct light; 7. solve.
@@ -389,6 +390,34 @@ class Bake {
         }
     }
 
+    /// How well a solved basis represents the function 1 between its sites, at random surface points: a basis that
+    /// cannot do that will not do better on light.
+    void check_constants() {
+        if (projection_->is_identity()) {
+            return;
+        }
+        const Mesh& mesh = result_.scene.mesh;
+        RandomStream stream(result_.options.seed, "constants");
+        std::vector<SurfacePoint> points;
+        for (int i = 0; i < 4096; ++i) {
+            const SurfacePoint& site = result_.sites.points[stream.below(result_.sites.size())];
+            const double root = std::sqrt(stream.uniform()), part = stream.uniform();
+            points.push_back(mesh.at(site.face, root * (1.0 - part), root * part));
+        }
+        const Values ones = Values::Ones(static_cast<Eigen::Index>(result_.sites.size()), 1);
+        const Values values = evaluate(*tools_.basis, projection_->coefficients(ones), points, execution_);
+        result_.constant_error = std::sqrt((values.array() - 1.0).square().mean());
+        const std::string miss = text_of(100.0 * result_.constant_error) + " % (rms)";
+        if (!(result_.constant_error < 0.1)) {
+            throw NotConverged("the basis " + result_.options.basis + " misses a constant by " + miss +
+                               " between its sites: its coefficients swing. Give it another width, or use "
+                               "--basis normalized-radial or shepard");
+        }
+        if (result_.constant_error > 0.01) {
+            note("the basis misses a constant by " + miss + " between its sites: expect errors of that size");
+        }
+    }
+
     /// Refuses an equation whose series of bounces does not converge (K diag(rho) has a spectral radius of 1 or more):
     /// a solver may still return numbers, but they mean nothing.
     void check_contraction(const TransportOperator& K) {
@@ -413,7 +442,7 @@ class Bake {
                                      "--kernel disc, or a smaller --spacing"
                    : result_.largest_row_sum > 1.0 + 1e-9
                        ? "The basis is not a partition of unity: use --basis normalized-radial or shepard, or give "
-                         "this one another width"
+                         "this one a smaller width"
                        : "A closed scene that absorbs nothing has no steady state: give some surface a reflectance "
                          "below 1";
         throw NotConverged(message);

@@ -66,6 +66,7 @@ struct BakeResult {
     std::size_t rays = 0, segments = 0;
     std::size_t lamps = 0;                 ///< emitting triangles whose light was computed in closed form
     double largest_row_sum = 0.0;          ///< of the transport matrix, reflectance not counted
+    double constant_error = 0.0;           ///< rms by which the basis misses the function 1 at random surface points
     double condition = 1.0;                ///< of the interpolation matrix
     double spectral_radius = 0.0;          ///< of K diag(rho)
     bool spectral_radius_is_bound = false; ///< true: an upper bound (the norm), else an estimate

@@ -1,12 +1,17 @@
 // Basis `radial` (T 4.6, 4.7): phi_i(x) = Psi(‖x,p_i‖), a Gaussian exp(-½ (d/s_i)²), zero past 4 s_i, with
-// s_i = width r_i; or (T 4.8) the cubic stand-in K(t) = 2t³ - 3t² + 1 of the same width at half height, which ends at
-// 2.3548 s_i. Not a partition of unity and not interpolating: coefficients are solved for, not assumed.
-// The dissertation's s_i = r_i is `width=1`; its elements overlap so much that the interpolation matrix is
-// ill-conditioned. The default makes the cubic stand-in end at r_i, as T 4.8 prints it.
+// s_i = width r_i (r_i at most its median: in narrow places and near edges the m-th neighbour is far, and wide elements
+// on sites as close as elsewhere cannot be told apart); or (T 4.8) the cubic stand-in K(t) = 2t³ - 3t² + 1 of the same
+// width at half height, which ends at 2.3548 s_i. Not a partition of unity and not interpolating: coefficients are
+// solved for, not assumed. The dissertation's s_i = r_i is `width=1`; its elements overlap so much that the
+// interpolation matrix is ill-conditioned. Above the default the transport may amplify what the coefficients swing near
+// edges until its series diverges; below it there are dents between the sites. The cubic is not positive definite and
+// swings sooner. A bake detects all of this and refuses.
 #include <difusa/basis/point_basis.h>
 #include <difusa/plugin/plugin.h>
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace {
 
@@ -23,12 +28,19 @@ class Radial final : public difusa::PointBasis {
     bool coefficients_are_values() const override { return false; }
 
   protected:
-    double support(double r) const override { return (cubic_ ? cubic_reach : gaussian_reach) * width_ * r; }
+    void prepare(const difusa::SiteSet& sites) override {
+        std::vector<double> radius = sites.radius;
+        const auto middle = radius.begin() + static_cast<std::ptrdiff_t>(radius.size() / 2);
+        std::nth_element(radius.begin(), middle, radius.end());
+        median_ = *middle;
+    }
+
+    double support(double r) const override { return (cubic_ ? cubic_reach : gaussian_reach) * s(r); }
 
     void weigh(const difusa::SurfacePoint& /*x*/, const difusa::Neighbourhood& near,
                std::span<double> weight) const override {
         for (std::size_t i = 0; i < weight.size(); ++i) {
-            const double d = near.distance[i] / (near.cosine[i] * width_ * near.radius[i]); // ‖x,p_i‖ / s_i
+            const double d = near.distance[i] / (near.cosine[i] * s(near.radius[i])); // ‖x,p_i‖ / s_i
             if (cubic_) {
                 const double t = d / cubic_reach;
                 weight[i] = t < 1.0 ? 1.0 + t * t * (2.0 * t - 3.0) : 0.0;
@@ -39,7 +51,10 @@ class Radial final : public difusa::PointBasis {
     }
 
   private:
+    double s(double r) const { return width_ * std::min(r, median_); }
+
     double width_;
+    double median_ = 0.0;
     bool cubic_;
 };
 
@@ -47,5 +62,5 @@ class Radial final : public difusa::PointBasis {
 
 DIFUSA_PLUGIN(
     basis, "radial", Radial, "Gaussian bells whose coefficients are solved for (T 4.6).",
-    {{"width", difusa::ParameterSpec::Type::real, "0.42466", "s_i as a multiple of the site's radius", 0.05, 20.0, {}},
+    {{"width", difusa::ParameterSpec::Type::real, "0.4", "s_i as a multiple of the site's radius", 0.05, 20.0, {}},
      {"profile", difusa::ParameterSpec::Type::word, "gaussian", "the mother function", 0, 0, {"gaussian", "cubic"}}})

@@ -57,6 +57,7 @@ void PointBasis::bind(const Mesh& mesh, const SiteSet& sites) {
     mesh_ = &mesh;
     sites_ = &sites;
     normalise_ = partition_of_unity();
+    prepare(sites);
     std::vector<double> reach(sites.size());
     std::transform(sites.radius.begin(), sites.radius.end(), reach.begin(), [this](double r) { return support(r); });
     grid_ = SupportGrid(mesh, sites, reach);

@@ -35,14 +35,15 @@ class PointBasis : public Basis {
     void evaluate(std::span<const SurfacePoint> x, std::span<BasisRow> rows) const final;
 
   protected:
+    /// Called by `bind` before anything else is asked: what the basis derives from all of its sites.
+    virtual void prepare(const SiteSet& /*sites*/) {}
+
     /// Euclidean radius outside of which an element of radius r vanishes.
     virtual double support(double r) const = 0;
 
     /// Writes the mother function's value Psi_i(x) >= 0 for each neighbour; for a partition of unity only their
     /// ratios matter (phi_i = Psi_i / sum Psi_j, T 3.10), else phi_i = Psi_i.
     virtual void weigh(const SurfacePoint& x, const Neighbourhood& near, std::span<double> weight) const = 0;
-
-    const SiteSet& sites() const { return *sites_; }
 
   private:
     struct NearestSite;

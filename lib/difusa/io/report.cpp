@@ -99,6 +99,7 @@ std::string report_of(const BakeResult& result) {
         transport["largest_row_sum"] = result.largest_row_sum;
         transport["mean_share_on_backs"] = result.mean_back;
         transport["condition"] = result.condition;
+        transport["constant_error"] = result.constant_error;
         transport["spectral_radius"] = result.spectral_radius;
         transport["spectral_radius_is_bound"] = result.spectral_radius_is_bound;
         report["solve"] = {{"reason", word(result.solve.reason)},
