@@ -97,7 +97,10 @@ Values Projection::coefficients(const Values& values) const {
     Values b(values.rows(), values.cols());
     for (Eigen::Index c = 0; c < values.cols(); ++c) {
         const Eigen::VectorXd column = values.col(c);
-        b.col(c) = factor_->lu.solve(column);
+        // Into a vector of its own: SparseLU takes its target for contiguous, which a column of row-major values is
+        // not.
+        const Eigen::VectorXd solution = factor_->lu.solve(column);
+        b.col(c) = solution;
     }
     return b;
 }
