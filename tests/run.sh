@@ -113,7 +113,7 @@ run_ctest() {
 }
 
 check_format() {
-    find "$root"/{lib,plugins,apps,tests} \( -name '*.h' -o -name '*.cpp' \) -print0 |
+    find "$root"/{lib,plugins,apps,data,tests} \( -name '*.h' -o -name '*.cpp' \) -print0 |
         xargs -0 -n 20 -P "$jobs" clang-format-14 --dry-run -Werror
 }
 
