@@ -283,8 +283,10 @@ void list_plugins(const difusa::Registry& registry) {
 /// Also where neither exists yet.
 bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
     std::error_code ignored;
-    return std::filesystem::equivalent(a, b, ignored) ||
-           std::filesystem::weakly_canonical(a, ignored) == std::filesystem::weakly_canonical(b, ignored);
+    const auto canonical = [&](const std::filesystem::path& path) {
+        return std::filesystem::weakly_canonical(std::filesystem::absolute(path, ignored), ignored);
+    };
+    return std::filesystem::equivalent(a, b, ignored) || canonical(a) == canonical(b);
 }
 
 /// All that can be wrong with the files to be written is found before the work, not after it.

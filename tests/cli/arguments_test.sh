@@ -1,0 +1,70 @@
+# A wrong command line is refused before any work, with what is wrong and what is right.
+. "$(dirname "$0")/lib.sh"
+
+usage() { # usage TEXT ARGUMENT...
+    local text=$1
+    shift
+    expect_refusal 1 "$text" "$bake" "$@"
+    [ "$(wc -l <stderr)" = 1 ] || fail "more than a message: $*"
+}
+
+usage "a mesh file is expected"
+usage "an output file is expected" "$box"
+usage "\`third\` is neither" "$box" out.vtp third
+usage "a mesh file is expected" "" out.vtp
+
+# Unknown names, with the nearest known one.
+usage "unknown option --ryas, did you mean --rays?" "$box" out.vtp --ryas 12
+usage "unknown option --neighbors, did you mean --neighbours?" "$box" out.vtp --neighbors=12
+usage "did you mean 'shepard'?" "$box" out.vtp --basis shepherd
+usage "did you mean 'embree'?" "$box" out.vtp --visibility embre
+usage "did you mean 'krylov'?" "$box" out.vtp --solver krilov
+usage "did you mean 'poisson-disk'?" "$box" out.vtp --sampler poison_disk
+usage "did you mean 'low-discrepancy'?" "$box" out.vtp --directions low-discrepancies
+usage "did you mean 'disc'?" "$box" out.vtp --kernel disk --transport pairwise
+usage "did you mean 'disc'?" "$box" out.vtp --kernel disk
+usage "did you mean gather?" "$box" out.vtp --transport gathr
+usage "did you mean 'width'?" "$box" out.vtp --basis radial:widht=1
+usage "no parameter 'areas'" "$box" out.vtp --transport gather:areas=integral
+usage "one of gaussian, cubic" "$box" out.vtp --basis radial:profile=cubik
+usage "must be a number from" "$box" out.vtp --basis shepard:k=many
+usage "/nowhere" "$box" out.vtp --plugin-path /nowhere
+
+# Values.
+for bad in abc -5 0 1e3 2.5 12x; do
+    usage "--rays $bad: must be a whole number of at least 1" "$box" out.vtp "--rays=$bad"
+    usage "--sites $bad: must be a whole number of at least 1" "$box" out.vtp "--sites=$bad"
+    usage "--neighbours $bad: must be a whole number of at least 1" "$box" out.vtp "--neighbours=$bad"
+    usage "--threads $bad: must be a whole number of at least 1" "$box" out.vtp "--threads=$bad"
+done
+usage "--rays -5: must be" "$box" out.vtp --rays -5
+usage "must be at most 18446744073709551615" "$box" out.vtp --rays 99999999999999999999999
+usage "--rays: must be from 1 to 16777216" "$box" out.vtp --rays 1000000000
+usage "--neighbours: must be from 1 to 1000" "$box" out.vtp --neighbours 1001
+usage "--threads 1025: must be at most 1024" "$box" out.vtp --threads 1025
+usage "--seed -1: must be a whole number of at least 0" "$box" out.vtp --seed -1
+usage "--max-iterations -1: must be" "$box" out.vtp --max-iterations -1
+for bad in nan inf 0 -1 1e400 1e-400 "0.1 m"; do
+    usage "--spacing $bad: must be a positive number" "$box" out.vtp "--spacing=$bad"
+    usage "--output-spacing $bad: must be a positive number" "$box" out.vtp "--output-spacing=$bad"
+    usage "--tolerance $bad: must be a positive number" "$box" out.vtp "--tolerance=$bad"
+done
+usage "--tolerance: must be above 0 and below 1" "$box" out.vtp --tolerance 1
+usage "either --spacing or --sites" "$box" out.vtp --spacing 0.1 --sites 10
+usage "--rays: 1 required" "$box" out.vtp --rays
+for bad in , 1, 1,2 1,2,3, 1,2,3,4 1,,3 garbage -1 1,-1,1 nan inf 1e400 "1 2 3" " 1"; do
+    usage "--sky $bad: takes one number, or three R,G,B" "$box" out.vtp "--sky=$bad"
+    usage "--reflectance $bad: takes one number, or three R,G,B" "$box" out.vtp "--reflectance=$bad"
+done
+usage "--sky -1: takes" "$box" out.vtp --sky -1
+usage "--reflectance: must be from 0 to 1" "$box" out.vtp --reflectance 0.5,1.5,0.5
+
+# Good ones: -/_ are equal in names, numbers may be as C writes them.
+expect_exit 0 "$bake" "$box" out.ply $small --sky 0.5,1e-3,.25 --quiet
+expect_exit 0 "$bake" "$box" out.ply $small --basis normalized_radial:width=1.1 --sampler poisson_disk --quiet
+expect_exit 0 "$bake" "$box" out.ply $small --basis radial:profile=cubic,width=1 --report report.json --quiet
+expect_text report.json '"basis": "radial:width=1,profile=cubic"'
+expect_exit 0 "$bake" "$box" out.ply $small --seed 18446744073709551615 --report report.json --quiet
+expect_text report.json '"seed": 18446744073709551615'
+expect_exit 0 "$bake" "$box" out.ply $small --kernel point
+expect_text stdout "note: --kernel has no effect on --transport gather"

@@ -1,0 +1,37 @@
+# A dry run writes nothing but its report, and its numbers are those of the real run or bound them.
+. "$(dirname "$0")/lib.sh"
+
+for choice in "" "--basis shepard" "--basis radial" "--transport pairwise --sky 1" "--spacing 0.1 --rays 100" \
+    "--sampler view-driven"; do
+    case $choice in
+    *--spacing*) size= ;;
+    *) size="--sites 400 --rays 64" ;;
+    esac
+    rm -f ./*.json ./*.vtp
+    expect_exit 0 "$bake" "$box" out.vtp $size $choice --dry-run --sites-output sites.vtp --report dry.json
+    expect_text stdout "sites: " "rays: " "memory for transport: at most" "time for transport: about"
+    expect_no_text stdout written:\ out.vtp
+    [ ! -e out.vtp ] && [ ! -e sites.vtp ] || fail "a dry run has written a field"
+    expect_text dry.json '"dry_run": true'
+    expect_exit 0 "$bake" "$box" out.vtp $size $choice --report real.json
+    [ "$(entry dry.json count)" != "" ] || fail "no count"
+    sites=$(sed -n 's/^sites: \([0-9]*\) .*/\1/p' stdout)
+    rays=$(entry real.json rays)
+    grep -A 1 '"sites": {' dry.json >dry.sites
+    expect_text dry.sites "\"count\": $sites,"
+    real_rays=$(sed -n '/"transport": {/,/}/s/^ *"rays": \([0-9]*\),/\1/p' real.json)
+    [ "$(entry dry.json estimated_rays)" = "$real_rays" ] || fail "rays: $(entry dry.json estimated_rays), $real_rays"
+    segments=$(entry real.json segments)
+    [ "$(entry dry.json estimated_segments)" -ge "$segments" ] || fail "segments: more than estimated"
+    bytes=$(entry dry.json estimated_bytes)
+    [ "${bytes%.*}" -ge "$((12 * $(entry real.json nonzeros)))" ] || fail "memory: more than estimated, $choice"
+    case $(entry dry.json estimated_seconds) in
+    0.0 | -* | null | "") fail "no time was estimated" ;;
+    esac
+done
+
+# Without an output file, and without any file.
+rm -f ./*
+expect_exit 0 "$bake" "$box" $small --dry-run
+rm -f stdout stderr
+[ -z "$(ls -A)" ] || fail "a dry run has written $(ls -A)"

@@ -1,0 +1,108 @@
+# Every way a bake can end: 0 done, 1 usage (arguments_test.sh has them all), 2 input, 3 not converged, 4 resources,
+# 130 interrupted. No failure leaves a file, or touches one that was there.
+. "$(dirname "$0")/lib.sh"
+
+expect_exit 0 "$bake" "$box" kept.ply $small
+cp kept.ply copy.ply
+expect_refusal 1 "--rays" "$bake" "$box" kept.ply --rays none
+
+# 2: input.
+expect_refusal 2 "missing.off: cannot be opened" "$bake" missing.off kept.ply
+expect_refusal 2 "is a directory" "$bake" "$DIFUSA_DATA" kept.ply
+printf 'words\n' >words.txt
+expect_refusal 2 "readers are there for: " "$bake" words.txt kept.ply
+expect_text message .obj .off .ply .stl
+printf 'OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n' >short.off
+expect_refusal 2 "short.off" "$bake" short.off kept.ply
+printf 'OFF\n0 0 0\n' >empty.off
+expect_refusal 2 "empty.off" "$bake" empty.off kept.ply
+: >nothing.off
+expect_refusal 2 "nothing.off" "$bake" nothing.off kept.ply
+printf 'OFF\n3 1 0\n0 0 0\n1 0 0\n0 nan 0\n3 0 1 2\n' >nan.off
+expect_refusal 2 "nan.off:6: point 2 (line 5)" "$bake" nan.off kept.ply
+printf 'OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n' >range.off
+expect_refusal 2 "range.off:6" "$bake" range.off kept.ply
+
+# A closed box of which all faces look inward: no sky comes in, and nothing emits.
+cat >closed.off <<'BOX'
+OFF
+8 6 0
+0 0 0
+1 0 0
+1 1 0
+0 1 0
+0 0 1
+1 0 1
+1 1 1
+0 1 1
+4 0 1 2 3
+4 4 7 6 5
+4 0 4 5 1
+4 1 5 6 2
+4 2 6 7 3
+4 3 7 4 0
+BOX
+expect_refusal 2 "no light reaches the front of any face" "$bake" closed.off kept.ply $small
+expect_text message Ke
+expect_refusal 2 "the scene has no light" "$bake" closed.off kept.ply $small --sky 0
+expect_text message "--sky 1" Ke
+
+# 3: no trustworthy solution.
+expect_refusal 3 "stopped at the limit of iterations" "$bake" "$box" kept.ply $small --max-iterations 1
+expect_text message --max-iterations --tolerance
+expect_refusal 3 "does not converge: its spectral radius is" "$bake" "$box" kept.ply --sites 300 --rays 16 \
+    --transport pairwise:areas=neighbours --kernel point
+expect_text message "--transport gather" "--kernel disc"
+sed -e 's/^Kd.*/Kd 1 1 1/' "$DIFUSA_DATA/furnace_box.mtl" >furnace_box.mtl
+cp "$DIFUSA_DATA/furnace_box.obj" .
+expect_refusal 3 "closed scene that absorbs nothing" "$bake" furnace_box.obj kept.ply $small
+
+# 4: resources.
+expect_refusal 4 "the directory \`nowhere\` does not exist" "$bake" "$box" nowhere/out.vtp
+[ "$(wc -l <stderr)" = 1 ] || fail "the missing directory was found after the work"
+limited() { # limited KIB_OF_FILES COMMAND...
+    (
+        ulimit -f "$1"
+        shift
+        "$@"
+    )
+}
+expect_refusal 4 "kept.ply" limited 4 "$bake" "$box" kept.ply $small
+expect_text message "File too large" "ulimit -f"
+crowded() { # crowded KIB_OF_MEMORY COMMAND...
+    (
+        ulimit -v "$1"
+        shift
+        "$@"
+    )
+}
+expect_refusal 4 "are available: give a larger --spacing, or fewer --rays" crowded 400000 "$bake" "$box" kept.ply \
+    --sites 9000 --rays 100000
+expect_text message "sites would take about" MiB
+
+# 130: interrupted during transport, within two seconds and without a trace.
+set -m # else a shell without a terminal lets its background jobs ignore SIGINT
+for signal in INT TERM HUP; do
+    ls -A . >before
+    "$bake" "$box" kept.ply --sites 2000 --rays 16384 >stdout 2>stderr &
+    job=$!
+    for _ in $(seq 300); do
+        grep -qx transport stderr && break
+        sleep 0.1
+    done
+    grep -qx transport stderr || fail "transport did not begin"
+    sleep 0.2
+    begin=$(date +%s%N)
+    kill -s "$signal" "$job"
+    code=0
+    wait "$job" || code=$?
+    took=$((($(date +%s%N) - begin) / 1000000))
+    [ "$code" = 130 ] || fail "exit $code after SIG$signal"
+    [ "$took" -lt 2000 ] || fail "SIG$signal was obeyed after $took ms"
+    expect_text stderr "bake_radiosity: interrupted"
+    ls -A . >after
+    cmp -s before after || fail "the files have changed: $(diff before after)"
+done
+set +m
+
+cmp kept.ply copy.ply || fail "a failed bake has touched an older file"
