@@ -1,0 +1,436 @@
+#include <difusa/io/bake_files.h>
+
+#include <difusa/basis/basis.h>
+#include <difusa/field/evaluate.h>
+#include <difusa/version.h>
+
+#include <file_size_limit.h>
+#include <scratch_directory.h>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include <vtkCellData.h>
+#include <vtkDataArray.h>
+#include <vtkDoubleArray.h>
+#include <vtkFieldData.h>
+#include <vtkInformation.h>
+#include <vtkInformationStringKey.h>
+#include <vtkIntArray.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+#include <vtkSmartPointer.h>
+#include <vtkStringArray.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkXMLPolyDataReader.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace difusa {
+namespace {
+
+using nlohmann::json;
+using test::ScratchDirectory;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using Names = std::set<std::string>;
+
+/// The Cornell box, small: three channels, a lamp, polygons, several materials.
+const BakeResult& coloured() {
+    static const BakeResult result = [] {
+        BakeOptions options;
+        options.sites = 150;
+        options.rays = 32;
+        options.seed = 0xfedcba9876543210; // no double holds it
+        options.basis = "radial";
+        return bake(Registry::load(), DIFUSA_TEST_DATA "/cornell_box.obj", options, Execution{});
+    }();
+    return result;
+}
+
+/// A grey bowl under the sky that is assumed.
+const BakeResult& grey() {
+    static const BakeResult result = [] {
+        BakeOptions options;
+        options.sites = 100;
+        options.rays = 16;
+        return bake(Registry::load(), DIFUSA_TEST_DATA "/bowl.ply", options, Execution{});
+    }();
+    return result;
+}
+
+vtkSmartPointer<vtkPolyData> read(const std::filesystem::path& file) {
+    vtkNew<vtkXMLPolyDataReader> reader;
+    reader->SetFileName(file.c_str());
+    reader->Update();
+    return reader->GetOutput();
+}
+
+std::vector<std::string> components(vtkDataArray* array) {
+    std::vector<std::string> names;
+    for (vtkIdType c = 0; array->HasAComponentName() && c < array->GetNumberOfComponents(); ++c) {
+        names.emplace_back(array->GetComponentName(c));
+    }
+    return names;
+}
+
+std::string unit(vtkDataArray* array) {
+    const char* text = array->GetInformation()->Get(vtkDataArray::UNITS_LABEL());
+    return text == nullptr ? "" : text;
+}
+
+/// A double array of the name with these values, in W/m² where `flux`.
+void expect_values(vtkFieldData* data, const char* name, const Values& values, bool flux = true) {
+    SCOPED_TRACE(name);
+    auto* array = vtkDoubleArray::SafeDownCast(data->GetArray(name));
+    ASSERT_NE(array, nullptr);
+    ASSERT_EQ(array->GetNumberOfTuples(), values.rows());
+    ASSERT_EQ(array->GetNumberOfComponents(), values.cols());
+    EXPECT_EQ(unit(array), flux ? "W/m^2" : "");
+    if (values.cols() == 3) {
+        EXPECT_THAT(components(array), ElementsAre("R", "G", "B"));
+    }
+    for (Eigen::Index i = 0; i < values.size(); ++i) {
+        ASSERT_EQ(array->GetValue(i), values.data()[i]);
+    }
+}
+
+std::string text_note(vtkPolyData* mesh, const char* name) {
+    auto* array = vtkStringArray::SafeDownCast(mesh->GetFieldData()->GetAbstractArray(name));
+    EXPECT_NE(array, nullptr) << name;
+    return array == nullptr || array->GetNumberOfValues() != 1 ? "" : std::string(array->GetValue(0));
+}
+
+std::vector<double> number_note(vtkPolyData* mesh, const char* name) {
+    auto* array = vtkDoubleArray::SafeDownCast(mesh->GetFieldData()->GetArray(name));
+    EXPECT_NE(array, nullptr) << name;
+    return array == nullptr ? std::vector<double>{}
+                            : std::vector<double>(array->GetPointer(0), array->GetPointer(array->GetNumberOfValues()));
+}
+
+TEST(BakeFiles, FieldHoldsTheBake) {
+    const ScratchDirectory scratch;
+    const BakeResult& result = coloured();
+    write_field(field_of(result), scratch / "out.vtp");
+    const auto mesh = read(scratch / "out.vtp");
+    const auto vertices = static_cast<vtkIdType>(result.mesh.vertices.size());
+    const auto triangles = static_cast<vtkIdType>(result.mesh.triangles.size());
+    EXPECT_EQ(mesh->GetNumberOfPoints(), vertices);
+    EXPECT_EQ(mesh->GetNumberOfPolys(), triangles);
+    EXPECT_EQ(mesh->GetNumberOfCells(), triangles);
+
+    vtkPointData* points = mesh->GetPointData();
+    EXPECT_EQ(points->GetNumberOfArrays(), 9);
+    expect_values(points, "radiosity", result.B);
+    expect_values(points, "irradiance", result.H);
+    expect_values(points, "irradiance_direct", result.H_direct);
+    expect_values(points, "irradiance_indirect", result.H_indirect);
+    expect_values(points, "emission", result.vertex_E);
+    expect_values(points, "reflectance", result.vertex_rho, false);
+    expect_values(points, "luminance", result.B * Eigen::Vector3d(0.2126, 0.7152, 0.0722));
+    EXPECT_TRUE(result.B.allFinite());
+
+    auto* display = vtkUnsignedCharArray::SafeDownCast(points->GetScalars());
+    ASSERT_NE(display, nullptr);
+    EXPECT_STREQ(display->GetName(), "display_rgb");
+    EXPECT_EQ(display->GetNumberOfTuples(), vertices);
+    EXPECT_THAT(components(display), ElementsAre("R", "G", "B"));
+    const std::vector<double> exposure = number_note(mesh, "display_exposure");
+    ASSERT_THAT(exposure, ElementsAre(display_exposure(result)));
+    for (vtkIdType i = 0; i < display->GetNumberOfValues(); ++i) {
+        ASSERT_EQ(display->GetValue(i), std::lround(255.0 * srgb(exposure[0] * result.B.data()[i])));
+    }
+    ASSERT_NE(points->GetNormals(), nullptr);
+    EXPECT_STREQ(points->GetNormals()->GetName(), "Normals");
+    for (vtkIdType v = 0; v < vertices; ++v) {
+        ASSERT_NEAR(Vec3(points->GetNormals()->GetTuple3(v)).norm(), 1.0, 1e-14);
+    }
+
+    vtkCellData* cells = mesh->GetCellData();
+    EXPECT_EQ(cells->GetNumberOfArrays(), 2);
+    auto* face = vtkIntArray::SafeDownCast(cells->GetArray("original_face_id"));
+    auto* material = vtkIntArray::SafeDownCast(cells->GetArray("material_id"));
+    ASSERT_NE(face, nullptr);
+    ASSERT_NE(material, nullptr);
+    std::set<int> faces, materials;
+    for (vtkIdType t = 0; t < triangles; ++t) {
+        faces.insert(face->GetValue(t));
+        materials.insert(material->GetValue(t));
+    }
+    EXPECT_EQ(faces.size(), result.diagnosis.file_faces); // every face of the file, from 0
+    EXPECT_EQ(*faces.begin(), 0);
+    EXPECT_EQ(*faces.rbegin(), static_cast<int>(result.diagnosis.file_faces) - 1);
+    EXPECT_EQ(materials.size(), result.scene.materials.size());
+}
+
+TEST(BakeFiles, FieldDataTellHowItWasMade) {
+    const ScratchDirectory scratch;
+    const BakeResult& result = coloured();
+    write_field(field_of(result), scratch / "out.vtp");
+    const auto mesh = read(scratch / "out.vtp");
+    EXPECT_EQ(text_note(mesh, "difusa_version"), version());
+    for (const auto& [name, number] : library_versions()) {
+        EXPECT_THAT(text_note(mesh, "library_versions"), HasSubstr(name + " " + number));
+    }
+    EXPECT_EQ(text_note(mesh, "input"), DIFUSA_TEST_DATA "/cornell_box.obj");
+    EXPECT_EQ(text_note(mesh, "transport"), "gather");
+    EXPECT_THAT(text_note(mesh, "basis"), testing::StartsWith("radial:width="));
+    for (const char* kind : {"sampler", "visibility", "directions", "solver"}) {
+        EXPECT_NE(text_note(mesh, kind), "") << kind;
+    }
+    EXPECT_EQ(text_note(mesh, "seed"), "18364758544493064720");
+    EXPECT_THAT(number_note(mesh, "sites"), ElementsAre(static_cast<double>(result.sites.size())));
+    EXPECT_THAT(number_note(mesh, "spacing"), ElementsAre(result.sites.spacing));
+    EXPECT_THAT(number_note(mesh, "rays_per_site"), ElementsAre(32.0));
+    EXPECT_THAT(number_note(mesh, "iterations"), ElementsAre(result.solve.iterations));
+    EXPECT_THAT(number_note(mesh, "residual"), ElementsAre(result.solve.residual));
+    EXPECT_THAT(number_note(mesh, "spectral_radius"), ElementsAre(result.spectral_radius));
+    EXPECT_THAT(number_note(mesh, "sky"), ElementsAre(0.0, 0.0, 0.0));
+    EXPECT_EQ(number_note(mesh, "phase_seconds").size(), result.seconds.size());
+    EXPECT_THAT(text_note(mesh, "phases"), HasSubstr("transport, "));
+    EXPECT_EQ(text_note(mesh, "material_names"), "white\nred\ngreen\nlamp");
+}
+
+TEST(BakeFiles, AllNotesSurvive) {
+    const ScratchDirectory scratch;
+    BakeResult result = grey();
+    ASSERT_THAT(result.notes, testing::Contains(HasSubstr("a uniform sky of irradiance 1 W/m^2 is assumed")));
+    result.notes = {"the first", "the second"};
+    write_field(field_of(result), scratch / "out.vtp");
+    EXPECT_EQ(text_note(read(scratch / "out.vtp"), "notes"), "the first\nthe second");
+}
+
+TEST(BakeFiles, SitesAreAPointCloud) {
+    const ScratchDirectory scratch;
+    const BakeResult& result = coloured();
+    write_field(sites_of(result), scratch / "sites.vtp");
+    const auto cloud = read(scratch / "sites.vtp");
+    const auto count = static_cast<vtkIdType>(result.sites.size());
+    EXPECT_EQ(cloud->GetNumberOfPoints(), count);
+    EXPECT_EQ(cloud->GetNumberOfVerts(), count);
+    EXPECT_EQ(cloud->GetNumberOfCells(), count);
+    vtkPointData* points = cloud->GetPointData();
+    EXPECT_EQ(points->GetNumberOfArrays(), 12);
+    const auto column = [](const std::vector<double>& values) {
+        return Values(Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size())));
+    };
+    expect_values(points, "radius", column(result.sites.radius), false);
+    expect_values(points, "area", column(result.sites.area), false);
+    expect_values(points, "coefficient", result.coefficients);
+    expect_values(points, "irradiance", result.irradiance);
+    expect_values(points, "emission", result.emission);
+    expect_values(points, "reflectance", result.rho, false);
+    expect_values(points, "radiosity", result.emission + result.rho.cwiseProduct(result.irradiance));
+    ASSERT_NE(points->GetNormals(), nullptr);
+    EXPECT_NE(vtkIntArray::SafeDownCast(points->GetArray("original_face_id")), nullptr);
+    EXPECT_NE(vtkIntArray::SafeDownCast(points->GetArray("patch")), nullptr);
+    EXPECT_NE(vtkUnsignedCharArray::SafeDownCast(points->GetArray("display_rgb")), nullptr);
+}
+
+/// The coefficients written, put into the basis, give the irradiance at the sites, in each of the channels.
+TEST(BakeFiles, CoefficientsInterpolateTheSites) {
+    const BakeResult& result = coloured();
+    ASSERT_EQ(result.channels, 3);
+    const Registry registry = Registry::load();
+    const auto basis = registry.create<Basis>(result.options.basis);
+    basis->bind(result.scene.mesh, result.sites);
+    const Values H = evaluate(*basis, result.coefficients, result.sites.points, Execution{});
+    // A backward stable solve: residuals of rounding times the size of the coefficients and the elements at a place.
+    const double size = result.coefficients.cwiseAbs().maxCoeff();
+    EXPECT_LE((H - result.irradiance).cwiseAbs().maxCoeff(), 1e-12 * size);
+    EXPECT_LT(size, 1e3 * result.irradiance.maxCoeff());
+}
+
+TEST(BakeFiles, AGreySceneIsWrittenInThreeEqualChannels) {
+    const ScratchDirectory scratch;
+    const BakeResult& result = grey();
+    EXPECT_EQ(result.channels, 1);
+    EXPECT_EQ(result.irradiance.cols(), 1);
+    write_field(sites_of(result), scratch / "sites.vtp");
+    write_field(field_of(result), scratch / "out.vtp");
+    for (const char* file : {"sites.vtp", "out.vtp"}) {
+        const auto mesh = read(scratch / file);
+        vtkDataArray* radiosity = mesh->GetPointData()->GetArray("radiosity");
+        ASSERT_EQ(radiosity->GetNumberOfComponents(), 3);
+        for (vtkIdType i = 0; i < radiosity->GetNumberOfTuples(); ++i) {
+            const double* tuple = radiosity->GetTuple3(i);
+            ASSERT_EQ(tuple[0], tuple[1]);
+            ASSERT_EQ(tuple[0], tuple[2]);
+            ASSERT_GT(tuple[0], 0.0);
+        }
+    }
+}
+
+TEST(BakeFiles, PlyIsForMeshLab) {
+    const ScratchDirectory scratch;
+    for (const FieldFile& field : {field_of(coloured()), sites_of(coloured())}) {
+        write_field(field, scratch / "out.ply");
+        const std::string text = test::read_file(scratch / "out.ply");
+        const std::string header = text.substr(0, text.find("end_header\n"));
+        EXPECT_THAT(header, testing::StartsWith("ply\nformat binary_little_endian 1.0\n"));
+        EXPECT_THAT(header, HasSubstr("element vertex " + std::to_string(field.points.size()) + "\n"));
+        for (const char* property : {"uchar red", "uchar green", "uchar blue", "float quality", "float nx", "float ny",
+                                     "float nz", "double x", "double y", "double z"}) {
+            EXPECT_THAT(header, HasSubstr(std::string("\nproperty ") + property + "\n"));
+        }
+        EXPECT_THAT(header, HasSubstr("\ncomment seed: 18364758544493064720\n"));
+        EXPECT_THAT(header, testing::Not(HasSubstr("flags")));
+        if (!field.triangles.empty()) {
+            EXPECT_THAT(header, HasSubstr("element face " + std::to_string(field.triangles.size()) +
+                                          "\nproperty list uchar int vertex_indices\n"));
+        }
+    }
+}
+
+TEST(BakeFiles, ReportIsJson) {
+    const BakeResult& result = coloured();
+    const json report = json::parse(report_of(result));
+    EXPECT_EQ(report["schema"], "difusa-bake-report");
+    EXPECT_EQ(report["schema_version"], 1);
+    EXPECT_EQ(report["difusa_version"], version());
+    EXPECT_EQ(report["library_versions"].size(), library_versions().size());
+    EXPECT_EQ(report["dry_run"], false);
+
+    EXPECT_EQ(report["input"]["file"], DIFUSA_TEST_DATA "/cornell_box.obj");
+    EXPECT_EQ(report["input"]["faces"], result.diagnosis.file_faces);
+    EXPECT_EQ(report["input"]["points"], result.diagnosis.file_points);
+    ASSERT_EQ(report["input"]["findings"].size(), result.diagnosis.findings.size());
+    ASSERT_FALSE(result.diagnosis.findings.empty());
+    const json& finding = report["input"]["findings"][0];
+    EXPECT_EQ(finding["code"], result.diagnosis.findings[0].code);
+    EXPECT_EQ(finding["count"], result.diagnosis.findings[0].count);
+    EXPECT_TRUE(finding["repaired"].is_boolean());
+    EXPECT_TRUE(finding["remedy"].is_string());
+    EXPECT_EQ(finding["places"].size(), result.diagnosis.findings[0].places.size());
+    EXPECT_EQ(report["mesh"]["area"], result.scene.mesh.area);
+    EXPECT_EQ(report["mesh"]["triangles"], result.scene.mesh.triangles.size());
+
+    EXPECT_EQ(report["options"]["seed"], 0xfedcba9876543210);
+    EXPECT_EQ(report["options"]["rays"], 32);
+    EXPECT_EQ(report["options"]["sites"], 150);
+    EXPECT_EQ(report["sites"]["count"], result.sites.size());
+    EXPECT_EQ(report["sites"]["spacing"], result.sites.spacing);
+    EXPECT_EQ(report["transport"]["rays"], 32 * result.sites.size());
+    EXPECT_EQ(report["transport"]["estimated_rays"], report["transport"]["rays"]);
+    EXPECT_LE(report["transport"]["segments"], report["transport"]["estimated_segments"]);
+    EXPECT_LE(12.0 * report["transport"]["nonzeros"].get<double>(), report["transport"]["estimated_bytes"]);
+    EXPECT_EQ(report["transport"]["lamp_triangles"], 2);
+    EXPECT_EQ(report["transport"]["channels"], 3);
+
+    EXPECT_EQ(report["solve"]["reason"], "converged");
+    EXPECT_EQ(report["solve"]["iterations"], result.solve.iterations);
+    ASSERT_EQ(report["solve"]["residual_history"].size(), 3U);
+    double last = 0.0;
+    for (const json& history : report["solve"]["residual_history"]) {
+        last = std::max(last, history.back().get<double>());
+    }
+    EXPECT_EQ(report["solve"]["residual"], last);
+    EXPECT_LE(last, result.options.solve.tolerance);
+
+    const json& energy = report["energy"];
+    for (std::size_t c = 0; c < 3; ++c) {
+        const double in = energy["emitted"][c].get<double>() + energy["from_sky"][c].get<double>();
+        const double out = energy["absorbed"][c].get<double>() + energy["escaped"][c].get<double>() +
+                           energy["ended_on_backs"][c].get<double>();
+        EXPECT_NEAR(energy["imbalance"][c].get<double>(), (in - out) / in, 1e-14);
+    }
+    EXPECT_EQ(report["output"]["vertices"], result.mesh.vertices.size());
+    EXPECT_EQ(report["output"]["display_exposure"], display_exposure(result));
+    ASSERT_EQ(report["seconds"].size(), result.seconds.size());
+    EXPECT_EQ(report["seconds"][0]["phase"], "read");
+    EXPECT_GT(report["peak_memory_bytes"], 1 << 20);
+}
+
+TEST(BakeFiles, ReportOfADryRun) {
+    BakeOptions options;
+    options.sites = 150;
+    options.rays = 32;
+    const BakeResult result = dry_run(Registry::load(), DIFUSA_TEST_DATA "/cornell_box.obj", options, Execution{});
+    const json report = json::parse(report_of(result));
+    EXPECT_EQ(report["dry_run"], true);
+    EXPECT_EQ(report["transport"]["estimated_rays"], 32 * result.sites.size());
+    EXPECT_GT(report["transport"]["estimated_seconds"], 0.0);
+    EXPECT_FALSE(report.contains("solve"));
+    EXPECT_FALSE(report.contains("energy"));
+    EXPECT_FALSE(report.contains("output"));
+    EXPECT_THAT(summary_of(result), HasSubstr("memory for transport: at most "));
+}
+
+/// Without rays nobody knows what escapes: null, not a number.
+TEST(BakeFiles, ReportOfAPairwiseBake) {
+    BakeOptions options;
+    options.sites = 150;
+    options.transport = "pairwise";
+    const BakeResult result = bake(Registry::load(), DIFUSA_TEST_DATA "/cornell_box.obj", options, Execution{});
+    const json report = json::parse(report_of(result));
+    EXPECT_EQ(report["options"]["transport"], "pairwise:areas=integral");
+    EXPECT_EQ(report["options"]["kernel"], "disc");
+    EXPECT_TRUE(report["energy"]["imbalance"].is_null());
+    EXPECT_TRUE(report["energy"]["escaped"].is_null());
+    EXPECT_THAT(summary_of(result), testing::Not(HasSubstr("imbalance")));
+}
+
+TEST(BakeFiles, SummarySaysWhatWasFoundOnce) {
+    const std::string summary = summary_of(grey());
+    for (const char* words :
+         {"bowl.ply: ", "note: nothing emits light", "sites: ", "solve: converged after", "energy (W", "peak memory"}) {
+        EXPECT_THAT(summary, HasSubstr(words));
+        EXPECT_EQ(summary.find(words), summary.rfind(words)) << words;
+    }
+}
+
+TEST(BakeFiles, AllFilesOrNone) {
+    const ScratchDirectory scratch;
+    const BakeFiles files{scratch / "out.ply", scratch / "sites.ply", scratch / "report.json"};
+    write_bake(coloured(), files, Execution{});
+    EXPECT_EQ(scratch.names(), (Names{"out.ply", "report.json", "sites.ply"}));
+    const auto size = std::filesystem::file_size(files.sites);
+    ASSERT_GT(std::filesystem::file_size(files.field), size);
+    for (const auto& name : scratch.names()) {
+        write_whole_file(scratch / name, "old");
+    }
+    {
+        const test::FileSizeLimit full(static_cast<rlim_t>(size - 1)); // the last two fit, or only the last
+        EXPECT_THROW(write_bake(coloured(), files, Execution{}), ResourceError);
+        EXPECT_THROW(write_bake(coloured(), {{}, files.sites, files.report}, Execution{}), ResourceError);
+        EXPECT_THROW(write_bake(coloured(), {files.sites, files.field, files.report}, Execution{}), ResourceError);
+    }
+    struct Cancelled : Progress {
+        bool cancelled() const override { return asked_++ > 1; } // when a file has been written
+        mutable int asked_ = 0;
+    } progress;
+    EXPECT_THROW(write_bake(coloured(), files, Execution{1, &progress}), Interrupted);
+    for (const auto& name : scratch.names()) {
+        EXPECT_EQ(test::read_file(scratch / name), "old") << name;
+    }
+    EXPECT_EQ(scratch.names(), (Names{"out.ply", "report.json", "sites.ply"}));
+    write_bake(coloured(), {{}, {}, files.report}, Execution{});
+    EXPECT_EQ(test::read_file(files.field), "old");
+    EXPECT_NE(test::read_file(files.report), "old");
+}
+
+TEST(BakeFiles, TransferFunctionOfSrgb) {
+    EXPECT_EQ(srgb(-1.0), 0.0);
+    EXPECT_EQ(srgb(0.0), 0.0);
+    EXPECT_DOUBLE_EQ(srgb(1.0), 1.0);
+    EXPECT_DOUBLE_EQ(srgb(7.0), 1.0);
+    EXPECT_NEAR(srgb(0.0031308), 0.04045, 1e-6); // where the line meets the curve
+    EXPECT_NEAR(srgb(0.0031308 + 1e-12), srgb(0.0031308), 1e-7);
+    EXPECT_NEAR(srgb(0.214041140482232), 0.5, 1e-12);
+}
+
+TEST(BakeFiles, TimesForAPerson) {
+    EXPECT_EQ(format_seconds(0.0312), "0.03 s");
+    EXPECT_EQ(format_seconds(4.21), "4.2 s");
+    EXPECT_EQ(format_seconds(75.2), "75 s");
+    EXPECT_EQ(format_seconds(720.0), "12 min");
+    EXPECT_EQ(format_seconds(11160.0), "3.1 h");
+}
+
+} // namespace
+} // namespace difusa
