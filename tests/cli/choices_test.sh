@@ -1,17 +1,19 @@
 # Every transport, basis, visibility, solver and sampler bakes the Cornell box to a finite field in which no light is lost.
 . "$(dirname "$0")/lib.sh"
 
-# converged CHOICE: the bake ends with a solution, all numbers of its report are numbers, and what was emitted is
+few="--spacing 0.065 --rays 16" # 400 sites
+
+# converged CHOICE: the bake ends with a solution, the numbers of its balance are numbers, and what was emitted is
 # absorbed or escapes within a fifth, so few sites and rays these are.
 converged() {
-    expect_exit 0 "$bake" "$box" out.vtp --sites 600 --rays 16 $1 --report report.json --quiet
+    expect_exit 0 "$bake" "$box" out.vtp $few $1 --report report.json --quiet
     expect_text report.json '"reason": "converged"'
     sed -n '/"energy"/,/^  }/p' report.json >energy
     case $1 in
-    *gather*) # nlohmann writes null for what is not finite
-        expect_no_text report.json ': null,'
+    *gather*)
+        expect_no_text energy null # what is not finite
         sed -n '/"imbalance"/,/]/p' energy | tr -d ' ,' | awk '/^-?[0-9]/ { n++; if ($1 > 0.2 || $1 < -0.2) bad = 1 }
-            END { exit bad || n != 3 }' || fail "energy is lost, or not finite: $1: $(cat energy)"
+            END { exit bad || n != 3 }' || fail "energy is lost: $1: $(cat energy)"
         ;;
     *) # without rays nobody knows what escapes: absorbed is less than emitted
         sed -n '/"absorbed"/,/]/p; /"emitted"/,/]/p' energy | tr -d ' ,' | awk '/^-?[0-9]/ { n++; x[n] = $1 }
@@ -21,13 +23,16 @@ converged() {
     esac
 }
 
-# converged_or_said CHOICE: as above, or no field at all and exit 3 with the reason and what to do.
+# converged_or_said CHOICE: a solution, or no field at all and exit 3 with the reason and what to do.
 converged_or_said() {
     local code=0
     rm -f out.vtp
-    "$bake" "$box" out.vtp --sites 600 --rays 16 $1 --quiet >stdout 2>stderr || code=$?
+    "$bake" "$box" out.vtp $few $1 --report report.json --quiet >stdout 2>stderr || code=$?
     case $code in
-    0) converged "$1" ;;
+    0)
+        expect_text report.json '"reason": "converged"'
+        solved=$((solved + 1))
+        ;;
     3)
         grep -Eq 'spectral radius is [0-9.]+|misses a constant by [0-9.]+ %' stderr || fail "no reason: $1"
         grep -Eq ': use --|, or use --' stderr || fail "no remedy: $1"
@@ -43,13 +48,17 @@ if grep -q '^  embree ' plugins; then
     engines="cgal embree"
 fi
 for transport in gather pairwise; do
-    for basis in normalized-radial shepard radial; do
-        for sampler in poisson-disk view-driven; do
-            for visibility in $engines; do
+    solved=0
+    for sampler in poisson-disk view-driven; do
+        for visibility in $engines; do
+            for basis in normalized-radial shepard; do
                 converged "--transport $transport --basis $basis --sampler $sampler --visibility $visibility"
             done
+            # No partition of unity: with few sites nothing keeps its series from diverging.
+            converged_or_said "--transport $transport --basis radial --sampler $sampler --visibility $visibility"
         done
     done
+    [ "$solved" -ge 1 ] || fail "the radial basis solves next to nothing with $transport transport"
 done
 for solver in krylov krylov:restart=2 jacobi; do
     for transport in gather pairwise; do
@@ -57,7 +66,7 @@ for solver in krylov krylov:restart=2 jacobi; do
         expect_text report.json "\"solver\": \"${solver%%:*}"
     done
 done
-converged "--transport gather --basis radial:profile=cubic,width=0.35"
+converged_or_said "--transport gather --basis radial:profile=cubic,width=0.35"
 converged "--transport gather --basis shepard:k=3,support=sharp"
 converged_or_said "--transport pairwise --kernel point"
 

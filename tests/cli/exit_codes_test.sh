@@ -76,15 +76,18 @@ crowded() { # crowded KIB_OF_MEMORY COMMAND...
         "$@"
     )
 }
-expect_refusal 4 "are available: give a larger --spacing, or fewer --rays" crowded 400000 "$bake" "$box" kept.ply \
-    --sites 9000 --rays 100000
-expect_text message "sites would take about" MiB
+if ! grep -q -e __asan_init -e __tsan_init "$bake"; then # sanitizers reserve more address space than there is memory
+    expect_refusal 4 "are available: give a larger --spacing, or fewer --rays" crowded 400000 "$bake" "$box" kept.ply \
+        --sites 9000 --rays 100000
+    expect_text message "sites would take about" MiB
+fi
 
 # 130: interrupted during transport, within two seconds and without a trace.
 set -m # else a shell without a terminal lets its background jobs ignore SIGINT
 for signal in INT TERM HUP; do
+    : >stderr # else what an earlier run has told is taken for this one's
     ls -A . >before
-    "$bake" "$box" kept.ply --sites 2000 --rays 16384 >stdout 2>stderr &
+    "$bake" "$box" kept.ply --sites 4000 --rays 4096 >stdout 2>stderr &
     job=$!
     for _ in $(seq 300); do
         grep -qx transport stderr && break
