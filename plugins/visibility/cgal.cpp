@@ -51,11 +51,14 @@ using Traits = CGAL::AABB_traits<Kernel, Primitive>;
 using Tree = CGAL::AABB_tree<Traits>;
 using Node = CGAL::AABB_node<Traits>;
 
-/// Where the ray [0, limit] enters a box, or infinity if it misses it. The far end is widened by the rounding of
-/// the three products (Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013): a box is never missed by rounding.
+/// Where the ray [0, limit] enters a box, or infinity if it misses it. Boxes are widened on all sides by what the
+/// triangle test rounds (`WatertightRay::rounding`): of the two triangles of an edge it may find the one whose box the
+/// exact ray misses. The far end is widened besides by the rounding of the three products (Ize, "Robust BVH Ray
+/// Traversal", JCGT 2(2), 2013). So no box is missed by rounding.
 class BoxTest {
   public:
-    BoxTest(const Vec3& origin, const Vec3& direction) {
+    BoxTest(const Mesh& mesh, const Vec3& origin, const Vec3& direction)
+        : margin_(difusa::WatertightRay::rounding(origin, mesh.low, mesh.high)) {
         for (int axis = 0; axis < 3; ++axis) {
             origin_[axis] = origin[axis];
             inverse_[axis] = 1.0 / direction[axis];
@@ -64,9 +67,10 @@ class BoxTest {
     double entry(const CGAL::Bbox_3& box, double limit) const {
         double enter = 0.0, leave = limit;
         for (int axis = 0; axis < 3; ++axis) {
-            const double a = ((box.min)(axis)-origin_[axis]) * inverse_[axis];
-            const double b = ((box.max)(axis)-origin_[axis]) * inverse_[axis];
-            // Comparisons with NaN (0 times infinity: the ray runs inside a face of the box) are false: no cut.
+            const double a = ((box.min)(axis)-origin_[axis] - margin_) * inverse_[axis];
+            const double b = ((box.max)(axis)-origin_[axis] + margin_) * inverse_[axis];
+            // 0 times infinity, NaN, arises only where the ray runs along a face of the widened box, outside of the box
+            // itself: whatever the comparisons below make of it is right.
             const double low = a < b ? a : b, high = (a < b ? b : a) * (1.0 + 0x1p-50);
             enter = low > enter ? low : enter;
             leave = high < leave ? high : leave;
@@ -75,6 +79,7 @@ class BoxTest {
     }
 
   private:
+    double margin_;
     double origin_[3];
     double inverse_[3];
 };
@@ -84,25 +89,26 @@ class FirstHit {
   public:
     using Priority = double;
     FirstHit(const Mesh& mesh, const difusa::OwnPlane& own_plane, const difusa::Ray& ray)
-        : mesh_(mesh), own_plane_(own_plane), ray_(ray), box_(ray.origin, ray.direction),
+        : mesh_(mesh), own_plane_(own_plane), ray_(ray), box_(mesh, ray.origin, ray.direction),
           watertight_(ray.origin, ray.direction),
-          rise_(ray.face == difusa::none ? 0.0 : std::abs(mesh.normals[ray.face].dot(ray.direction))) {}
+          rise_(ray.face == difusa::none ? 0.0 : std::abs(mesh.normals[ray.face].dot(ray.direction))),
+          slack_(own_plane.slack(ray.direction)) {}
 
     bool go_further() const { return true; }
     bool do_intersect(const difusa::Ray& /*ray*/, const Node& node) const {
-        return box_.entry(node.bbox(), hit_.t) < std::numeric_limits<double>::infinity();
+        return box_.entry(node.bbox(), hit_.t + slack_) < std::numeric_limits<double>::infinity();
     }
     std::pair<bool, Priority> do_intersect_with_priority(const difusa::Ray& /*ray*/, const Node& node) const {
-        const double entry = box_.entry(node.bbox(), hit_.t);
+        const double entry = box_.entry(node.bbox(), hit_.t + slack_);
         return {entry < std::numeric_limits<double>::infinity(), -entry};
     }
     void intersection(const difusa::Ray& /*ray*/, const Primitive& primitive) {
         const Index f = primitive.id();
         difusa::WatertightRay::Meeting m;
-        // Of two triangles met at one place (a shared edge) the lower number wins, whatever the tree's order.
         if (watertight_.meets(mesh_.corner(f, 0), mesh_.corner(f, 1), mesh_.corner(f, 2), m) && m.t >= 0.0 &&
-            (m.t < hit_.t || (m.t == hit_.t && f < hit_.face)) && !own_plane_.exempts(ray_.face, f, m.t * rise_)) {
-            hit_ = {f, m.front, m.t, m.u, m.v};
+            m.t <= hit_.t + slack_ && !own_plane_.exempts(ray_.face, f, m.t * rise_)) {
+            const difusa::Hit hit{f, m.front, m.t, m.u, m.v};
+            hit_ = difusa::comes_before(hit, hit_, slack_) ? hit : hit_;
         }
     }
     const difusa::Hit& hit() const { return hit_; }
@@ -113,7 +119,7 @@ class FirstHit {
     const difusa::Ray& ray_;
     BoxTest box_;
     difusa::WatertightRay watertight_;
-    double rise_;
+    double rise_, slack_;
     difusa::Hit hit_;
 };
 
@@ -121,7 +127,7 @@ class FirstHit {
 class AnyBlocker {
   public:
     AnyBlocker(const Mesh& mesh, const difusa::OwnPlane& own_plane, const difusa::Segment& segment)
-        : mesh_(mesh), own_plane_(own_plane), segment_(segment), box_(segment.from, segment.to - segment.from),
+        : mesh_(mesh), own_plane_(own_plane), segment_(segment), box_(mesh, segment.from, segment.to - segment.from),
           watertight_(segment.from, segment.to - segment.from) {}
 
     bool go_further() const { return !blocked_; }

@@ -1,18 +1,26 @@
 // Visibility `embree`: Intel Embree, single precision, several times faster than `cgal`. What single precision cannot
 // decide is decided in double: the mesh is centred and scaled to unit size before it is rounded, rays start a little
 // behind their origin, and every face met near the origin is accepted or refused by the double-precision height of the
-// origin over the face's plane. A wall thinner than single precision therefore still blocks.
+// origin over the face's plane. A wall thinner than single precision therefore still blocks. Where the back of a face
+// is met, a front within single precision of it is looked for and preferred if it is nearer in double precision: of the
+// two sheets of a thin wall the nearer one counts. A ray that starts beside an edge of its face and may meet the
+// neighbour closer than single precision tells is tested against the faces around in double precision.
 #include <difusa/core/error.h>
 #include <difusa/plugin/plugin.h>
 #include <difusa/visibility/brute_force.h>
 #include <difusa/visibility/visibility.h>
+#include <difusa/visibility/watertight.h>
 
 #include <embree3/rtcore.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace {
 
@@ -36,6 +44,10 @@ struct Query {
     double rise;    ///< |n_own · direction|
     double far_rise;
     double doubtful; ///< in units of t: closer to an end than this, single precision does not decide
+    bool fronts;     ///< instead of stopping at a hit, note the nearest front
+    double front_t;  ///< of the front noted, by its plane
+    Index front_face;
+    float front_u, front_v;
 };
 
 /// t of the face's plane along the query's ray in double precision.
@@ -66,12 +78,21 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
     if (arguments->valid[0] == 0) {
         return;
     }
-    const auto& query = *reinterpret_cast<const Query*>(arguments->context);
+    auto& query = *reinterpret_cast<Query*>(arguments->context);
     const double back = query.doubtful * 0.5; // the ray's own t counts from behind the origin
     const auto t = static_cast<double>(RTCRayN_tfar(arguments->ray, arguments->N, 0)) - back;
     const Index face = RTCHitN_primID(arguments->hit, arguments->N, 0);
     if (refused(query, face, t)) {
         arguments->valid[0] = 0;
+    } else if (query.fronts) {
+        arguments->valid[0] = 0;
+        const double exact_t = plane_t(query, face);
+        if (query.mesh->normals[face].dot(query.direction) < 0.0 && exact_t < query.front_t) {
+            query.front_t = exact_t;
+            query.front_face = face;
+            query.front_u = RTCHitN_u(arguments->hit, arguments->N, 0);
+            query.front_v = RTCHitN_v(arguments->hit, arguments->N, 0);
+        }
     }
 }
 
@@ -110,6 +131,20 @@ class EmbreeVisibility final : public difusa::Visibility {
                 triangles[3 * f + k] = mesh.triangles[f][k];
             }
         }
+        first_face_.assign(mesh.points.size() + 1, 0);
+        for (const auto& triangle : mesh.triangles) {
+            for (const Index p : triangle) {
+                ++first_face_[p + 1];
+            }
+        }
+        std::partial_sum(first_face_.begin(), first_face_.end(), first_face_.begin());
+        faces_.resize(first_face_.back());
+        std::vector<std::size_t> next(first_face_.begin(), first_face_.end() - 1);
+        for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+            for (const Index p : mesh.triangles[f]) {
+                faces_[next[p]++] = static_cast<Index>(f);
+            }
+        }
         rtcCommitGeometry(geometry);
         scene_.reset(rtcNewScene(device_.get()));
         rtcSetSceneFlags(scene_.get(),
@@ -126,6 +161,9 @@ class EmbreeVisibility final : public difusa::Visibility {
 
     void first_hits(std::span<const difusa::Ray> rays, std::span<difusa::Hit> hits) const override {
         DIFUSA_REQUIRE(rays.size() == hits.size());
+        Index own_face = difusa::none; // rays come by the hundred from one place
+        Vec3 origin = Vec3::Zero();
+        double to_edge = 0.0;
         for (std::size_t i = 0; i < rays.size(); ++i) {
             const difusa::Ray& ray = rays[i];
             const double length = ray.direction.norm() * scale_;
@@ -134,7 +172,24 @@ class EmbreeVisibility final : public difusa::Visibility {
             meeting.ray = make_ray(query, length, std::numeric_limits<float>::infinity());
             meeting.hit.geomID = RTC_INVALID_GEOMETRY_ID;
             rtcIntersect1(scene_.get(), &query.context, &meeting);
-            hits[i] = meeting.hit.geomID == RTC_INVALID_GEOMETRY_ID ? difusa::Hit() : exact(query, meeting);
+            hits[i] = difusa::Hit();
+            if (meeting.hit.geomID != RTC_INVALID_GEOMETRY_ID) {
+                hits[i] = exact(query, meeting.hit.primID, meeting.hit.u, meeting.hit.v);
+                if (!hits[i].front) {
+                    prefer_front(query, length, meeting, hits[i]);
+                }
+            }
+            if (ray.face != difusa::none) {
+                if (ray.face != own_face || ray.origin != origin) {
+                    own_face = ray.face;
+                    origin = ray.origin;
+                    to_edge = distance_to_edge(ray.face, ray.origin);
+                }
+                // Over the nearest edge the ray is no higher than this above its own plane.
+                if (to_edge * query.rise * scale_ < setback * length) {
+                    look_around(query, ray, hits[i]);
+                }
+            }
         }
     }
 
@@ -188,18 +243,73 @@ class EmbreeVisibility final : public difusa::Visibility {
         return ray;
     }
 
-    /// The hit's place on the face, recomputed in double from the face's plane.
-    difusa::Hit exact(const Query& query, const RTCRayHit& meeting) const {
+    /// The hit's place on the face in double precision: only which face it is was decided in single precision. Beside
+    /// an edge double precision may see the ray pass the face by; then Embree's coordinates stand.
+    difusa::Hit exact(const Query& query, Index face, float u, float v) const {
+        const Vec3 a = mesh_->corner(face, 0), b = mesh_->corner(face, 1), c = mesh_->corner(face, 2);
+        difusa::WatertightRay::Meeting m;
+        const difusa::WatertightRay watertight(query.origin, query.direction);
+        if (watertight.meets(a, b, c, m) && m.t >= 0.0) {
+            return {face, m.front, m.t, m.u, m.v};
+        }
         difusa::Hit hit;
-        hit.face = meeting.hit.primID;
-        const Vec3& n = mesh_->normals[hit.face];
-        hit.front = n.dot(query.direction) < 0.0;
-        hit.u = static_cast<double>(meeting.hit.u);
-        hit.v = static_cast<double>(meeting.hit.v);
-        const Vec3 place = (1.0 - hit.u - hit.v) * mesh_->corner(hit.face, 0) + hit.u * mesh_->corner(hit.face, 1) +
-                           hit.v * mesh_->corner(hit.face, 2);
+        hit.face = face;
+        hit.front = mesh_->normals[face].dot(query.direction) < 0.0;
+        hit.u = static_cast<double>(u);
+        hit.v = static_cast<double>(v);
+        const Vec3 place = (1.0 - hit.u - hit.v) * a + hit.u * b + hit.v * c;
         hit.t = std::max(0.0, (place - query.origin).dot(query.direction) / query.direction.squaredNorm());
         return hit;
+    }
+
+    /// Puts a front in the place of the back `hit` if one lies before it, or in its plane as far as rounding tells,
+    /// and single precision cannot tell them apart.
+    void prefer_front(Query& query, double length, const RTCRayHit& meeting, difusa::Hit& hit) const {
+        const double incidence = std::abs(mesh_->normals[hit.face].dot(query.direction));
+        const double cosine = std::max(incidence * scale_ / length, 0x1p-8);
+        RTCRay ray = meeting.ray;
+        const auto window = static_cast<float>(query.doubtful / cosine);
+        ray.tnear = std::max(0.0F, meeting.ray.tfar - window);
+        ray.tfar = meeting.ray.tfar + window;
+        query.fronts = true;
+        const double back_t = plane_t(query, hit.face);
+        query.front_t = back_t + mesh_->magnitude() * 0x1p-44 / incidence;
+        query.front_face = difusa::none;
+        rtcOccluded1(scene_.get(), &query.context, &ray);
+        query.fronts = false;
+        if (query.front_face != difusa::none) {
+            hit = exact(query, query.front_face, query.front_u, query.front_v);
+        }
+    }
+
+    /// The least distance of a point of a face to the face's border.
+    double distance_to_edge(Index face, const Vec3& x) const {
+        double least = std::numeric_limits<double>::infinity();
+        for (int k = 0; k < 3; ++k) {
+            const Vec3 a = mesh_->corner(face, k), edge = mesh_->corner(face, (k + 1) % 3) - a;
+            least = std::min(least, edge.cross(x - a).norm() / edge.norm());
+        }
+        return least;
+    }
+
+    /// Tests the faces around the ray's own in double precision; `hit` becomes the nearest one met, if it is nearer.
+    void look_around(const Query& query, const difusa::Ray& ray, difusa::Hit& hit) const {
+        const difusa::WatertightRay watertight(ray.origin, ray.direction);
+        difusa::Hit nearest;
+        for (const Index p : mesh_->triangles[ray.face]) {
+            for (std::size_t i = first_face_[p]; i < first_face_[p + 1]; ++i) {
+                const Index f = faces_[i];
+                difusa::WatertightRay::Meeting m;
+                if (watertight.meets(mesh_->corner(f, 0), mesh_->corner(f, 1), mesh_->corner(f, 2), m) && m.t >= 0.0 &&
+                    !own_plane_->exempts(ray.face, f, m.t * query.rise)) {
+                    const difusa::Hit met{f, m.front, m.t, m.u, m.v};
+                    nearest = difusa::comes_before(met, nearest, own_plane_->slack(ray.direction)) ? met : nearest;
+                }
+            }
+        }
+        if (nearest.face != difusa::none && nearest.t <= hit.t) {
+            hit = nearest;
+        }
     }
 
     struct ReleaseScene {
@@ -209,6 +319,8 @@ class EmbreeVisibility final : public difusa::Visibility {
     std::optional<difusa::OwnPlane> own_plane_;
     Vec3 centre_ = Vec3::Zero();
     double scale_ = 1.0;
+    std::vector<std::size_t> first_face_; ///< #P + 1: the faces around point p are faces_[first_face_[p]] ...
+    std::vector<Index> faces_;
     std::shared_ptr<RTCDeviceTy> device_;
     std::unique_ptr<RTCSceneTy, ReleaseScene> scene_;
 };

@@ -15,13 +15,15 @@ void BruteForceVisibility::first_hits(std::span<const Ray> rays, std::span<Hit> 
     for (std::size_t i = 0; i < rays.size(); ++i) {
         const Ray& ray = rays[i];
         const WatertightRay watertight(ray.origin, ray.direction);
+        const double slack = own_plane_->slack(ray.direction);
         const double rise = ray.face == none ? 0.0 : std::abs(mesh_->normals[ray.face].dot(ray.direction));
         Hit best;
         for (Index f = 0; f < mesh_->triangles.size(); ++f) {
             WatertightRay::Meeting m;
             if (watertight.meets(mesh_->corner(f, 0), mesh_->corner(f, 1), mesh_->corner(f, 2), m) && m.t >= 0.0 &&
-                m.t < best.t && !own_plane_->exempts(ray.face, f, m.t * rise)) {
-                best = {f, m.front, m.t, m.u, m.v};
+                !own_plane_->exempts(ray.face, f, m.t * rise)) {
+                const Hit hit{f, m.front, m.t, m.u, m.v};
+                best = comes_before(hit, best, slack) ? hit : best;
             }
         }
         hits[i] = best;

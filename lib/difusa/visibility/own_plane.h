@@ -18,6 +18,9 @@ class OwnPlane {
         return own != none && (met == own || (height <= rounding_ && coplanar(own, met)));
     }
 
+    /// The distance, in t, within which the hits of a ray of this direction are in one place as far as rounding tells.
+    double slack(const Vec3& direction) const { return rounding_ / direction.norm(); }
+
   private:
     bool coplanar(Index own, Index met) const {
         const Vec3& n = mesh_->normals[own];

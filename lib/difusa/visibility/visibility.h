@@ -25,6 +25,14 @@ struct Hit {
     double u = 0.0, v = 0.0;                            ///< as SurfacePoint
 };
 
+/// Which of two hits of one ray counts: the nearer one, but a front before a back up to `slack` nearer in t, so that of
+/// the two sheets of a wall without thickness each side sees its own, however their t are rounded; of two equal ones
+/// the lower face number, whatever the order of the search.
+inline bool comes_before(const Hit& a, const Hit& b, double slack) {
+    const double t_a = a.front ? a.t : a.t + slack, t_b = b.front ? b.t : b.t + slack;
+    return t_a < t_b || (t_a == t_b && a.face < b.face);
+}
+
 /// The open segment between two surface points, each with its face (or none) exempt as for rays.
 struct Segment {
     Vec3 from, to;

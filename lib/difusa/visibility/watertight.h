@@ -25,6 +25,13 @@ class WatertightRay {
         shear_y_ = direction[y_] * shear_z_;
     }
 
+    /// How far `meets` may be from the truth, as a length across the ray, for triangles inside the box [low, high]. The
+    /// sheared coordinates of a corner are rounded by less than 6 units of 2^-53 of its distance from the origin, and
+    /// the edge functions by as much again; this is twice the sum.
+    static double rounding(const Vec3& origin, const Vec3& low, const Vec3& high) {
+        return 0x1p-48 * (origin - low).cwiseAbs().cwiseMax((origin - high).cwiseAbs()).maxCoeff();
+    }
+
     /// Where the ray meets the triangle abc.
     struct Meeting {
         double t = 0.0; ///< position = origin + t direction; may be negative
