@@ -4,7 +4,6 @@
 #include <difusa/plugin/plugin.h>
 #include <difusa/solve/solver.h>
 
-#include <algorithm>
 #include <cmath>
 
 namespace {
@@ -31,7 +30,10 @@ class Jacobi final : public difusa::Solver {
             for (std::size_t c = 0; c < relative.size(); ++c) {
                 summary.residual_history[c].push_back(relative[c]);
             }
-            summary.residual = *std::max_element(relative.begin(), relative.end());
+            summary.residual = relative[0];
+            for (const double r_c : relative) { // NaN is larger than all
+                summary.residual = r_c <= summary.residual ? summary.residual : r_c;
+            }
             first = summary.iterations == 0 ? summary.residual : first;
             if (summary.residual <= options.tolerance) {
                 summary.reason = SolveSummary::Reason::converged;

@@ -13,6 +13,11 @@ using difusa::SolveSummary;
 using difusa::Values;
 using Vector = Eigen::VectorXd;
 
+/// The largest absolute entry; NaN if there is one.
+double largest(const Vector& x) {
+    return x.cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
+}
+
 class Krylov final : public difusa::Solver {
   public:
     explicit Krylov(const difusa::Parameters& parameters) : restart_(parameters.integer("restart")) {}
@@ -25,7 +30,8 @@ class Krylov final : public difusa::Solver {
             Channel channel{problem, c, options, execution, {}, {}, 0, SolveSummary::Reason::converged};
             channel.solve(restart_);
             summary.h.col(c) = channel.h;
-            summary.residual = std::max(summary.residual, channel.history.back());
+            const double residual = channel.history.back();
+            summary.residual = residual <= summary.residual ? summary.residual : residual; // NaN is larger than all
             summary.residual_history.push_back(std::move(channel.history));
             summary.iterations = std::max(summary.iterations, channel.iterations);
             if (channel.reason != SolveSummary::Reason::converged) {
@@ -59,20 +65,24 @@ class Krylov final : public difusa::Solver {
 
         void solve(long restart) {
             const Vector H = problem.H_direct.col(c);
-            const double light = H.cwiseAbs().maxCoeff();
+            const double light = largest(H);
             h = H; // one bounce short of nothing: a better start than zero, and its residual is the first bounce
-            if (!(light > 0.0)) {
+            if (light == 0.0) {
                 history.push_back(0.0);
                 return;
             }
             Vector r = H - A(h);
-            history.push_back(r.cwiseAbs().maxCoeff() / light);
-            while (history.back() > options.tolerance) {
+            history.push_back(largest(r) / light);
+            while (!(history.back() <= options.tolerance)) {
+                if (!std::isfinite(history.back())) {
+                    reason = SolveSummary::Reason::diverged;
+                    return;
+                }
                 const double before = history.back();
                 cycle(restart, light, r);
                 r = H - A(h); // the true residual, free of the recurrence's drift
-                history.back() = r.cwiseAbs().maxCoeff() / light;
-                if (history.back() > options.tolerance) {
+                history.back() = largest(r) / light;
+                if (!(history.back() <= options.tolerance)) {
                     if (iterations >= options.max_iterations) {
                         reason = SolveSummary::Reason::max_iterations;
                         return;
@@ -128,7 +138,7 @@ class Krylov final : public difusa::Solver {
                 } else {
                     r.setZero();
                 }
-                history.push_back(r.cwiseAbs().maxCoeff() / light);
+                history.push_back(largest(r) / light);
                 if (history.back() <= 0.5 * options.tolerance || rest == 0.0) {
                     break;
                 }

@@ -33,8 +33,10 @@ std::vector<double> relative_residual(const SolveProblem& problem, const Values&
     residual = problem.H_direct + Kb - h;
     std::vector<double> relative;
     for (Eigen::Index c = 0; c < h.cols(); ++c) {
-        const double light = problem.H_direct.col(c).cwiseAbs().maxCoeff();
-        relative.push_back(light > 0.0 ? residual.col(c).cwiseAbs().maxCoeff() / light : 0.0);
+        // NaN in the light or the residual must come out as NaN, not be passed over by a comparison.
+        const double light = problem.H_direct.col(c).cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
+        const double largest = residual.col(c).cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
+        relative.push_back(light == 0.0 ? 0.0 : largest / light);
     }
     return relative;
 }
