@@ -1,0 +1,43 @@
+// A small dense matrix as a linear operator, for tests of solvers.
+#pragma once
+
+#include <difusa/core/random.h>
+#include <difusa/solve/solver.h>
+
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+
+#include <utility>
+
+namespace difusa::test {
+
+class DenseOperator final : public LinearOperator {
+  public:
+    explicit DenseOperator(Eigen::MatrixXd K) : K_(std::move(K)) {}
+    std::size_t size() const override { return static_cast<std::size_t>(K_.rows()); }
+    void apply(const Values& x, Values& y, const Execution& /*execution*/) const override {
+        ++applications;
+        y = K_ * x;
+    }
+    const Eigen::MatrixXd& matrix() const { return K_; }
+
+    mutable int applications = 0;
+
+  private:
+    Eigen::MatrixXd K_;
+};
+
+/// Entries uniform in [0,1), with the share `density` of them not zero.
+inline Eigen::MatrixXd random_nonnegative(Eigen::Index n, double density, RandomStream& random) {
+    Eigen::MatrixXd K(n, n);
+    for (double& entry : K.reshaped()) {
+        entry = random.uniform() < density ? random.uniform() : 0.0;
+    }
+    return K;
+}
+
+inline double exact_spectral_radius(const Eigen::MatrixXd& K) {
+    return Eigen::EigenSolver<Eigen::MatrixXd>(K, false).eigenvalues().cwiseAbs().maxCoeff();
+}
+
+} // namespace difusa::test

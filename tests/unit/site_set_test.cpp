@@ -1,0 +1,102 @@
+#include <difusa/sites/site_set.h>
+
+#include <support/rooms.h>
+#include <support/sited.h>
+#include <support/surface_sampling.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <numbers>
+
+namespace difusa {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+TEST(SiteDistance, IsTheEuclideanOneOverTheCosineOnOnePatch) {
+    RandomStream random(1, "test");
+    for (int i = 0; i < 1000; ++i) {
+        const Vec3 p = test::random_direction(random), q = test::random_direction(random);
+        const Vec3 n = test::random_direction(random), m = test::random_direction(random);
+        const double d = site_distance(p, n, 4, q, m, 4);
+        EXPECT_EQ(d, site_distance(q, m, 4, p, n, 4));
+        EXPECT_GE(d, (p - q).norm() * (1.0 - 1e-15));
+        if (n.dot(m) > 0.0) {
+            EXPECT_DOUBLE_EQ(d, (p - q).norm() / n.dot(m));
+        } else {
+            EXPECT_EQ(d, infinity);
+        }
+        EXPECT_EQ(site_distance(p, n, 4, q, n, 5), infinity);
+    }
+    EXPECT_EQ(site_distance(Vec3::Zero(), Vec3::UnitX(), 0, Vec3::UnitX(), Vec3::UnitY(), 0), infinity);
+    EXPECT_EQ(site_distance(Vec3::Zero(), Vec3::UnitX(), 0, Vec3::Zero(), Vec3::UnitX(), 0), 0.0);
+}
+
+/// All pairs: the m-th smallest finite site distance, or the diameter of the patch, and never below the spacing.
+void expect_radii(const Mesh& mesh, const SiteSet& sites) {
+    std::vector<Vec3> low(mesh.patch_count, mesh.high), high(mesh.patch_count, mesh.low);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        for (int k = 0; k < 3; ++k) {
+            const Vec3 p = mesh.corner(static_cast<Index>(t), k);
+            low[mesh.patch[t]] = low[mesh.patch[t]].cwiseMin(p);
+            high[mesh.patch[t]] = high[mesh.patch[t]].cwiseMax(p);
+        }
+    }
+    const auto m = static_cast<std::size_t>(sites.neighbours);
+    for (std::size_t i = 0; i < sites.size(); ++i) {
+        ASSERT_EQ(sites.patch[i], mesh.patch[sites.points[i].face]);
+        std::vector<double> distance;
+        for (std::size_t j = 0; j < sites.size(); ++j) {
+            const double d = site_distance(sites.points[i].position, sites.points[i].normal, sites.patch[i],
+                                           sites.points[j].position, sites.points[j].normal, sites.patch[j]);
+            if (j != i && d < infinity) {
+                distance.push_back(d);
+            }
+        }
+        std::sort(distance.begin(), distance.end());
+        const double reach =
+            distance.size() >= m ? distance[m - 1] : (high[sites.patch[i]] - low[sites.patch[i]]).norm();
+        EXPECT_DOUBLE_EQ(sites.radius[i], std::max(reach, sites.spacing * (1.0 + 0x1p-10))) << "site " << i;
+        EXPECT_DOUBLE_EQ(sites.area[i], std::numbers::pi * sites.radius[i] * sites.radius[i] / (sites.neighbours + 1));
+    }
+}
+
+TEST(SiteSet, RadiiReachTheMthNeighbourOnAnySurface) {
+    for (const int neighbours : {1, 4, 10}) {
+        for (const Mesh& mesh :
+             {test::box(1.0, 2), test::icosphere(0), test::icosphere(3, 1.0, true), test::mobius(60), test::needles(50),
+              test::thin_wall(1e-6), test::shelf_over_table(1e-3), test::huge_among_tiny(8, 0.05), test::book(4)}) {
+            expect_radii(mesh, test::poisson_sites(mesh, 0.2, 1, neighbours));
+        }
+    }
+    expect_radii(test::moved(test::icosphere(2), 1e-6, Vec3(3, 4, 5)),
+                 test::poisson_sites(test::moved(test::icosphere(2), 1e-6, Vec3(3, 4, 5)), 3e-7));
+}
+
+TEST(SiteSet, KeepsThePointsInAnOrderOfPlace) {
+    const Mesh mesh = test::box(1.0);
+    std::vector<SurfacePoint> points = test::random_points(mesh, 500, RandomStream(3, "test"));
+    const SiteSet sites = make_site_set(mesh, points, 0.01, 10, Execution{});
+    std::reverse(points.begin(), points.end());
+    const SiteSet again = make_site_set(mesh, points, 0.01, 10, Execution{3, nullptr});
+    ASSERT_EQ(sites.size(), 500U);
+    double along = 0.0;
+    for (std::size_t i = 0; i < sites.size(); ++i) {
+        EXPECT_EQ(sites.points[i].position, again.points[i].position);
+        along += i == 0 ? 0.0 : (sites.points[i].position - sites.points[i - 1].position).norm();
+        EXPECT_EQ(sites.radius[i], again.radius[i]);
+    }
+    // Two random points of a cube's surface are 0.9 apart in the mean.
+    EXPECT_LT(along, 0.3 * 500);
+}
+
+TEST(SiteSet, ALoneSiteCoversItsPatch) {
+    const Mesh mesh = test::box(Vec3(1, 2, 3));
+    const SiteSet sites = make_site_set(mesh, {mesh.at(0, 0.1, 0.1)}, 1e-3, 10, Execution{});
+    EXPECT_GE(sites.radius[0], Vec3(0, 2, 3).norm());
+}
+
+} // namespace
+} // namespace difusa

@@ -1,0 +1,277 @@
+#include <difusa/core/error.h>
+#include <difusa/solve/solver.h>
+
+#include <support/dense_operator.h>
+#include <support/plugins.h>
+
+#include <Eigen/LU>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace difusa {
+namespace {
+
+using test::DenseOperator;
+using Reason = SolveSummary::Reason;
+
+/// A nonnegative K with row sums up to `norm`, three channels of different reflectance and light.
+struct Problem {
+    DenseOperator K;
+    Values rho, light;
+
+    Problem(Eigen::Index n, double norm, double most_rho, std::uint64_t seed, Eigen::Index channels = 3)
+        : K(matrix(n, norm, seed)), rho(n, channels), light(n, channels) {
+        RandomStream random(seed, "light");
+        for (Eigen::Index c = 0; c < channels; ++c) {
+            for (Eigen::Index i = 0; i < n; ++i) {
+                rho(i, c) = most_rho * (c == 0 ? 1.0 : random.uniform());
+                light(i, c) = std::pow(100.0, static_cast<double>(c)) * random.uniform();
+            }
+        }
+    }
+    static Eigen::MatrixXd matrix(Eigen::Index n, double norm, std::uint64_t seed) {
+        RandomStream random(seed, "matrix");
+        const Eigen::MatrixXd K = test::random_nonnegative(n, n > 2 ? 0.5 : 1.0, random);
+        return K * (norm / K.rowwise().sum().maxCoeff());
+    }
+    SolveProblem problem() const { return {&K, rho, light}; }
+
+    Values exact() const {
+        Values h(light.rows(), light.cols());
+        for (Eigen::Index c = 0; c < light.cols(); ++c) {
+            const Eigen::MatrixXd A = Eigen::MatrixXd::Identity(light.rows(), light.rows()) -
+                                      K.matrix() * Eigen::VectorXd(rho.col(c)).asDiagonal();
+            h.col(c) = A.partialPivLu().solve(Eigen::VectorXd(light.col(c)));
+        }
+        return h;
+    }
+};
+
+SolveSummary solve(const std::string& name, const SolveProblem& problem, const SolveOptions& options = {}) {
+    return test::plugin<Solver>(name)->solve(problem, options, Execution{});
+}
+
+void expect_true_history(const SolveSummary& summary, const SolveProblem& problem) {
+    Values r;
+    const std::vector<double> residual = relative_residual(problem, summary.h, r, Execution{});
+    ASSERT_EQ(summary.residual_history.size(), residual.size());
+    double largest = 0.0;
+    for (std::size_t c = 0; c < residual.size(); ++c) {
+        EXPECT_NEAR(summary.residual_history[c].back(), residual[c], 1e-14) << "channel " << c;
+        largest = std::max(largest, residual[c]);
+    }
+    EXPECT_NEAR(summary.residual, largest, 1e-14);
+}
+
+TEST(Solvers, AgreeWithTheDirectSolution) {
+    for (const std::string& name : test::plugin_names<Solver>()) {
+        for (const Eigen::Index n : {1, 2, 7, 120}) {
+            for (const double rho : {0.0, 0.3, 0.9, 0.99}) {
+                SCOPED_TRACE(name + ", " + std::to_string(n) + " unknowns, rho " + std::to_string(rho));
+                const Problem p(n, 1.0, rho, static_cast<std::uint64_t>(n));
+                SolveOptions options;
+                options.tolerance = 1e-9;
+                options.max_iterations = 5000;
+                const SolveSummary summary = solve(name, p.problem(), options);
+                ASSERT_TRUE(summary.converged()) << summary.sentence();
+                EXPECT_LE(summary.residual, options.tolerance);
+                expect_true_history(summary, p.problem());
+                // ‖h - h*‖∞ = ‖A⁻¹ r‖∞ <= ‖r‖∞ / (1 - rho ‖K‖∞), and ‖K‖∞ = 1.
+                const Values error = summary.h - p.exact();
+                for (Eigen::Index c = 0; c < 3; ++c) {
+                    EXPECT_LE(error.col(c).cwiseAbs().maxCoeff(),
+                              1.01 * options.tolerance * p.light.col(c).maxCoeff() / (1.0 - rho) +
+                                  1e-13 * summary.h.col(c).maxCoeff());
+                }
+                EXPECT_GT(p.K.applications, 0);
+            }
+        }
+    }
+}
+
+TEST(Solvers, CountEveryIteration) {
+    for (const std::string& name : test::plugin_names<Solver>()) {
+        const Problem p(50, 1.0, 0.8, 3, 1);
+        const SolveSummary summary = solve(name, p.problem());
+        ASSERT_EQ(summary.residual_history.size(), 1U);
+        EXPECT_EQ(summary.residual_history[0].size(), static_cast<std::size_t>(summary.iterations) + 1) << name;
+        EXPECT_GT(summary.iterations, 1) << name;
+    }
+}
+
+TEST(Solvers, StopWhereNothingIsAllowedOrNeeded) {
+    for (const std::string& name : test::plugin_names<Solver>()) {
+        SCOPED_TRACE(name);
+        const Problem p(20, 1.0, 0.8, 4);
+        SolveOptions options;
+        options.max_iterations = 0;
+        const SolveSummary none_allowed = solve(name, p.problem(), options);
+        EXPECT_EQ(none_allowed.reason, Reason::max_iterations);
+        EXPECT_EQ(none_allowed.iterations, 0);
+        EXPECT_FALSE(none_allowed.converged());
+        EXPECT_THAT(none_allowed.sentence(), testing::HasSubstr("limit"));
+        expect_true_history(none_allowed, p.problem());
+        options.max_iterations = 3;
+        options.tolerance = 1e-12;
+        const SolveSummary three = solve(name, p.problem(), options);
+        EXPECT_EQ(three.reason, Reason::max_iterations);
+        EXPECT_EQ(three.iterations, 3);
+        expect_true_history(three, p.problem());
+
+        SolveProblem dark = p.problem();
+        dark.H_direct.setZero();
+        const SolveSummary nothing = solve(name, dark);
+        EXPECT_TRUE(nothing.converged());
+        EXPECT_EQ(nothing.h, dark.H_direct);
+        EXPECT_EQ(nothing.iterations, 0);
+
+        SolveProblem one_dark = p.problem();
+        one_dark.H_direct.col(1).setZero();
+        const SolveSummary two = solve(name, one_dark);
+        EXPECT_TRUE(two.converged());
+        EXPECT_EQ(two.h.col(1).cwiseAbs().maxCoeff(), 0.0);
+
+        SolveProblem black = p.problem();
+        black.rho.setZero();
+        EXPECT_EQ(solve(name, black).h, black.H_direct);
+        EXPECT_EQ(solve(name, black).iterations, 0);
+    }
+}
+
+TEST(Solvers, DoNotDependOnTheUnitOfLight) {
+    for (const std::string& name : test::plugin_names<Solver>()) {
+        const Problem p(40, 1.0, 0.7, 5);
+        SolveProblem bright = p.problem();
+        bright.H_direct *= 0x1p70;
+        const SolveSummary a = solve(name, p.problem()), b = solve(name, bright);
+        EXPECT_EQ(b.h, a.h * 0x1p70) << name;
+        EXPECT_EQ(b.iterations, a.iterations) << name;
+    }
+}
+
+TEST(Solvers, NeverCallNonsenseConverged) {
+    for (const std::string& name : test::plugin_names<Solver>()) {
+        SCOPED_TRACE(name);
+        SolveOptions options;
+        options.max_iterations = 2000;
+        Problem p(30, 1.0, 0.9, 6);
+        for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+            Eigen::MatrixXd K = p.K.matrix();
+            K(3, 4) = bad;
+            const DenseOperator broken(K);
+            EXPECT_FALSE(solve(name, {&broken, p.rho, p.light}, options).converged()) << "K has " << bad;
+            SolveProblem lit = p.problem();
+            lit.H_direct(7, 2) = bad;
+            EXPECT_FALSE(solve(name, lit, options).converged()) << "the light has " << bad;
+        }
+        // Singular: light in a closed room that absorbs nothing.
+        const DenseOperator closed(Eigen::MatrixXd::Constant(10, 10, 0.1));
+        const Values ones = Values::Ones(10, 1);
+        const SolveSummary summary = solve(name, {&closed, ones, ones}, options);
+        EXPECT_FALSE(summary.converged()) << summary.sentence();
+    }
+}
+
+TEST(Jacobi, DivergesWhereTheSeriesDoes) {
+    const Problem p(40, 6.0, 0.9, 7);
+    ASSERT_GT(test::exact_spectral_radius(p.K.matrix()) * 0.9, 1.0);
+    SolveOptions options;
+    options.max_iterations = 100'000;
+    const SolveSummary summary = solve("jacobi", p.problem(), options);
+    EXPECT_EQ(summary.reason, Reason::diverged);
+    EXPECT_THAT(summary.sentence(), testing::HasSubstr("diverged"));
+}
+
+TEST(Jacobi, ContractsByTheSpectralRadius) {
+    const Problem p(60, 1.0, 0.95, 8, 1);
+    const double radius = test::exact_spectral_radius(p.K.matrix() * Eigen::VectorXd(p.rho.col(0)).asDiagonal());
+    SolveOptions options;
+    options.tolerance = 1e-10;
+    const std::vector<double> history = solve("jacobi", p.problem(), options).residual_history[0];
+    // The other eigenvalues of a random nonnegative matrix are far below the first: their part has died out.
+    ASSERT_GT(history.size(), 40U);
+    for (std::size_t i = 20; i < 40; ++i) {
+        EXPECT_NEAR(history[i + 1] / history[i], radius, 1e-8);
+    }
+}
+
+TEST(Jacobi, AddsOneBounceAnIteration) {
+    const Problem p(25, 1.0, 0.6, 9, 1);
+    SolveOptions options;
+    options.tolerance = 1e-15;
+    Eigen::VectorXd bounce = p.light.col(0), sum = bounce;
+    for (int bounces = 0; bounces < 6; ++bounces) {
+        options.max_iterations = bounces;
+        EXPECT_LT((solve("jacobi", p.problem(), options).h.col(0) - sum).cwiseAbs().maxCoeff(), 1e-14);
+        bounce = p.K.matrix() * p.rho.col(0).cwiseProduct(bounce);
+        sum += bounce;
+    }
+}
+
+TEST(Krylov, NeedsFewerIterationsAtHighReflectanceAndItsResidualNeverGrows) {
+    // A slow equation: a path along which light wanders.
+    constexpr Eigen::Index n = 200;
+    Eigen::MatrixXd K = Eigen::MatrixXd::Zero(n, n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+        K(i, (i + 1) % n) = K(i, (i + n - 1) % n) = 0.5;
+    }
+    const DenseOperator path(K);
+    Values light = Values::Zero(n, 1);
+    light(0, 0) = 1.0;
+    const SolveProblem problem{&path, Values::Constant(n, 1, 0.99), light};
+    SolveOptions patient;
+    patient.max_iterations = 5000;
+    const SolveSummary jacobi = solve("jacobi", problem, patient);
+    ASSERT_TRUE(jacobi.converged());
+    for (const char* choice : {"krylov", "krylov:restart=10", "krylov:restart=2"}) {
+        SCOPED_TRACE(choice);
+        const SolveSummary krylov = solve(choice, problem, patient);
+        ASSERT_TRUE(krylov.converged()) << krylov.sentence();
+        EXPECT_LT(krylov.iterations, jacobi.iterations);
+        EXPECT_LT((krylov.h - jacobi.h).cwiseAbs().maxCoeff(), 2e-6 / (1.0 - 0.99));
+    }
+    // GMRES never lets the 2-norm grow from one iteration to the next.
+    double before = std::numeric_limits<double>::infinity();
+    for (int iterations = 0; iterations < 60; ++iterations) {
+        SolveOptions options;
+        options.max_iterations = iterations;
+        options.tolerance = 1e-14;
+        Values r;
+        relative_residual(problem, solve("krylov:restart=20", problem, options).h, r, Execution{});
+        EXPECT_LE(r.norm(), before * (1.0 + 1e-12)) << iterations;
+        before = r.norm();
+    }
+}
+
+TEST(Krylov, EndsAfterAsManyIterationsAsThereAreEigenvalues) {
+    Eigen::MatrixXd K = Eigen::MatrixXd::Zero(12, 12);
+    for (Eigen::Index i = 0; i < 12; ++i) {
+        K(i, i) = i % 3 == 0 ? 0.1 : i % 3 == 1 ? 0.5 : 0.8;
+    }
+    const DenseOperator three(K);
+    SolveOptions options;
+    options.tolerance = 1e-12;
+    const SolveSummary summary = solve("krylov", {&three, Values::Ones(12, 1), Values::Ones(12, 1)}, options);
+    EXPECT_TRUE(summary.converged());
+    EXPECT_LE(summary.iterations, 3);
+}
+
+class Cancelled : public Progress {
+    bool cancelled() const override { return true; }
+};
+
+TEST(Solvers, CanBeInterrupted) {
+    Cancelled progress;
+    const Problem p(10, 1.0, 0.5, 10);
+    for (const std::string& name : test::plugin_names<Solver>()) {
+        EXPECT_THROW(test::plugin<Solver>(name)->solve(p.problem(), {}, Execution{1, &progress}), Interrupted) << name;
+    }
+}
+
+} // namespace
+} // namespace difusa
