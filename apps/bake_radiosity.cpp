@@ -348,8 +348,16 @@ void run(const Arguments& a) {
 
     difusa::TerminalProgress progress(a.quiet);
     const difusa::Execution execution{a.threads, &progress};
-    difusa::BakeResult result = a.dry_run ? difusa::dry_run(registry, a.mesh, a.bake, execution)
-                                          : difusa::bake(registry, a.mesh, a.bake, execution);
+    difusa::BakeResult result;
+    try {
+        result = a.dry_run ? difusa::dry_run(registry, a.mesh, a.bake, execution)
+                           : difusa::bake(registry, a.mesh, a.bake, execution);
+    } catch (const difusa::Error& error) {
+        if (!a.quiet && error.code() != ExitCode::interrupted) {
+            progress.print_remarks();
+        }
+        throw;
+    }
     if (a.kernel->count() > 0 && a.bake.transport.rfind("pairwise", 0) != 0) {
         result.notes.push_back("--kernel has no effect on --transport " + a.bake.transport);
     }

@@ -77,6 +77,17 @@ void TerminalProgress::advance(double fraction) {
     shown_ = true;
 }
 
+void TerminalProgress::remark(std::string_view what) {
+    remarks_.emplace_back(what);
+}
+
+void TerminalProgress::print_remarks() {
+    clear();
+    for (const std::string& what : remarks_) {
+        std::fprintf(stderr, "note: %s\n", what.c_str());
+    }
+}
+
 bool TerminalProgress::cancelled() const {
     return interrupted != 0;
 }
@@ -100,6 +111,8 @@ int run_program(const char* name, const std::function<void()>& program) {
                       ExitCode::resources);
     } catch (const std::exception& error) {
         return report((std::string("internal error: ") + error.what()).c_str(), ExitCode::internal);
+    } catch (...) {
+        return report("internal error: something that is no exception was thrown (by a plugin?)", ExitCode::internal);
     }
 }
 

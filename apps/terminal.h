@@ -6,6 +6,7 @@
 #include <chrono>
 #include <functional>
 #include <string>
+#include <vector>
 
 namespace difusa {
 
@@ -20,7 +21,11 @@ class TerminalProgress final : public Progress {
 
     void phase(std::string_view name) override;
     void advance(double fraction) override;
+    void remark(std::string_view what) override;
     bool cancelled() const override;
+
+    /// Says on standard error what was remarked: for runs that fail and will not say it otherwise.
+    void print_remarks();
 
     /// Takes the progress line off the terminal.
     void clear();
@@ -30,6 +35,7 @@ class TerminalProgress final : public Progress {
     bool silent_, terminal_;
     bool shown_ = false;
     std::string phase_;
+    std::vector<std::string> remarks_;
     Clock::time_point began_, last_shown_;
 };
 

@@ -23,13 +23,15 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
+#include <set>
 
 namespace difusa {
 
 namespace {
 
 constexpr std::size_t default_sites = 4000;
-constexpr std::size_t lamp_samples = 64; ///< shadow rays a site
+constexpr double pooled_directions = 32.0; ///< sets of directions in a DirectionPool
+constexpr std::size_t lamp_samples = 64;   ///< shadow rays a site
 constexpr std::size_t most_sites = std::size_t{1} << 30U;
 /// A spectral radius that is not below 1 by more than rounding counts as 1.
 constexpr double contraction = 1.0 - 1e-9;
@@ -126,6 +128,7 @@ class Bake {
         : registry_(registry), execution_(execution) {
         check_options(options);
         result_.options = options;
+        result_.threads = execution.threads;
         tools_ = make_tools(registry, options, result_);
     }
 
@@ -138,6 +141,16 @@ class Bake {
         start("diagnose");
         DiagnosedMesh diagnosed = diagnose(soup);
         result_.diagnosis = std::move(diagnosed.diagnosis);
+        if (execution_.progress != nullptr) {
+            for (const std::string& what : soup.notes) {
+                execution_.progress->remark(what);
+            }
+            for (const Finding& finding : result_.diagnosis.findings) {
+                if (finding.repaired) {
+                    execution_.progress->remark(finding.message());
+                }
+            }
+        }
         Scene& scene = result_.scene;
         scene.mesh = std::move(diagnosed.mesh);
         scene.materials = soup.materials;
@@ -167,12 +180,16 @@ class Bake {
         start("place sites");
         const Visibility* rays = tools_.sampler->needs_visibility() ? tools_.visibility.get() : nullptr;
         BakeOptions& options = result_.options;
-        if (options.spacing == 0.0) {
-            options.sites = options.sites == 0 ? default_sites : options.sites;
-            options.spacing = spacing_for_count(*tools_.sampler, mesh, rays, options.sites, options.seed, execution_);
-        }
         // A site takes about 400 bytes while it is being placed and bound.
         const auto limit = std::min(most_sites, available_memory() / 400);
+        if (options.spacing == 0.0) {
+            options.sites = options.sites == 0 ? default_sites : options.sites;
+            if (options.sites > limit) {
+                throw ResourceError(std::to_string(options.sites) + " sites are asked for, and memory is there for " +
+                                    std::to_string(limit) + ": give fewer --sites");
+            }
+            options.spacing = spacing_for_count(*tools_.sampler, mesh, rays, options.sites, options.seed, execution_);
+        }
         std::vector<SurfacePoint> points =
             tools_.sampler->sample(mesh, rays, options.spacing, limit, RandomStream(options.seed, "sites"), execution_);
         result_.sites = make_site_set(mesh, std::move(points), options.spacing, options.neighbours, execution_);
@@ -203,25 +220,34 @@ class Bake {
         const double entry = sizeof(Index) + sizeof(double);
         if (tools_.pairwise) {
             estimate.segments = result_.sites.size() * (result_.sites.size() - 1) / 2;
-            estimate.rays = result_.scene.has_sky() ? result_.sites.size() * result_.options.rays : 0;
+            estimate.rays = result_.sites.size() * result_.options.rays;
             // Lists of who sees whom, then the matrix.
             estimate.transport_bytes = n * n * (entry + sizeof(Index));
         } else {
             estimate.rays = result_.sites.size() * result_.options.rays;
             estimate.transport_bytes = n * std::min(n, rays * estimate.elements_per_ray) * entry;
         }
-        if (!lamp_triangles(result_.scene).empty()) {
-            estimate.segments += result_.sites.size() * lamp_samples;
+        std::set<Index> lamps;
+        for (const Index t : lamp_triangles(result_.scene)) {
+            lamps.insert(mesh.material[t]);
         }
-        require_memory(estimate.transport_bytes, "transport between " + std::to_string(result_.sites.size()) + " sites",
-                       "give a larger --spacing, or fewer --rays");
+        estimate.segments += result_.sites.size() * lamp_samples * lamps.size();
+        // Directions are pooled; each thread holds the rays, hits and rows of one site.
+        const double scratch = rays * (pooled_directions * 4.0 * sizeof(double) +
+                                       execution_.threads * (sizeof(Ray) + sizeof(Hit) + sizeof(SurfacePoint) +
+                                                             sizeof(BasisRow) + estimate.elements_per_ray * entry));
+        require_memory(estimate.transport_bytes + scratch,
+                       "transport between " + std::to_string(result_.sites.size()) + " sites",
+                       tools_.pairwise ? "give a larger --spacing, or use --transport gather"
+                                       : "give a larger --spacing, or fewer --rays");
     }
 
-    /// Casts the rays, or the segments, of a few sites to see how long all would take.
+    /// Casts the rays of a few sites to see how long all rays and segments would take.
     void time_transport() {
         start("time a sample of rays");
         const SiteSet& sites = result_.sites;
-        const DirectionPool pool(*tools_.directions, result_.options.rays, result_.options.seed);
+        const DirectionPool pool(*tools_.directions, std::min<std::size_t>(result_.options.rays, 1024),
+                                 result_.options.seed);
         const std::size_t sample = std::min<std::size_t>(sites.size(), 64);
         std::vector<Ray> rays(pool.count());
         std::vector<Hit> hits(pool.count());
@@ -241,19 +267,25 @@ class Bake {
     void transport() {
         const BakeOptions& options = result_.options;
         const Scene& scene = result_.scene;
+        start("project");
+        projection_ = std::make_unique<Projection>(*tools_.basis, result_.sites, execution_);
+        result_.condition = projection_->condition();
+        check_constants();
         start("integrate elements");
         integrals_ = element_integrals(scene, *tools_.basis, options.spacing, execution_);
+        if (integrals_.uncovered > 1e-3 * scene.mesh.area) {
+            note("no element of the basis lives on " + text_of(100.0 * integrals_.uncovered / scene.mesh.area) +
+                 " % of the surface: light is lost there; give the basis a larger width, or more sites");
+        }
         if (!tools_.neighbour_areas) {
             result_.sites.area = integrals_.area;
         }
         start("transport");
         if (tools_.pairwise) {
             transport_ = pairwise(scene, result_.sites, integrals_, *tools_.visibility, *tools_.kernel, execution_);
-            if (scene.has_sky()) {
-                start("sky");
-                gather_sky(result_.sites, *tools_.visibility, *tools_.directions, options.rays, options.seed,
-                           execution_, transport_);
-            }
+            start("sky"); // and, for the energy balance, what escapes
+            gather_sky(result_.sites, *tools_.visibility, *tools_.directions, options.rays, options.seed, execution_,
+                       transport_);
         } else {
             transport_ = gather(scene, result_.sites, *tools_.basis, *tools_.visibility, *tools_.directions,
                                 options.rays, options.seed, execution_);
@@ -278,9 +310,6 @@ class Bake {
                  " % of the light paths end on the backs of faces, which neither receive nor send light: if the "
                  "result is too dark, turn those faces over in the modelling program");
         }
-        projection_ = std::make_unique<Projection>(*tools_.basis, result_.sites, execution_);
-        result_.condition = projection_->condition();
-        check_constants();
     }
 
     // 6. Direct light; 7. solve.
@@ -312,7 +341,15 @@ class Bake {
             throw NotConverged("the solver " + result_.options.solver + " " + result_.solve.sentence() +
                                " (wanted: " + text_of(result_.options.solve.tolerance) + "). The spectral radius is " +
                                text_of(result_.spectral_radius) +
-                               ": allow more --max-iterations, a larger --tolerance, or use --solver krylov");
+                               ": allow more --max-iterations, a larger --tolerance, or another --solver");
+        }
+        DIFUSA_REQUIRE(result_.solve.h.rows() == n && result_.solve.h.cols() == result_.channels);
+        Values residual;
+        for (const double miss : relative_residual(problem, result_.solve.h, residual, execution_)) {
+            if (!(miss <= 10.0 * result_.options.solve.tolerance)) {
+                throw NotConverged("the solver " + result_.options.solver + " says it converged, but its residual is " +
+                                   text_of(miss) + ": use another --solver");
+            }
         }
         result_.irradiance = std::move(result_.solve.h);
         result_.coefficients = projection_->coefficients(result_.irradiance);
@@ -371,7 +408,12 @@ class Bake {
         }
     }
 
-    void note(const std::string& what) { result_.notes.push_back(what); }
+    void note(const std::string& what) {
+        result_.notes.push_back(what);
+        if (execution_.progress != nullptr) {
+            execution_.progress->remark(what);
+        }
+    }
 
     static std::string list(const Rgb& c) { return text_of(c[0]) + "," + text_of(c[1]) + "," + text_of(c[2]); }
 
@@ -438,8 +480,11 @@ class Bake {
             "the discretised light transport does not converge: its spectral radius is " +
             text_of(result_.spectral_radius) + " (must be below 1; largest row sum of the transport " +
             text_of(result_.largest_row_sum) + ", largest reflectance " + text_of(result_.rho.maxCoeff()) + "). ";
-        message += tools_.pairwise ? "Pairs of sites overestimate what near surfaces exchange: use --transport gather, "
-                                     "--kernel disc, or a smaller --spacing"
+        message += !projection_->is_identity() ? "The basis is not a partition of unity: use --basis "
+                                                 "normalized-radial or shepard, or give this one a smaller width"
+                   : tools_.pairwise
+                       ? "Pairs of sites overestimate what near surfaces exchange: use --transport gather, "
+                         "or pairwise:areas=integral with --kernel disc, or a reflectance below 1"
                    : result_.largest_row_sum > 1.0 + 1e-9
                        ? "The basis is not a partition of unity: use --basis normalized-radial or shepard, or give "
                          "this one a smaller width"
@@ -492,7 +537,9 @@ BakeResult dry_run(const Registry& registry, const std::filesystem::path& file, 
     bake.place_sites();
     bake.estimate();
     bake.time_transport();
-    return bake.finish();
+    BakeResult result = bake.finish();
+    result.dry_run = true;
+    return result;
 }
 
 } // namespace difusa

@@ -58,8 +58,10 @@ struct BakeResult {
     SiteSet sites;
     BakeOptions options;                                      ///< with what was left open filled in
     std::vector<std::pair<std::string, std::string>> plugins; ///< kind and choice with all parameters
-    std::vector<std::string> notes;                           ///< what the user should know
-    int channels = 3;                                         ///< 1 for a grey scene
+    bool dry_run = false;                                     ///< nothing below `estimate` is filled in
+    unsigned threads = 1;
+    std::vector<std::string> notes; ///< what the user should know
+    int channels = 3;               ///< 1 for a grey scene
 
     BakeEstimate estimate;
     std::size_t nonzeros = 0;

@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -67,6 +68,13 @@ class PoissonDisk final : public difusa::Sampler {
     std::vector<SurfacePoint> sample(const Mesh& mesh, const difusa::Visibility* /*visibility*/, double spacing,
                                      std::size_t limit, difusa::RandomStream stream,
                                      const difusa::Execution& execution) const override {
+        // No site covers more than a disc: so many are needed at least.
+        const double least = mesh.area / (std::numbers::pi * spacing * spacing);
+        if (least > static_cast<double>(limit)) {
+            throw difusa::ResourceError("at least " + difusa::text_of(least) + " sites are needed at spacing " +
+                                        difusa::text_of(spacing) + ", and at most " + std::to_string(limit) +
+                                        " can be held; give a larger --spacing");
+        }
         SiteGrid grid(mesh, spacing);
         const auto accept = [&](const SurfacePoint& x) {
             if (grid.sites().size() == limit) {

@@ -17,6 +17,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace {
@@ -71,7 +72,14 @@ class ViewDriven final : public difusa::Sampler {
         SiteGrid sites(mesh, spacing);
         const auto add_fronts = [&](const std::vector<Ray>& rays) {
             std::vector<Hit> hits(rays.size());
-            visibility->first_hits(rays, hits);
+            constexpr std::size_t batch = 4096;
+            for (std::size_t first = 0; first < rays.size(); first += batch) {
+                if (execution.progress != nullptr) {
+                    execution.progress->check();
+                }
+                const std::size_t count = std::min(batch, rays.size() - first);
+                visibility->first_hits(std::span(rays).subspan(first, count), std::span(hits).subspan(first, count));
+            }
             for (const Hit& hit : hits) {
                 if (hit.face == difusa::none || !hit.front) {
                     continue;

@@ -12,7 +12,7 @@ namespace difusa {
 
 namespace {
 
-/// A part of a triangle in barycentric coordinates (u, v), with the lengths of its edges against corner k, squared.
+/// A part of a triangle in barycentric coordinates (u, v).
 struct Piece {
     std::array<Eigen::Vector2d, 3> corner;
     double area;
@@ -71,6 +71,7 @@ ElementIntegrals element_integrals(const Scene& scene, const Basis& basis, doubl
             sums[worker] = std::make_unique<RowAccumulator>(basis.size());
         }
         BasisRow row;
+        std::size_t nodes = 0;
         for (std::size_t b = begin; b < end; ++b) {
             Block& block = blocks[b];
             const std::size_t last = std::min((b + 1) * block_size, mesh.triangles.size());
@@ -78,6 +79,9 @@ ElementIntegrals element_integrals(const Scene& scene, const Basis& basis, doubl
                 const auto face = static_cast<Index>(t);
                 const Index material = mesh.material[t];
                 for_each_node(mesh, face, 0.5 * spacing, [&](double u, double v, double area) {
+                    if (++nodes % 4096 == 0 && execution.progress != nullptr) {
+                        execution.progress->check();
+                    }
                     basis.evaluate(mesh.at(face, u, v), row);
                     if (row.element.empty()) {
                         block.uncovered += area;

@@ -133,7 +133,7 @@ void PointBasis::evaluate_among(const SurfacePoint& x, std::span<const Index> ca
         distance[count] = squared;
         cosine[count] = cosine_here;
         radius[count] = c.radius;
-        count += static_cast<std::size_t>((squared < c.support_squared) & (cosine_here > 0.0));
+        count += static_cast<std::size_t>((squared < c.support_squared) & (cosine_here > perpendicular));
     }
     row.element.resize(count);
     row.weight.resize(count);

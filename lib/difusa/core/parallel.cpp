@@ -4,6 +4,7 @@
 #include <atomic>
 #include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -30,6 +31,10 @@ void parallel_for(std::size_t count, std::size_t grain, const Execution& executi
                     execution.progress->check();
                 }
                 body(begin, end, worker);
+                const std::size_t now = done.fetch_add(end - begin) + (end - begin);
+                if (worker == 0 && execution.progress != nullptr) {
+                    execution.progress->advance(static_cast<double>(now) / static_cast<double>(count));
+                }
             } catch (...) {
                 const std::lock_guard<std::mutex> lock(guard);
                 if (begin < failed_at) {
@@ -39,10 +44,6 @@ void parallel_for(std::size_t count, std::size_t grain, const Execution& executi
                 next = count; // ranges already handed out still run; no new ones start
                 return;
             }
-            const std::size_t now = done.fetch_add(end - begin) + (end - begin);
-            if (worker == 0 && execution.progress != nullptr) {
-                execution.progress->advance(static_cast<double>(now) / static_cast<double>(count));
-            }
         }
     };
 
@@ -50,7 +51,11 @@ void parallel_for(std::size_t count, std::size_t grain, const Execution& executi
     const auto helpers = static_cast<unsigned>(std::min<std::size_t>(execution.threads, ranges));
     std::vector<std::thread> threads;
     for (unsigned worker = 1; worker < helpers; ++worker) {
-        threads.emplace_back(work, worker);
+        try {
+            threads.emplace_back(work, worker);
+        } catch (const std::system_error&) {
+            break; // the system gives no more threads: the others do the work
+        }
     }
     work(0);
     for (std::thread& thread : threads) {

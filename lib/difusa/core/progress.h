@@ -19,6 +19,9 @@ class Progress {
     /// The share of the current phase that is done, in [0,1].
     virtual void advance(double /*fraction*/) {}
 
+    /// Something the user should know, told as soon as it is known: also if the computation fails later.
+    virtual void remark(std::string_view /*what*/) {}
+
     /// True once the computation should end; it then throws Interrupted soon.
     virtual bool cancelled() const { return false; }
 

@@ -64,7 +64,9 @@ std::vector<FieldNote> notes_of(const BakeResult& result) {
     number("rays_per_site", static_cast<double>(options.rays));
     notes.push_back({"default_reflectance", as_vector(options.reflectance)});
     notes.push_back({"sky", as_vector(result.scene.sky)});
+    number("output_spacing", options.output_spacing);
     number("tolerance", options.solve.tolerance);
+    number("max_iterations", options.solve.max_iterations);
     number("iterations", result.solve.iterations);
     number("residual", result.solve.residual);
     number("spectral_radius", result.spectral_radius);
@@ -202,6 +204,7 @@ FieldFile sites_of(const BakeResult& result) {
                           numbers("original_face_id", std::move(face)),
                           numbers("patch", std::move(patch))};
     field.notes = notes_of(result);
+    field.notes.push_back({"display_exposure", std::vector<double>{exposure}});
     field.active_colours = "display_rgb";
     field.quality = "luminance";
     return field;
@@ -245,13 +248,16 @@ std::string summary_of(const BakeResult& result) {
          << " triangles, area " << result.scene.mesh.area << ", " << result.scene.mesh.patch_count
          << (result.scene.mesh.patch_count == 1 ? " patch" : " patches") << "\n";
     for (const Finding& finding : result.diagnosis.findings) {
-        text << (finding.repaired ? "repaired: " : "noticed: ") << finding.message() << "\n";
+        // Polygons and borders are no defects: the report counts them.
+        if (finding.repaired || (finding.code != "polygons" && finding.code != "border-edges")) {
+            text << (finding.repaired ? "repaired: " : "noticed: ") << finding.message() << "\n";
+        }
     }
     for (const std::string& note : result.notes) {
         text << "note: " << note << "\n";
     }
     text << "sites: " << result.sites.size() << " at spacing " << result.sites.spacing << "\n";
-    if (result.solve.residual_history.empty()) { // a dry run
+    if (result.dry_run) {
         const BakeEstimate& estimate = result.estimate;
         text << "rays: " << estimate.rays << ", visibility segments: at most " << estimate.segments << "\n"
              << "memory for transport: at most " << format_bytes(estimate.transport_bytes) << "\n"
@@ -263,10 +269,10 @@ std::string summary_of(const BakeResult& result) {
          << result.spectral_radius << "\n";
     text << "solve: " << result.solve.sentence() << "\n";
     const EnergyBalance& energy = result.energy;
-    text << std::setprecision(4) << "energy (W, all channels): emitted " << energy.emitted.sum() << ", from the sky "
-         << energy.from_sky.sum() << ", absorbed " << energy.absorbed.sum();
+    text << std::setprecision(4) << "energy (W, mean of the channels): emitted " << energy.emitted.mean()
+         << ", from the sky " << energy.from_sky.mean() << ", absorbed " << energy.absorbed.mean();
     if (energy.escaped) {
-        text << ", escaped " << energy.escaped->sum() << ", ended on backs " << energy.blocked->sum()
+        text << ", escaped " << energy.escaped->mean() << ", ended on backs " << energy.blocked->mean()
              << "; imbalance at most " << std::setprecision(2) << 100.0 * energy.imbalance->abs().maxCoeff() << " %";
     }
     double total = 0.0;

@@ -39,7 +39,7 @@ const char* word(SolveSummary::Reason reason) {
 } // namespace
 
 std::string report_of(const BakeResult& result) {
-    const bool baked = !result.solve.residual_history.empty();
+    const bool baked = !result.dry_run;
     Json report;
     report["schema"] = "difusa-bake-report";
     report["schema_version"] = 1;
@@ -82,6 +82,7 @@ std::string report_of(const BakeResult& result) {
     chosen["sky"] = list(result.scene.sky);
     chosen["output_spacing"] = options.output_spacing;
     chosen["seed"] = options.seed;
+    chosen["threads"] = result.threads;
 
     report["sites"] = {{"count", result.sites.size()}, {"spacing", result.sites.spacing}};
     Json& transport = report["transport"];
@@ -120,7 +121,7 @@ std::string report_of(const BakeResult& result) {
         report["seconds"].push_back({{"phase", phase}, {"seconds", took}});
     }
     report["peak_memory_bytes"] = peak_memory();
-    return report.dump(2) + "\n";
+    return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 } // namespace difusa

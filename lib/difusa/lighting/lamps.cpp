@@ -62,7 +62,7 @@ class LampLight {
             seen += blocked_[s] == 0 ? weight_[s] : 0.0;
         }
         cast_ += segments_.size();
-        return all > 0.0 ? F * seen / all : 0.0;
+        return all > 0.0 ? F * seen / all : F; // grazing: every sample fell below the horizon
     }
 
     std::size_t cast() const { return cast_; }

@@ -1,6 +1,7 @@
 // Finds plugin modules, checks them before any of their code runs, and makes instances by name.
 #pragma once
 
+#include <difusa/core/error.h>
 #include <difusa/plugin/plugin.h>
 
 #include <filesystem>

@@ -212,13 +212,13 @@ Mesh make_mesh(const PolygonSoup& soup, const Triangles& triangles, const std::v
         mesh.triangles.push_back({number[a.place], number[b.place], number[c.place]});
         const Index material = soup.face_material[triangles.face[t]];
         mesh.material.push_back(material == none ? unnamed : material);
-        coloured = coloured || (material != none && soup.materials[material].vertex_colours);
+        coloured = coloured || soup.painted(triangles.face[t]);
     }
     mesh.original_face = triangles.face;
     if (coloured) {
         mesh.corner_reflectance.assign(triangles.size(), {Rgb::Zero(), Rgb::Zero(), Rgb::Zero()});
         for (std::size_t t = 0; t < triangles.size(); ++t) {
-            if (mesh.material[t] != unnamed && soup.materials[mesh.material[t]].vertex_colours) {
+            if (soup.painted(triangles.face[t])) {
                 for (std::size_t k = 0; k < 3; ++k) {
                     mesh.corner_reflectance[t][k] = soup.point_reflectance[triangles.corners[t][k].source];
                 }

@@ -62,7 +62,7 @@ void Mesh::derive() {
     twin = join_sides(points, triangles);
     Sets sets(count);
     for (std::size_t side = 0; side < twin.size(); ++side) {
-        if (twin[side] != none && normals[side / 3].dot(normals[twin[side] / 3]) > 0.0) {
+        if (twin[side] != none && normals[side / 3].dot(normals[twin[side] / 3]) > perpendicular) {
             sets.unite(static_cast<Index>(side / 3), twin[side] / 3);
         }
     }

@@ -8,6 +8,10 @@
 
 namespace difusa {
 
+/// Cosines of normals up to this count as a right angle. A box that is turned has walls at 90° only as far as the
+/// rounding of its coordinates allows; without this margin chance would decide which of them are one patch.
+inline constexpr double perpendicular = 0x1p-20;
+
 /// A point of the surface. The normal is that of its face except where a caller states otherwise (a shaded
 /// output vertex).
 struct SurfacePoint {
@@ -39,8 +43,8 @@ struct Mesh {
     /// Computes everything that follows from points and triangles.
     ///
     /// A **patch** is a set of triangles that one can walk between across joined sides (scene/twins.h) whose triangles
-    /// turn by less than 90°. Basis elements never reach from one patch to another: this keeps the light of a shelf
-    /// off the table below it, where normals cannot tell them apart.
+    /// turn by less than 90° (cosine above `perpendicular`). Basis elements never reach from one patch to another: this
+    /// keeps the light of a shelf off the table below it, where normals cannot tell them apart.
     void derive();
 
     const Vec3& corner(Index triangle, int k) const { return points[triangles[triangle][static_cast<std::size_t>(k)]]; }

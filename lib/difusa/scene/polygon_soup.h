@@ -32,6 +32,12 @@ struct PolygonSoup {
     std::vector<std::string> notes;
 
     std::size_t face_count() const { return first_corner.size() - 1; }
+    /// True if face f takes its reflectance from the colours of its corners: its material says so, or it has none
+    /// and the points have colours.
+    bool painted(std::size_t f) const {
+        const Index material = face_material[f];
+        return material == none ? !point_reflectance.empty() : materials[material].vertex_colours;
+    }
     std::span<const Index> face(std::size_t f) const {
         return {corners.data() + first_corner[f], first_corner[f + 1] - first_corner[f]};
     }

@@ -28,6 +28,9 @@ PolygonSoup read_soup(const Registry& registry, const std::filesystem::path& fil
     for (const std::string& each : known) {
         list += (list.empty() ? "" : " ") + each;
     }
+    for (const RefusedPlugin& refused : registry.refused()) {
+        list += " (refused: " + refused.file.filename().string() + ": " + refused.reason + ")";
+    }
     throw InputError(file.string() + ": " +
                      (extension.empty() ? "the name has no extension" : "no reader knows files of this extension") +
                      "; readers are there for: " + (list.empty() ? "nothing (no reader plugin was found)" : list) +

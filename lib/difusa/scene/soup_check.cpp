@@ -91,15 +91,14 @@ void check_soup(const PolygonSoup& soup) {
             check_material(soup, f);
             material_checked[material] = 1;
         }
-        const bool coloured = material != none && soup.materials[material].vertex_colours;
+        const bool coloured = soup.painted(f);
         for (const Index corner : soup.face(f)) {
             check_corner(soup, f, corner);
             if (coloured && !is_reflectance(soup.point_reflectance[corner])) {
                 throw InputError(file_prefix(soup, line_of_face(soup, f)) + point_name(soup, corner) +
                                  ", a corner of " + face_name(soup, f) + " at " + coordinates(soup.points[corner]) +
-                                 ", has the colour (" + channels(soup.point_reflectance[corner]) + ") (material \"" +
-                                 soup.materials[material].name +
-                                 "\"). Vertex colours are reflectances in [0,1]: correct it.");
+                                 ", has the colour (" + channels(soup.point_reflectance[corner]) +
+                                 "). Vertex colours are reflectances in [0,1]: correct it.");
             }
         }
     }

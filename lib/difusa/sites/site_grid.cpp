@@ -57,10 +57,11 @@ bool SiteGrid::conflicts(const SurfacePoint& x) const {
 bool SiteGrid::covers(Index face, const std::array<Vec3, 3>& corners) const {
     // A site that covers the piece is within the spacing of its first corner.
     return any_near(corners[0], mesh_.patch[face], [&](const SurfacePoint& site) {
-        const double reach = spacing_ * site.normal.dot(mesh_.normals[face]);
-        if (reach <= 0.0) {
+        const double cosine = site.normal.dot(mesh_.normals[face]);
+        if (cosine <= perpendicular) {
             return false;
         }
+        const double reach = spacing_ * cosine;
         for (const Vec3& corner : corners) {
             if ((corner - site.position).squaredNorm() > reach * reach) {
                 return false;

@@ -134,7 +134,7 @@ SiteSet make_site_set(const Mesh& mesh, std::vector<SurfacePoint> points, double
                          for (std::size_t i = begin; i < end; ++i) {
                              const double found = own.size() > m ? mth_distance(sites, own, tree, i, m) : -1.0;
                              const double least = spacing * (1.0 + 0x1p-10);
-                             sites.radius[own[i]] = std::max(found < 0.0 ? diameter : found, least);
+                             sites.radius[own[i]] = std::max(found < 0.0 ? diameter : std::min(found, diameter), least);
                          }
                      });
     }

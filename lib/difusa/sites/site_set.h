@@ -9,12 +9,13 @@
 
 namespace difusa {
 
-/// The site distance of T 4.1: |p-q| / max(0, n_p·n_q); infinite if the normals are 90° or more apart, or if the
+/// The site distance of T 4.1: |p-q| / max(0, n_p·n_q); infinite if the normals are 90° or more apart
+/// (as far as rounding tells, see `perpendicular`), or if the
 /// points lie on different patches. Not a metric (no triangle inequality).
 inline double site_distance(const Vec3& p, const Vec3& n_p, Index patch_p, const Vec3& q, const Vec3& n_q,
                             Index patch_q) {
     const double cosine = n_p.dot(n_q);
-    if (cosine <= 0.0 || patch_p != patch_q) {
+    if (cosine <= perpendicular || patch_p != patch_q) {
         return std::numeric_limits<double>::infinity();
     }
     return (p - q).norm() / cosine;
@@ -34,9 +35,9 @@ struct SiteSet {
 /// Makes a site set of sampled points, put in the order of a Z curve (sites near each other in space are near in
 /// memory): patches and radii; areas are those of T 5.5, pi r_i² / (m+1).
 ///
-/// A patch with too few sites for m neighbours at a finite distance has radii that cover all of it instead: at
-/// least its diameter. No radius is smaller than `spacing` (1 + 2^-10), so that every point that has a site
-/// within the spacing is inside a support.
+/// A patch with too few sites for m neighbours at a finite distance has radii that cover all of it instead: its
+/// diameter, which no radius exceeds. No radius is smaller than `spacing` (1 + 2^-10), so that every point that has a
+/// site within the spacing is inside a support.
 SiteSet make_site_set(const Mesh& mesh, std::vector<SurfacePoint> points, double spacing, int neighbours,
                       const Execution& execution);
 

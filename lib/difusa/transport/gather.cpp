@@ -38,7 +38,9 @@ Transport gather(const Scene& scene, const SiteSet& sites, const Basis& basis, c
     transport.rays = sites.size() * pool.count();
 
     std::vector<std::unique_ptr<Worker>> workers(execution.threads);
-    parallel_for(sites.size(), 16, execution, [&](std::size_t begin, std::size_t end, unsigned number) {
+    // A range of a few thousand rays: short enough to stop soon when asked to.
+    const std::size_t grain = std::clamp<std::size_t>(4096 / pool.count(), 1, 16);
+    parallel_for(sites.size(), grain, execution, [&](std::size_t begin, std::size_t end, unsigned number) {
         if (!workers[number]) {
             workers[number] = std::make_unique<Worker>(pool.count(), basis.size(), scene.materials.size());
         }

@@ -3,6 +3,8 @@
 #include <difusa/core/error.h>
 #include <difusa/core/parallel.h>
 
+#include <cstring>
+
 namespace difusa {
 
 std::size_t SparseRows::nonzeros() const {
@@ -58,30 +60,30 @@ void SparseRows::multiply(const Values& x, Values& y, const Execution& execution
 }
 
 void RowAccumulator::take(SparseRows::Row& row) {
-    std::size_t count = 0;
-    for (std::size_t group = 0; group < used_words_.size(); ++group) {
-        for (std::uint64_t words = used_words_[group]; words != 0; words &= words - 1) {
-            count += static_cast<std::size_t>(
-                std::popcount(used_[64 * group + static_cast<std::size_t>(std::countr_zero(words))]));
+    column_.clear();
+    value_.clear();
+    for (std::size_t group = 0; group < used_.size(); group += 8) {
+        std::uint64_t any = 0;
+        std::memcpy(&any, &used_[group], 8);
+        if (any == 0) {
+            continue;
         }
-    }
-    row.column.clear();
-    row.value.clear();
-    row.column.reserve(count);
-    row.value.reserve(count);
-    for (std::size_t group = 0; group < used_words_.size(); ++group) {
-        for (std::uint64_t words = used_words_[group]; words != 0; words &= words - 1) {
-            const std::size_t word = 64 * group + static_cast<std::size_t>(std::countr_zero(words));
-            for (std::uint64_t bits = used_[word]; bits != 0; bits &= bits - 1) {
-                const std::size_t column = 64 * word + static_cast<std::size_t>(std::countr_zero(bits));
-                row.column.push_back(static_cast<Index>(column));
-                row.value.push_back(sum_[column]);
-                sum_[column] = 0.0;
+        for (std::size_t b = group; b < group + 8; ++b) {
+            if (used_[b] == 0) {
+                continue;
             }
-            used_[word] = 0;
+            used_[b] = 0;
+            for (std::size_t column = b * block; column < (b + 1) * block; ++column) {
+                if (sum_[column] != 0.0) {
+                    column_.push_back(static_cast<Index>(column));
+                    value_.push_back(sum_[column]);
+                    sum_[column] = 0.0;
+                }
+            }
         }
-        used_words_[group] = 0;
     }
+    row.column.assign(column_.begin(), column_.end()); // of just the right capacity
+    row.value.assign(value_.begin(), value_.end());
 }
 
 } // namespace difusa

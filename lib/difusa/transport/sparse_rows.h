@@ -4,7 +4,6 @@
 #include <difusa/core/progress.h>
 #include <difusa/core/types.h>
 
-#include <bit>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -44,22 +43,22 @@ class SparseRows {
 class RowAccumulator {
   public:
     explicit RowAccumulator(std::size_t columns)
-        : sum_(columns, 0.0), used_((columns + 63) / 64, 0), used_words_((used_.size() + 63) / 64, 0) {}
+        : sum_((columns + block - 1) / block * block, 0.0), used_((sum_.size() / block + 7) / 8 * 8, 0) {}
 
     void add(Index column, double value) {
-        const std::size_t word = column >> 6U;
-        used_[word] |= std::uint64_t{1} << (column & 63U);
-        used_words_[word >> 6U] |= std::uint64_t{1} << (word & 63U);
+        used_[column / block] = 1; // a plain store: nothing waits for what was there before
         sum_[column] += value;
     }
 
-    /// Moves the sums into `row` and empties the accumulator.
+    /// Moves the sums that are not 0 into `row`, by column, and empties the accumulator.
     void take(SparseRows::Row& row);
 
   private:
+    static constexpr std::size_t block = 16; ///< columns
     std::vector<double> sum_;
-    std::vector<std::uint64_t> used_;       ///< a bit a column
-    std::vector<std::uint64_t> used_words_; ///< a bit a word of `used_`
+    std::vector<Index> column_; ///< the row while it is collected
+    std::vector<double> value_;
+    std::vector<std::uint8_t> used_; ///< 1 for each block with a contribution; a multiple of 8 long
 };
 
 } // namespace difusa
