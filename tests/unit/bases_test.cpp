@@ -86,7 +86,7 @@ TEST(Bases, WeightsAreNotNegativeAndElementsStayOnTheirPatch) {
                 }
                 negative += row.weight[i] >= 0.0 ? 0 : 1;
                 foreign += sites.patch[row.element[i]] != mesh.patch[x.face] ? 1 : 0;
-                turned += sites.points[row.element[i]].normal.dot(x.normal) <= 0.0 ? 1 : 0;
+                turned += sites.points[row.element[i]].normal.dot(x.normal) <= perpendicular ? 1 : 0;
                 sum += row.weight[i];
             }
             worst_sum = std::max(worst_sum, std::abs(sum - 1.0));
@@ -147,7 +147,7 @@ std::map<Index, double> naive(const Mesh& mesh, const SiteSet& sites, const Surf
     double sum = 0.0;
     for (Index i = 0; i < sites.size(); ++i) {
         const double cosine = x.normal.dot(sites.points[i].normal);
-        if (sites.patch[i] != mesh.patch[x.face] || cosine <= 0.0) {
+        if (sites.patch[i] != mesh.patch[x.face] || cosine <= perpendicular) {
             continue;
         }
         const double w = mother(i, (x.position - sites.points[i].position).norm(), cosine);

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numbers>
 
@@ -23,7 +24,7 @@ TEST(SiteDistance, IsTheEuclideanOneOverTheCosineOnOnePatch) {
         const double d = site_distance(p, n, 4, q, m, 4);
         EXPECT_EQ(d, site_distance(q, m, 4, p, n, 4));
         EXPECT_GE(d, (p - q).norm() * (1.0 - 1e-15));
-        if (n.dot(m) > 0.0) {
+        if (n.dot(m) > perpendicular) {
             EXPECT_DOUBLE_EQ(d, (p - q).norm() / n.dot(m));
         } else {
             EXPECT_EQ(d, infinity);
@@ -34,7 +35,7 @@ TEST(SiteDistance, IsTheEuclideanOneOverTheCosineOnOnePatch) {
     EXPECT_EQ(site_distance(Vec3::Zero(), Vec3::UnitX(), 0, Vec3::Zero(), Vec3::UnitX(), 0), 0.0);
 }
 
-/// All pairs: the m-th smallest finite site distance, or the diameter of the patch, and never below the spacing.
+/// All pairs: the m-th smallest site distance, at most the diameter of the patch, and never below the spacing.
 void expect_radii(const Mesh& mesh, const SiteSet& sites) {
     std::vector<Vec3> low(mesh.patch_count, mesh.high), high(mesh.patch_count, mesh.low);
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -56,8 +57,8 @@ void expect_radii(const Mesh& mesh, const SiteSet& sites) {
             }
         }
         std::sort(distance.begin(), distance.end());
-        const double reach =
-            distance.size() >= m ? distance[m - 1] : (high[sites.patch[i]] - low[sites.patch[i]]).norm();
+        const double diameter = (high[sites.patch[i]] - low[sites.patch[i]]).norm();
+        const double reach = distance.size() >= m ? std::min(distance[m - 1], diameter) : diameter;
         EXPECT_DOUBLE_EQ(sites.radius[i], std::max(reach, sites.spacing * (1.0 + 0x1p-10))) << "site " << i;
         EXPECT_DOUBLE_EQ(sites.area[i], std::numbers::pi * sites.radius[i] * sites.radius[i] / (sites.neighbours + 1));
     }
@@ -73,6 +74,21 @@ TEST(SiteSet, RadiiReachTheMthNeighbourOnAnySurface) {
     }
     expect_radii(test::moved(test::icosphere(2), 1e-6, Vec3(3, 4, 5)),
                  test::poisson_sites(test::moved(test::icosphere(2), 1e-6, Vec3(3, 4, 5)), 3e-7));
+}
+
+TEST(SiteSet, ATurnedBoxIsABox) {
+    // Six walls with few sites each; rounding makes their cosines anything around zero.
+    RandomStream random(6, "rotations");
+    for (int i = 0; i < 20; ++i) {
+        const double far = i % 2 == 0 ? 0.0 : 1e4;
+        const Mesh mesh =
+            test::transformed(test::box(1.0, 1, true), test::random_rotation(random), 1.0, far * Vec3(1, 2, 3));
+        EXPECT_EQ(mesh.patch_count, 6U);
+        const SiteSet sites = test::poisson_sites(mesh, 0.4);
+        for (std::size_t s = 0; s < sites.size(); ++s) {
+            EXPECT_LE(sites.radius[s], std::sqrt(3.0) * std::sqrt(2.0)) << "the diagonal of a wall's bounding box";
+        }
+    }
 }
 
 TEST(SiteSet, KeepsThePointsInAnOrderOfPlace) {
