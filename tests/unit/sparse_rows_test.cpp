@@ -21,6 +21,7 @@ TEST(RowAccumulator, GivesSumsSortedAndStartsAnew) {
                 expected[column] += value;
                 sums.add(column, value);
             }
+            std::erase_if(expected, [](const auto& entry) { return entry.second == 0.0; }); // sums of 0 are no entries
             SparseRows::Row row;
             sums.take(row);
             ASSERT_EQ(row.column.size(), expected.size());

@@ -97,8 +97,9 @@ void check_soup(const PolygonSoup& soup) {
             if (coloured && !is_reflectance(soup.point_reflectance[corner])) {
                 throw InputError(file_prefix(soup, line_of_face(soup, f)) + point_name(soup, corner) +
                                  ", a corner of " + face_name(soup, f) + " at " + coordinates(soup.points[corner]) +
-                                 ", has the colour (" + channels(soup.point_reflectance[corner]) +
-                                 "). Vertex colours are reflectances in [0,1]: correct it.");
+                                 ", has the colour (" + channels(soup.point_reflectance[corner]) + ")" +
+                                 (material == none ? "" : " (material \"" + soup.materials[material].name + "\")") +
+                                 ". Vertex colours are reflectances in [0,1]: correct it.");
             }
         }
     }
