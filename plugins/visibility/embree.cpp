@@ -111,7 +111,7 @@ class EmbreeVisibility final : public difusa::Visibility {
         own_plane_.emplace(mesh);
         centre_ = 0.5 * (mesh.low + mesh.high);
         scale_ = 1.0 / mesh.diameter();
-        const RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
+        RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
         auto* points = static_cast<float*>(rtcSetNewGeometryBuffer(
             geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.points.size()));
         auto* triangles = static_cast<unsigned*>(rtcSetNewGeometryBuffer(
