@@ -41,7 +41,7 @@ class Primitive {
 
   private:
     Point point(const Mesh* mesh, int k) const {
-        const Vec3 p = mesh->corner(id_, k);
+        const Vec3& p = mesh->corner(id_, k);
         return {p[0], p[1], p[2]};
     }
     Id id_;
