@@ -96,11 +96,18 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
     }
 }
 
+/// The device of all engines of the process, as Embree recommends; null if Embree cannot be started. It is never
+/// released: releasing the last device lets TBB's workers end in the background, where nobody can wait for them, and a
+/// process that ends meanwhile takes their memory from under them.
+RTCDevice the_device() {
+    static RTCDevice const device = rtcNewDevice("threads=1,set_affinity=0");
+    return device;
+}
+
 class EmbreeVisibility final : public difusa::Visibility {
   public:
-    explicit EmbreeVisibility(const difusa::Parameters& /*parameters*/)
-        : device_(rtcNewDevice("threads=1,set_affinity=0"), rtcReleaseDevice) {
-        if (!device_) {
+    explicit EmbreeVisibility(const difusa::Parameters& /*parameters*/) : device_(the_device()) {
+        if (device_ == nullptr) {
             throw difusa::ResourceError("Embree cannot be started (error " +
                                         std::to_string(rtcGetDeviceError(nullptr)) + "); use --visibility cgal");
         }
@@ -111,7 +118,7 @@ class EmbreeVisibility final : public difusa::Visibility {
         own_plane_.emplace(mesh);
         centre_ = 0.5 * (mesh.low + mesh.high);
         scale_ = 1.0 / mesh.diameter();
-        RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
+        RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
         auto* points = static_cast<float*>(rtcSetNewGeometryBuffer(
             geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.points.size()));
         auto* triangles = static_cast<unsigned*>(rtcSetNewGeometryBuffer(
@@ -146,14 +153,14 @@ class EmbreeVisibility final : public difusa::Visibility {
             }
         }
         rtcCommitGeometry(geometry);
-        scene_.reset(rtcNewScene(device_.get()));
+        scene_.reset(rtcNewScene(device_));
         rtcSetSceneFlags(scene_.get(),
                          static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION));
         rtcSetSceneBuildQuality(scene_.get(), RTC_BUILD_QUALITY_HIGH);
         rtcAttachGeometry(scene_.get(), geometry);
         rtcReleaseGeometry(geometry);
         rtcCommitScene(scene_.get());
-        if (const RTCError error = rtcGetDeviceError(device_.get()); error != RTC_ERROR_NONE) {
+        if (const RTCError error = rtcGetDeviceError(device_); error != RTC_ERROR_NONE) {
             throw difusa::ResourceError("Embree cannot build its tree (error " + std::to_string(error) +
                                         "); use --visibility cgal");
         }
@@ -321,7 +328,7 @@ class EmbreeVisibility final : public difusa::Visibility {
     double scale_ = 1.0;
     std::vector<std::size_t> first_face_; ///< #P + 1: the faces around point p are faces_[first_face_[p]] ...
     std::vector<Index> faces_;
-    std::shared_ptr<RTCDeviceTy> device_;
+    RTCDevice device_;
     std::unique_ptr<RTCSceneTy, ReleaseScene> scene_;
 };
 

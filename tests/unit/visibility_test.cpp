@@ -220,7 +220,7 @@ void expect_watertight(const Mesh& mesh, const std::vector<Vec3>& eyes, std::siz
     }
     std::vector<Hit> hits(rays.size());
     for (const std::string& name : engines()) {
-        if (name == "brute force" && mesh.triangles.size() * rays.size() > 30'000'000) {
+        if (name == "brute force" && mesh.triangles.size() * rays.size() > 4'000'000) {
             continue;
         }
         engine(name, mesh)->first_hits(rays, hits);

@@ -20,7 +20,7 @@ bool Scene::has_emitters() const {
 
 bool Scene::is_grey() const {
     const auto grey = [](const Rgb& c) { return c[0] == c[1] && c[1] == c[2]; };
-    if (!grey(sky)) {
+    if (!grey(sky) || !std::all_of(suns.begin(), suns.end(), [&](const Sun& sun) { return grey(sun.irradiance); })) {
         return false;
     }
     std::vector<char> used(materials.size(), 0);

@@ -8,16 +8,27 @@
 
 namespace difusa {
 
+/// Light from one direction, infinitely far away.
+struct Sun {
+    Vec3 towards = Vec3::UnitZ(); ///< unit, from the surface to the sun
+    Rgb irradiance = Rgb::Zero(); ///< of a surface that faces it, W/m²
+};
+
 struct Scene {
     Mesh mesh;
     std::vector<Material> materials; ///< Mesh::material numbers them
+    std::vector<Sun> suns;
     Rgb sky = Rgb::Zero(); ///< irradiance in W/m² of a surface that sees nothing but sky (pi times its radiance)
 
     /// Reflectance rho at a surface point, per channel, in [0,1].
     Rgb reflectance(const SurfacePoint& x) const;
 
     /// Emitted radiosity E at a surface point, W/m².
-    const Rgb& emission(const SurfacePoint& x) const { return materials[mesh.material[x.face]].emission; }
+    Rgb emission(const SurfacePoint& x) const {
+        const Material& material = materials[mesh.material[x.face]];
+        return material.emission_pattern ? Rgb(material.emission * material.emission_pattern(x.position))
+                                         : material.emission;
+    }
 
     bool has_sky() const { return (sky > 0.0).any(); }
 
