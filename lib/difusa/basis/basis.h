@@ -33,6 +33,9 @@ class Basis {
     /// phi_i(x) >= 0 and sum_i phi_i(x) = 1 at every surface point (T 3.7, 3.8).
     virtual bool partition_of_unity() const = 0;
 
+    /// sum_i phi_i(x) = 1 at every surface point, whatever the signs: constants are reproduced.
+    virtual bool sums_to_one() const { return partition_of_unity(); }
+
     /// True if the coefficients of a function are its values at the sites, because the basis interpolates or is
     /// meant as a quasi-interpolant; false if Z b = values must be solved (T 3.2).
     virtual bool coefficients_are_values() const = 0;

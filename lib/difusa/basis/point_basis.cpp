@@ -56,7 +56,7 @@ void PointBasis::bind(const Mesh& mesh, const SiteSet& sites) {
     DIFUSA_REQUIRE(sites.size() > 0);
     mesh_ = &mesh;
     sites_ = &sites;
-    normalise_ = partition_of_unity();
+    normalise_ = sums_to_one();
     prepare(sites);
     std::vector<double> reach(sites.size());
     std::transform(sites.radius.begin(), sites.radius.end(), reach.begin(), [this](double r) { return support(r); });

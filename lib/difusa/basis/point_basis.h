@@ -28,7 +28,7 @@ class PointBasis : public Basis {
     void bind(const Mesh& mesh, const SiteSet& sites) final;
     std::size_t size() const final;
 
-    /// Elements at x. A partition of unity that has no support there gives all weight to the nearest site of the
+    /// Elements at x. A basis that sums to one and has no support there gives all weight to the nearest site of the
     /// patch: of the 16 nearest in space the one at the smallest site distance, or the nearest in space if all face
     /// away. On a patch without sites it is the nearest of all.
     void evaluate(const SurfacePoint& x, BasisRow& row) const final;
@@ -41,8 +41,9 @@ class PointBasis : public Basis {
     /// Euclidean radius outside of which an element of radius r vanishes.
     virtual double support(double r) const = 0;
 
-    /// Writes the mother function's value Psi_i(x) >= 0 for each neighbour; for a partition of unity only their
-    /// ratios matter (phi_i = Psi_i / sum Psi_j, T 3.10), else phi_i = Psi_i.
+    /// Writes the mother function's value Psi_i(x) for each neighbour. Where the basis sums to one only their ratios
+    /// matter (phi_i = Psi_i / sum Psi_j, T 3.10; no support if the sum is not positive), else phi_i = Psi_i. They are
+    /// not negative if it is a partition of unity.
     virtual void weigh(const SurfacePoint& x, const Neighbourhood& near, std::span<double> weight) const = 0;
 
   private:
