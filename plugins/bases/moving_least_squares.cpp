@@ -3,12 +3,12 @@
 //     w_i(x) = K(|x - p_i| / R_i) max(0, n_x·n_i),   R_i = width r_i,   K(t) = 2t³ - 3t² + 1 on [0,1],
 // and the sites projected on the tangent plane, d_i (2-vectors from x), the fit is (Lancaster and Salkauskas 1981)
 //     phi_i(x) = w_i p(0)ᵀ M⁻¹ p(d_i),   p(d) = (1, d),   M = sum_j w_j p(d_j) p(d_j)ᵀ.
-// The same, with v_i = w_i / sum_j w_j, the mean m = sum_i v_i d_i and the covariance C = sum_i v_i (d_i - m)(d_i -
-// m)ᵀ:
-//     phi_i(x) = v_i (1 - gᵀ(d_i - m)),   g = C⁻¹ m:
-// the weights of `normalized-radial`, corrected by a slope. sum_i phi_i = 1 for any g; with this one sum_i phi_i d_i =
-// 0, that is, functions linear on a plane are reproduced, up to its border: errors are of second order. phi_i < 0
-// occurs: not a partition of unity.
+// The same, with v_i = w_i / sum_j w_j, the mean m = sum_i v_i d_i and the covariance
+// C = sum_i v_i (d_i - m)(d_i - m)ᵀ:
+//     phi_i(x) = v_i (1 - gᵀ(d_i - m)),   g = C⁻¹ m.
+// These are the weights of `normalized-radial`, corrected by a slope. They sum to 1 whatever g is; with this one
+// sum_i phi_i d_i = 0, so functions linear on a plane are reproduced, up to its border, and errors are of second order.
+// Weights below 0 occur: not a partition of unity.
 //
 // Where sites are few, on a line, or all on one side of x, C is next to singular or m is far out, and g is bounded:
 //   - an eigenvalue of C below `least` H², H² = sum_i v_i R_i², counts as that in C⁻¹: no slope across a line of sites;
