@@ -1,27 +1,25 @@
 // bake_radiosity mesh out: bakes diffuse global illumination onto a mesh. Options in, bake, files out.
+#include "arguments.h"
 #include "terminal.h"
 
 #include <difusa/bake.h>
 #include <difusa/io/bake_files.h>
-#include <difusa/version.h>
-
-#include <CLI/CLI.hpp>
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <filesystem>
 #include <iostream>
-#include <limits>
-#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
 
 namespace {
 
+using difusa::add_parsed;
+using difusa::add_whole;
 using difusa::ExitCode;
+using difusa::parse_positive;
 using difusa::Rgb;
+using difusa::shown;
 using difusa::UsageError;
 
 const char* const examples =
@@ -53,69 +51,15 @@ struct Arguments {
     bool list_plugins = false, dry_run = false, quiet = false, verbose = false, version = false;
 };
 
-/// A whole number of at least `least`.
-template <class T> T parse_whole(const std::string& option, const std::string& text, T least) {
-    T value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error == std::errc::result_out_of_range && text[0] != '-') {
-        throw UsageError(option + " " + text + ": must be at most " + std::to_string(std::numeric_limits<T>::max()));
-    }
-    if (error != std::errc() || end != text.data() + text.size() || value < least) {
-        throw UsageError(option + " " + text + ": must be a whole number of at least " + std::to_string(least));
-    }
-    return value;
-}
-
-/// A positive, finite number.
-double parse_positive(const std::string& option, const std::string& text) {
-    double value = 0.0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size() || !(value > 0.0) || !std::isfinite(value)) {
-        throw UsageError(option + " " + text + ": must be a positive number");
-    }
-    return value;
-}
-
 /// "0.5" or "0.5,0.4,0.3": finite numbers, none negative.
 Rgb parse_rgb(const std::string& option, const std::string& text) {
-    std::vector<double> values;
-    const char* at = text.data();
-    const char* const end = at + text.size();
-    bool good = true;
-    for (bool more = true; good && more;) {
-        double value = 0.0;
-        const auto [next, error] = std::from_chars(at, end, value);
-        good = error == std::errc() && std::isfinite(value) && value >= 0.0 && (next == end || *next == ',');
-        values.push_back(value);
-        more = good && next != end;
-        at = next + (more ? 1 : 0);
-    }
-    if (!good || (values.size() != 1 && values.size() != 3)) {
+    const std::vector<double> values = difusa::parse_numbers(text).value_or(std::vector<double>());
+    const bool negative = std::any_of(values.begin(), values.end(), [](double v) { return v < 0.0; });
+    if ((values.size() != 1 && values.size() != 3) || negative) {
         throw UsageError(option + " " + text + ": takes one number, or three R,G,B with nothing but commas between; " +
                          "none may be negative");
     }
     return values.size() == 1 ? Rgb::Constant(values[0]) : Rgb(values[0], values[1], values[2]);
-}
-
-/// An option whose text `parse` turns into `target`. CLI11 alone would take -1 for a large number, and say of what it
-/// cannot take only that it "could not convert".
-template <class T, class Parse>
-CLI::Option* add_parsed(CLI::App& app, const std::string& name, T& target, const std::string& what, Parse parse) {
-    return app.add_option_function<std::string>(
-        name, [&target, name, parse](const std::string& text) { target = parse(name, text); }, what);
-}
-
-template <class T>
-CLI::Option* add_whole(CLI::App& app, const std::string& name, T& target, T least, const std::string& what) {
-    return add_parsed(app, name, target, what, [least](const std::string& option, const std::string& text) {
-        return parse_whole<T>(option, text, least);
-    });
-}
-
-template <class T> std::string shown(const T& value) {
-    std::ostringstream text;
-    text << value;
-    return text.str();
 }
 
 void declare(CLI::App& app, Arguments& a) {
@@ -221,29 +165,6 @@ void declare(CLI::App& app, Arguments& a) {
     app.add_flag("--version", a.version, "version, and those of the libraries")->group(run);
 }
 
-/// Refuses what is no option, with the nearest one that is.
-void refuse_unknown(const CLI::App& app) {
-    std::vector<std::string> known;
-    for (const CLI::Option* option : app.get_options()) {
-        for (const std::string& name : option->get_lnames()) {
-            known.push_back("--" + name);
-        }
-    }
-    std::string extra;
-    for (const std::string& word : app.remaining()) {
-        if (word.size() > 1 && word[0] == '-') {
-            const std::string name = word.substr(0, word.find('='));
-            const std::string near = difusa::nearest_name(name, known);
-            throw UsageError("unknown option " + name + (near.empty() ? "" : ", did you mean " + near + "?") +
-                             " (--help lists all)");
-        }
-        extra = extra.empty() ? word : extra;
-    }
-    if (!extra.empty()) {
-        throw UsageError("one mesh and one output file are expected, and `" + extra + "` is neither (--help)");
-    }
-}
-
 void list_plugins(const difusa::Registry& registry) {
     std::string kind;
     std::vector<const difusa::LoadedPlugin*> sorted;
@@ -280,16 +201,6 @@ void list_plugins(const difusa::Registry& registry) {
     }
 }
 
-/// Also where neither exists yet.
-bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
-    std::error_code ignored;
-    const auto canonical = [&](const std::filesystem::path& path) {
-        return std::filesystem::weakly_canonical(std::filesystem::absolute(path, ignored), ignored);
-    };
-    return std::filesystem::equivalent(a, b, ignored) || canonical(a) == canonical(b);
-}
-
-/// All that can be wrong with the files to be written is found before the work, not after it.
 void check_files(const Arguments& a) {
     if (a.mesh.empty()) {
         throw UsageError("a mesh file is expected: bake_radiosity mesh.off out.vtp (--help)");
@@ -297,25 +208,8 @@ void check_files(const Arguments& a) {
     if (a.files.field.empty() && !a.dry_run) {
         throw UsageError("an output file is expected: bake_radiosity " + a.mesh.string() + " out.vtp (--help)");
     }
-    std::vector<std::filesystem::path> taken;
-    const auto check = [&](const std::filesystem::path& file, bool field) {
-        if (file.empty()) {
-            return;
-        }
-        if (same_file(file, a.mesh)) {
-            throw UsageError(file.string() + ": would be written over the mesh; give the output another name");
-        }
-        for (const std::filesystem::path& other : taken) {
-            if (same_file(file, other)) {
-                throw UsageError(file.string() + ": two outputs have this name; give each a name of its own");
-            }
-        }
-        difusa::check_output_path(file, field);
-        taken.push_back(file);
-    };
-    check(a.files.field, true);
-    check(a.files.sites, true);
-    check(a.files.report, false);
+    difusa::check_outputs({{a.files.field, true}, {a.files.sites, true}, {a.files.report, false}},
+                          {{a.mesh, "the mesh"}});
 }
 
 void print_details(const difusa::BakeResult& result) {
@@ -391,25 +285,7 @@ void run(const Arguments& a) {
 int main(int count, char** words) {
     Arguments arguments;
     CLI::App app(examples, "bake_radiosity");
-    app.allow_extras();
     declare(app, arguments);
-    return difusa::run_program("bake_radiosity", [&] {
-        try {
-            app.parse(count, words);
-        } catch (const CLI::CallForHelp&) {
-            std::cout << app.help();
-            return;
-        } catch (const CLI::ParseError& error) {
-            throw UsageError(std::string(error.what()) + " (--help)");
-        }
-        refuse_unknown(app);
-        if (arguments.version) {
-            std::cout << "bake_radiosity " << difusa::version() << "\n";
-            for (const auto& [name, number] : difusa::library_versions()) {
-                std::cout << name << " " << number << "\n";
-            }
-            return;
-        }
-        run(arguments);
-    });
+    return difusa::run_command(app, count, words, "one mesh and one output file", arguments.version,
+                               [&] { run(arguments); });
 }
