@@ -155,7 +155,8 @@ void declare(CLI::App& app, Arguments& a) {
     app.add_option("--plugin-path", a.plugin_path, "another directory with plugins (may be repeated)")
         ->group(run)
         ->type_name("DIR")
-        ->expected(1);
+        ->expected(-1)
+        ->allow_extra_args(false); // one directory each time
     app.add_flag("--dry-run", a.dry_run, "say what the bake would take, and stop; writes no more than --report")
         ->group(run);
     app.add_flag("--quiet", a.quiet, "only errors")->group(run);
