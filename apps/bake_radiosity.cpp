@@ -76,25 +76,47 @@ double parse_positive(const std::string& option, const std::string& text) {
     return value;
 }
 
-/// "0.5" or "0.5,0.4,0.3": finite numbers, none negative.
-Rgb parse_rgb(const std::string& option, const std::string& text) {
+/// "1,0.5,0.25": finite numbers with nothing but commas between; empty if it is not that.
+std::vector<double> parse_list(const std::string& text) {
     std::vector<double> values;
     const char* at = text.data();
     const char* const end = at + text.size();
-    bool good = true;
-    for (bool more = true; good && more;) {
+    for (bool more = true; more;) {
         double value = 0.0;
         const auto [next, error] = std::from_chars(at, end, value);
-        good = error == std::errc() && std::isfinite(value) && value >= 0.0 && (next == end || *next == ',');
+        if (error != std::errc() || !std::isfinite(value) || (next != end && *next != ',')) {
+            return {};
+        }
         values.push_back(value);
-        more = good && next != end;
+        more = next != end;
         at = next + (more ? 1 : 0);
     }
-    if (!good || (values.size() != 1 && values.size() != 3)) {
+    return values;
+}
+
+/// "0.5" or "0.5,0.4,0.3": none negative.
+Rgb parse_rgb(const std::string& option, const std::string& text) {
+    const std::vector<double> values = parse_list(text);
+    if ((values.size() != 1 && values.size() != 3) || *std::min_element(values.begin(), values.end()) < 0.0) {
         throw UsageError(option + " " + text + ": takes one number, or three R,G,B with nothing but commas between; " +
                          "none may be negative");
     }
     return values.size() == 1 ? Rgb::Constant(values[0]) : Rgb(values[0], values[1], values[2]);
+}
+
+/// "0.3,0,1,1000" or "0.3,0,1,1000,950,900": a direction, and irradiances that are not negative.
+difusa::Sun parse_sun(const std::string& option, const std::string& text) {
+    const std::vector<double> values = parse_list(text);
+    const bool good = (values.size() == 4 || values.size() == 6) && std::hypot(values[0], values[1], values[2]) > 0.0 &&
+                      *std::min_element(values.begin() + 3, values.end()) >= 0.0;
+    if (!good) {
+        throw UsageError(option + " " + text + ": takes X,Y,Z,R or X,Y,Z,R,G,B with nothing but commas between: the " +
+                         "direction towards the sun, and irradiances that are not negative");
+    }
+    difusa::Sun sun;
+    sun.towards = difusa::Vec3(values[0], values[1], values[2]).stableNormalized();
+    sun.irradiance = values.size() == 4 ? Rgb::Constant(values[3]) : Rgb(values[3], values[4], values[5]);
+    return sun;
 }
 
 /// An option whose text `parse` turns into `target`. CLI11 alone would take -1 for a large number, and say of what it
@@ -132,6 +154,12 @@ void declare(CLI::App& app, Arguments& a) {
         ->group(discretisation)
         ->type_name("NAME")
         ->capture_default_str();
+    app.add_option("--projection", a.bake.projection,
+                   "coefficients: natural (as the basis says), interpolation, corrected:sweeps=2, "
+                   "least-squares:points=3, galerkin:points=3")
+        ->group(discretisation)
+        ->type_name("NAME")
+        ->capture_default_str();
     add_parsed(app, "--spacing", a.bake.spacing, "least distance between sites, in units of the mesh", parse_positive)
         ->group(discretisation)
         ->type_name("D");
@@ -153,6 +181,11 @@ void declare(CLI::App& app, Arguments& a) {
         ->group(transport)
         ->type_name("N")
         ->default_str(shown(a.bake.rays));
+    app.add_option("--first-bounce", a.bake.first_bounce,
+                   "light of suns and lamps after one reflection: gathered where rays hit (default; sharp), or "
+                   "interpolated between sites (half the rays; the way of pairwise)")
+        ->group(transport)
+        ->type_name("NAME");
     app.add_option("--directions", a.bake.directions, "directions of the rays")
         ->group(transport)
         ->type_name("NAME")
@@ -183,17 +216,42 @@ void declare(CLI::App& app, Arguments& a) {
     add_parsed(app, "--reflectance", a.bake.reflectance, "of faces without a colour, 0 to 1 (default 0.5)", parse_rgb)
         ->group(light)
         ->type_name("R[,G,B]");
-    add_parsed(app, "--sky", a.bake.sky,
-               "irradiance a uniform sky gives an unshaded surface, W/m^2 (default: 1 if nothing emits, else 0)",
-               parse_rgb)
+    add_parsed(
+        app, "--sky", a.bake.sky,
+        "irradiance a uniform sky gives an unshaded surface, W/m^2 (default: 1 if there is no other light, else 0)",
+        parse_rgb)
         ->group(light)
         ->type_name("R[,G,B]");
+
+    app.add_option_function<std::vector<std::string>>(
+           "--sun",
+           [&a](const std::vector<std::string>& texts) {
+               for (const std::string& text : texts) {
+                   a.bake.suns.push_back(parse_sun("--sun", text));
+               }
+           },
+           "sun: direction towards it, and the irradiance in W/m^2 of a surface that faces it (may be repeated)")
+        ->group(light)
+        ->type_name("X,Y,Z,R[,G,B]")
+        ->expected(1)
+        ->take_all();
 
     const std::string output = "Output";
     add_parsed(app, "--output-spacing", a.bake.output_spacing,
                "longest edge of the output mesh (default: the site spacing)", parse_positive)
         ->group(output)
         ->type_name("D");
+    add_whole<std::size_t>(app, "--final-gather", a.bake.final_gather, 1,
+                           "gather the light at each output vertex with so many rays, instead of evaluating the basis: "
+                           "slower, and far more accurate")
+        ->group(output)
+        ->type_name("N");
+    add_parsed(
+        app, "--error-points", a.bake.error_points,
+        "surface points at which the error is estimated (default: an eighth of the sites; 0: no estimate)",
+        [](const std::string& option, const std::string& text) { return parse_whole<std::size_t>(option, text, 0); })
+        ->group(output)
+        ->type_name("N");
     app.add_option("--sites-output", a.files.sites, "write the sites as points, .vtp or .ply")
         ->group(output)
         ->type_name("FILE");
