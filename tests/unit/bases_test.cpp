@@ -70,7 +70,7 @@ std::vector<SurfacePoint> probes(const Mesh& mesh) {
     return points;
 }
 
-TEST(Bases, WeightsAreNotNegativeAndElementsStayOnTheirPatch) {
+TEST(Bases, WeightsHaveTheSumTheyPromiseAndElementsStayOnTheirPatch) {
     for_each([](const Mesh& mesh, const SiteSet& sites, const Basis& basis, const std::string& /*choice*/) {
         BasisRow row;
         std::size_t negative = 0, foreign = 0, turned = 0, unequal = 0, bad_number = 0;
@@ -93,12 +93,15 @@ TEST(Bases, WeightsAreNotNegativeAndElementsStayOnTheirPatch) {
         }
         EXPECT_EQ(bad_number, 0U);
         EXPECT_EQ(unequal, 0U);
-        EXPECT_EQ(negative, 0U);
+        if (basis.partition_of_unity() || !basis.sums_to_one()) { // else it corrects itself with signs
+            EXPECT_EQ(negative, 0U);
+        }
         EXPECT_EQ(foreign, 0U) << "light leaks from patch to patch";
         EXPECT_EQ(turned, 0U);
-        if (basis.partition_of_unity()) {
-            // Each weight is rounded when it is divided by the sum, and the sum when it is added up.
-            EXPECT_LE(worst_sum, 200 * eps);
+        if (basis.sums_to_one()) {
+            // Each weight is rounded when it is divided by the sum, and the sum when it is added up; where weights have
+            // both signs their absolute values sum to at most 5.
+            EXPECT_LE(worst_sum, (basis.partition_of_unity() ? 200 : 1000) * eps);
         }
     });
 }
