@@ -360,6 +360,7 @@ class Bake {
         const Values soft = direct_irradiance(scene, transport_, result_.channels, execution_);
         const Values sharp = direct_->irradiance(points_, result_.channels, lamp_samples, result_.options.seed, "lamps",
                                                  execution_, transport_.segments);
+        result_.segments = transport_.segments;
         const double brightest = (soft + sharp).maxCoeff();
         if (!(brightest > 0.0) && !scene.has_emitters()) {
             throw InputError(result_.file + ": no light reaches the front of any face: the sky is shut out, no sun "
@@ -423,8 +424,6 @@ class Bake {
         start("estimate error");
         result_.error = estimate_error(*result_.field, points, std::max<std::size_t>(1, result_.options.rays / 2),
                                        result_.options.seed, execution_);
-        result_.rays += result_.error->rays;
-        transport_.segments += result_.error->segments;
         if (!(result_.error->largest_reflectance < 1.0)) {
             note("some surface absorbs nothing (reflectance 1): the residual is measured, but no bound of the error "
                  "follows from it");
@@ -450,9 +449,8 @@ class Bake {
         } else {
             H = gather_output(vertices);
         }
-        result_.rays += H.rays;
-        transport_.segments += H.segments;
-        result_.segments = transport_.segments;
+        result_.output_rays = H.rays;
+        result_.output_segments = H.segments;
         const auto count = static_cast<Eigen::Index>(vertices.size());
         const auto three = [](const Values& values) -> Values {
             return values.cols() == 3 ? values : Values(values.replicate(1, 3));

@@ -75,9 +75,10 @@ struct BakeResult {
 
     BakeEstimate estimate;
     std::size_t nonzeros = 0;
-    std::size_t rays = 0, segments = 0;
-    std::size_t lamps = 0;                 ///< emitting triangles whose light was computed in closed form
-    double largest_row_sum = 0.0;          ///< of the transport matrix, reflectance not counted
+    std::size_t rays = 0, segments = 0;               ///< cast for transport and direct light
+    std::size_t output_rays = 0, output_segments = 0; ///< cast for the output's vertices
+    std::size_t lamps = 0;                            ///< emitting triangles whose light was computed in closed form
+    double largest_row_sum = 0.0;                     ///< of the transport matrix, reflectance not counted
     double constant_error = 0.0;           ///< rms by which the basis misses the function 1 at random surface points
     double condition = 1.0;                ///< of the matrix the projection inverts
     std::size_t projection_points = 0;     ///< points at which light was gathered: the sites, or more

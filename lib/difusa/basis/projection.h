@@ -46,6 +46,10 @@ class Projection {
     /// (above 1e12) that coefficients would be noise.
     Projection(const Basis& basis, const SiteSet& sites, const ProjectionChoice& choice,
                std::span<const SurfacePoint> points, const std::vector<double>& integrals, const Execution& execution);
+
+    /// The natural projection of the values at the sites.
+    Projection(const Basis& basis, const SiteSet& sites, const Execution& execution)
+        : Projection(basis, sites, {}, sites.points, {}, execution) {}
     ~Projection();
     Projection(Projection&&) noexcept;
     Projection& operator=(Projection&&) noexcept;

@@ -147,6 +147,8 @@ std::string report_of(const BakeResult& result) {
         report["error"] = result.error ? error_of(*result.error) : Json(nullptr);
         report["output"] = {{"vertices", result.mesh.vertices.size()},
                             {"triangles", result.mesh.triangles.size()},
+                            {"rays", result.output_rays},
+                            {"segments", result.output_segments},
                             {"display_exposure", display_exposure(result)}};
     }
     report["seconds"] = Json::array();
