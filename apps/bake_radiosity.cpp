@@ -1,27 +1,26 @@
 // bake_radiosity mesh out: bakes diffuse global illumination onto a mesh. Options in, bake, files out.
+#include "arguments.h"
 #include "terminal.h"
 
 #include <difusa/bake.h>
 #include <difusa/io/bake_files.h>
-#include <difusa/version.h>
-
-#include <CLI/CLI.hpp>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <iostream>
-#include <limits>
-#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
 
 namespace {
 
+using difusa::add_parsed;
+using difusa::add_whole;
 using difusa::ExitCode;
+using difusa::parse_positive;
 using difusa::Rgb;
+using difusa::shown;
 using difusa::UsageError;
 
 const char* const examples =
@@ -53,51 +52,11 @@ struct Arguments {
     bool list_plugins = false, dry_run = false, quiet = false, verbose = false, version = false;
 };
 
-/// A whole number of at least `least`.
-template <class T> T parse_whole(const std::string& option, const std::string& text, T least) {
-    T value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error == std::errc::result_out_of_range && text[0] != '-') {
-        throw UsageError(option + " " + text + ": must be at most " + std::to_string(std::numeric_limits<T>::max()));
-    }
-    if (error != std::errc() || end != text.data() + text.size() || value < least) {
-        throw UsageError(option + " " + text + ": must be a whole number of at least " + std::to_string(least));
-    }
-    return value;
-}
-
-/// A positive, finite number.
-double parse_positive(const std::string& option, const std::string& text) {
-    double value = 0.0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size() || !(value > 0.0) || !std::isfinite(value)) {
-        throw UsageError(option + " " + text + ": must be a positive number");
-    }
-    return value;
-}
-
-/// "1,0.5,0.25": finite numbers with nothing but commas between; empty if it is not that.
-std::vector<double> parse_list(const std::string& text) {
-    std::vector<double> values;
-    const char* at = text.data();
-    const char* const end = at + text.size();
-    for (bool more = true; more;) {
-        double value = 0.0;
-        const auto [next, error] = std::from_chars(at, end, value);
-        if (error != std::errc() || !std::isfinite(value) || (next != end && *next != ',')) {
-            return {};
-        }
-        values.push_back(value);
-        more = next != end;
-        at = next + (more ? 1 : 0);
-    }
-    return values;
-}
-
-/// "0.5" or "0.5,0.4,0.3": none negative.
+/// "0.5" or "0.5,0.4,0.3": finite numbers, none negative.
 Rgb parse_rgb(const std::string& option, const std::string& text) {
-    const std::vector<double> values = parse_list(text);
-    if ((values.size() != 1 && values.size() != 3) || *std::min_element(values.begin(), values.end()) < 0.0) {
+    const std::vector<double> values = difusa::parse_numbers(text).value_or(std::vector<double>());
+    const bool negative = std::any_of(values.begin(), values.end(), [](double v) { return v < 0.0; });
+    if ((values.size() != 1 && values.size() != 3) || negative) {
         throw UsageError(option + " " + text + ": takes one number, or three R,G,B with nothing but commas between; " +
                          "none may be negative");
     }
@@ -106,7 +65,7 @@ Rgb parse_rgb(const std::string& option, const std::string& text) {
 
 /// "0.3,0,1,1000" or "0.3,0,1,1000,950,900": a direction, and irradiances that are not negative.
 difusa::Sun parse_sun(const std::string& option, const std::string& text) {
-    const std::vector<double> values = parse_list(text);
+    const std::vector<double> values = difusa::parse_numbers(text).value_or(std::vector<double>());
     const bool good = (values.size() == 4 || values.size() == 6) && std::hypot(values[0], values[1], values[2]) > 0.0 &&
                       *std::min_element(values.begin() + 3, values.end()) >= 0.0;
     if (!good) {
@@ -117,27 +76,6 @@ difusa::Sun parse_sun(const std::string& option, const std::string& text) {
     sun.towards = difusa::Vec3(values[0], values[1], values[2]).stableNormalized();
     sun.irradiance = values.size() == 4 ? Rgb::Constant(values[3]) : Rgb(values[3], values[4], values[5]);
     return sun;
-}
-
-/// An option whose text `parse` turns into `target`. CLI11 alone would take -1 for a large number, and say of what it
-/// cannot take only that it "could not convert".
-template <class T, class Parse>
-CLI::Option* add_parsed(CLI::App& app, const std::string& name, T& target, const std::string& what, Parse parse) {
-    return app.add_option_function<std::string>(
-        name, [&target, name, parse](const std::string& text) { target = parse(name, text); }, what);
-}
-
-template <class T>
-CLI::Option* add_whole(CLI::App& app, const std::string& name, T& target, T least, const std::string& what) {
-    return add_parsed(app, name, target, what, [least](const std::string& option, const std::string& text) {
-        return parse_whole<T>(option, text, least);
-    });
-}
-
-template <class T> std::string shown(const T& value) {
-    std::ostringstream text;
-    text << value;
-    return text.str();
 }
 
 void declare(CLI::App& app, Arguments& a) {
@@ -233,8 +171,8 @@ void declare(CLI::App& app, Arguments& a) {
            "sun: direction towards it, and the irradiance in W/m^2 of a surface that faces it (may be repeated)")
         ->group(light)
         ->type_name("X,Y,Z,R[,G,B]")
-        ->expected(1)
-        ->take_all();
+        ->expected(-1)
+        ->allow_extra_args(false); // one sun each time
 
     const std::string output = "Output";
     add_parsed(app, "--output-spacing", a.bake.output_spacing,
@@ -246,10 +184,11 @@ void declare(CLI::App& app, Arguments& a) {
                            "slower, and far more accurate")
         ->group(output)
         ->type_name("N");
-    add_parsed(
-        app, "--error-points", a.bake.error_points,
-        "surface points at which the error is estimated (default: an eighth of the sites; 0: no estimate)",
-        [](const std::string& option, const std::string& text) { return parse_whole<std::size_t>(option, text, 0); })
+    add_parsed(app, "--error-points", a.bake.error_points,
+               "surface points at which the error is estimated (default: an eighth of the sites; 0: no estimate)",
+               [](const std::string& option, const std::string& text) {
+                   return difusa::parse_whole<std::size_t>(option, text, 0);
+               })
         ->group(output)
         ->type_name("N");
     app.add_option("--sites-output", a.files.sites, "write the sites as points, .vtp or .ply")
@@ -269,7 +208,8 @@ void declare(CLI::App& app, Arguments& a) {
     app.add_option("--plugin-path", a.plugin_path, "another directory with plugins (may be repeated)")
         ->group(run)
         ->type_name("DIR")
-        ->expected(1);
+        ->expected(-1)
+        ->allow_extra_args(false); // one directory each time
     app.add_flag("--dry-run", a.dry_run, "say what the bake would take, and stop; writes no more than --report")
         ->group(run);
     app.add_flag("--quiet", a.quiet, "only errors")->group(run);
@@ -277,29 +217,6 @@ void declare(CLI::App& app, Arguments& a) {
     app.add_flag("--list-plugins", a.list_plugins, "all plugins with their parameters, refused ones included")
         ->group(run);
     app.add_flag("--version", a.version, "version, and those of the libraries")->group(run);
-}
-
-/// Refuses what is no option, with the nearest one that is.
-void refuse_unknown(const CLI::App& app) {
-    std::vector<std::string> known;
-    for (const CLI::Option* option : app.get_options()) {
-        for (const std::string& name : option->get_lnames()) {
-            known.push_back("--" + name);
-        }
-    }
-    std::string extra;
-    for (const std::string& word : app.remaining()) {
-        if (word.size() > 1 && word[0] == '-') {
-            const std::string name = word.substr(0, word.find('='));
-            const std::string near = difusa::nearest_name(name, known);
-            throw UsageError("unknown option " + name + (near.empty() ? "" : ", did you mean " + near + "?") +
-                             " (--help lists all)");
-        }
-        extra = extra.empty() ? word : extra;
-    }
-    if (!extra.empty()) {
-        throw UsageError("one mesh and one output file are expected, and `" + extra + "` is neither (--help)");
-    }
 }
 
 void list_plugins(const difusa::Registry& registry) {
@@ -338,16 +255,6 @@ void list_plugins(const difusa::Registry& registry) {
     }
 }
 
-/// Also where neither exists yet.
-bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
-    std::error_code ignored;
-    const auto canonical = [&](const std::filesystem::path& path) {
-        return std::filesystem::weakly_canonical(std::filesystem::absolute(path, ignored), ignored);
-    };
-    return std::filesystem::equivalent(a, b, ignored) || canonical(a) == canonical(b);
-}
-
-/// All that can be wrong with the files to be written is found before the work, not after it.
 void check_files(const Arguments& a) {
     if (a.mesh.empty()) {
         throw UsageError("a mesh file is expected: bake_radiosity mesh.off out.vtp (--help)");
@@ -355,25 +262,8 @@ void check_files(const Arguments& a) {
     if (a.files.field.empty() && !a.dry_run) {
         throw UsageError("an output file is expected: bake_radiosity " + a.mesh.string() + " out.vtp (--help)");
     }
-    std::vector<std::filesystem::path> taken;
-    const auto check = [&](const std::filesystem::path& file, bool field) {
-        if (file.empty()) {
-            return;
-        }
-        if (same_file(file, a.mesh)) {
-            throw UsageError(file.string() + ": would be written over the mesh; give the output another name");
-        }
-        for (const std::filesystem::path& other : taken) {
-            if (same_file(file, other)) {
-                throw UsageError(file.string() + ": two outputs have this name; give each a name of its own");
-            }
-        }
-        difusa::check_output_path(file, field);
-        taken.push_back(file);
-    };
-    check(a.files.field, true);
-    check(a.files.sites, true);
-    check(a.files.report, false);
+    difusa::check_outputs({{a.files.field, true}, {a.files.sites, true}, {a.files.report, false}},
+                          {{a.mesh, "the mesh"}});
 }
 
 void print_details(const difusa::BakeResult& result) {
@@ -449,25 +339,7 @@ void run(const Arguments& a) {
 int main(int count, char** words) {
     Arguments arguments;
     CLI::App app(examples, "bake_radiosity");
-    app.allow_extras();
     declare(app, arguments);
-    return difusa::run_program("bake_radiosity", [&] {
-        try {
-            app.parse(count, words);
-        } catch (const CLI::CallForHelp&) {
-            std::cout << app.help();
-            return;
-        } catch (const CLI::ParseError& error) {
-            throw UsageError(std::string(error.what()) + " (--help)");
-        }
-        refuse_unknown(app);
-        if (arguments.version) {
-            std::cout << "bake_radiosity " << difusa::version() << "\n";
-            for (const auto& [name, number] : difusa::library_versions()) {
-                std::cout << name << " " << number << "\n";
-            }
-            return;
-        }
-        run(arguments);
-    });
+    return difusa::run_command(app, count, words, "one mesh and one output file", arguments.version,
+                               [&] { run(arguments); });
 }

@@ -1,0 +1,121 @@
+#include "arguments.h"
+#include "terminal.h"
+
+#include <difusa/io/field_file.h>
+#include <difusa/plugin/parameters.h>
+#include <difusa/version.h>
+
+#include <cmath>
+#include <iostream>
+#include <utility>
+
+namespace difusa {
+
+namespace {
+
+void refuse_unknown(const CLI::App& app, const std::string& expected) {
+    std::vector<std::string> known;
+    for (const CLI::Option* option : app.get_options()) {
+        for (const std::string& name : option->get_lnames()) {
+            known.push_back("--" + name);
+        }
+    }
+    std::string extra;
+    for (const std::string& word : app.remaining()) {
+        if (word.size() > 1 && word[0] == '-') {
+            const std::string name = word.substr(0, word.find('='));
+            const std::string near = nearest_name(name, known);
+            throw UsageError("unknown option " + name + (near.empty() ? "" : ", did you mean " + near + "?") +
+                             " (--help lists all)");
+        }
+        extra = extra.empty() ? word : extra;
+    }
+    if (!extra.empty()) {
+        throw UsageError(expected + " are expected, and `" + extra + "` is neither (--help)");
+    }
+}
+
+/// Also where neither exists yet.
+bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
+    std::error_code ignored;
+    const auto canonical = [&](const std::filesystem::path& path) {
+        return std::filesystem::weakly_canonical(std::filesystem::absolute(path, ignored), ignored);
+    };
+    return std::filesystem::equivalent(a, b, ignored) || canonical(a) == canonical(b);
+}
+
+} // namespace
+
+double parse_positive(const std::string& option, const std::string& text) {
+    double value = 0.0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size() || !(value > 0.0) || !std::isfinite(value)) {
+        throw UsageError(option + " " + text + ": must be a positive number");
+    }
+    return value;
+}
+
+std::optional<std::vector<double>> parse_numbers(const std::string& text) {
+    std::vector<double> values;
+    const char* at = text.data();
+    const char* const end = at + text.size();
+    for (;;) {
+        double value = 0.0;
+        const auto [next, error] = std::from_chars(at, end, value);
+        if (error != std::errc() || !std::isfinite(value) || (next != end && *next != ',')) {
+            return std::nullopt;
+        }
+        values.push_back(value);
+        if (next == end) {
+            return values;
+        }
+        at = next + 1;
+    }
+}
+
+int run_command(CLI::App& app, int count, char** words, const std::string& expected, const bool& version,
+                const std::function<void()>& action) {
+    app.allow_extras();
+    return run_program(app.get_name().c_str(), [&] {
+        try {
+            app.parse(count, words);
+        } catch (const CLI::CallForHelp&) {
+            std::cout << app.help();
+            return;
+        } catch (const CLI::ParseError& error) {
+            throw UsageError(std::string(error.what()) + " (--help)");
+        }
+        refuse_unknown(app, expected);
+        if (version) {
+            std::cout << app.get_name() << " " << difusa::version() << "\n";
+            for (const auto& [name, number] : library_versions()) {
+                std::cout << name << " " << number << "\n";
+            }
+            return;
+        }
+        action();
+    });
+}
+
+void check_outputs(const std::vector<OutputName>& outputs,
+                   const std::vector<std::pair<std::filesystem::path, std::string>>& inputs) {
+    for (std::size_t i = 0; i < outputs.size(); ++i) {
+        const std::filesystem::path& file = outputs[i].file;
+        if (file.empty()) {
+            continue;
+        }
+        for (const auto& [input, what] : inputs) {
+            if (same_file(file, input)) {
+                throw UsageError(file.string() + ": would be written over " + what + "; give the output another name");
+            }
+        }
+        for (std::size_t j = 0; j < i; ++j) {
+            if (!outputs[j].file.empty() && same_file(file, outputs[j].file)) {
+                throw UsageError(file.string() + ": two outputs have this name; give each a name of its own");
+            }
+        }
+        check_output_path(file, outputs[i].is_field);
+    }
+}
+
+} // namespace difusa

@@ -1,0 +1,60 @@
+// How far a field is from its reference: norms over the surface, and the order at which errors fall.
+#pragma once
+
+#include <difusa/core/types.h>
+
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace difusa {
+
+/// One measure of an error beside the same measure of the reference.
+struct Norm {
+    double error = 0.0;
+    double reference = 0.0;
+
+    /// error / reference: 0 if there is no error, nothing if there is one and the reference is zero everywhere.
+    std::optional<double> relative() const;
+};
+
+/// Norms of the error e = f - g of a field f against its reference g over a surface of area A.
+///
+/// All but `integral` are in the unit of the field. Percentiles are quantiles by area: the least t such that |e| <= t
+/// on at least that share of the surface. The reference of each norm is the same norm of g, except for `bias`.
+struct ErrorNorms {
+    double area = 0.0; ///< A, the sum of the weights
+    Norm l1;           ///< ∫ |e| dA / A
+    Norm l2;           ///< root of ∫ e² dA / A
+    Norm linf;         ///< largest |e|
+    Norm percentile95; ///< of |e|
+    Norm percentile99; ///< of |e|
+    Norm bias;         ///< ∫ e dA / A, with its sign; reference: ∫ |g| dA / A
+    Norm integral;     ///< ∫ e dA, with its sign (an energy error: W where f is in W/m²); reference: |∫ g dA|
+};
+
+/// Norms by quadrature: f and g at points with these weights (areas). Points of weight 0 count for the largest error
+/// only. All are finite, no weight is negative. Empty or without area: all norms but `linf` are 0.
+/// Scale-free: no intermediate over- or underflows where the result does not.
+ErrorNorms error_norms(std::span<const double> f, std::span<const double> g, std::span<const double> weight);
+
+/// Norms of a field of one or more channels.
+struct FieldNorms {
+    std::vector<ErrorNorms> channel;
+    ErrorNorms all; ///< all channels together: each is a further sheet of the surface
+    /// Of Rec. 709's weighted sum of the channels, if there are three.
+    std::optional<ErrorNorms> luminance;
+};
+
+/// `f`, `g`: #points by #channels, and #points weights; `rgb`: three channels are R, G and B.
+FieldNorms field_norms(const Values& f, const Values& g, std::span<const double> weight, bool rgb);
+
+/// Luminance of linear R, G, B: #rows by 1 (Rec. ITU-R BT.709).
+Values luminance_of(const Values& rgb);
+
+/// p in error = C h^p: the slope of the least-squares line through (log h, log error), natural order of convergence
+/// with h the distance of sites or the length of edges.
+/// Throws UsageError unless there are at least two different h, and all h and errors are positive and finite.
+double convergence_order(std::span<const double> h, std::span<const double> error);
+
+} // namespace difusa
