@@ -6,6 +6,7 @@
 #include <difusa/io/bake_files.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <string>
@@ -62,6 +63,21 @@ Rgb parse_rgb(const std::string& option, const std::string& text) {
     return values.size() == 1 ? Rgb::Constant(values[0]) : Rgb(values[0], values[1], values[2]);
 }
 
+/// "0.3,0,1,1000" or "0.3,0,1,1000,950,900": a direction, and irradiances that are not negative.
+difusa::Sun parse_sun(const std::string& option, const std::string& text) {
+    const std::vector<double> values = difusa::parse_numbers(text).value_or(std::vector<double>());
+    const bool good = (values.size() == 4 || values.size() == 6) && std::hypot(values[0], values[1], values[2]) > 0.0 &&
+                      *std::min_element(values.begin() + 3, values.end()) >= 0.0;
+    if (!good) {
+        throw UsageError(option + " " + text + ": takes X,Y,Z,R or X,Y,Z,R,G,B with nothing but commas between: the " +
+                         "direction towards the sun, and irradiances that are not negative");
+    }
+    difusa::Sun sun;
+    sun.towards = difusa::Vec3(values[0], values[1], values[2]).stableNormalized();
+    sun.irradiance = values.size() == 4 ? Rgb::Constant(values[3]) : Rgb(values[3], values[4], values[5]);
+    return sun;
+}
+
 void declare(CLI::App& app, Arguments& a) {
     app.add_option("mesh", a.mesh, "mesh file: .off .obj .ply .stl")->type_name("MESH");
     app.add_option("out", a.files.field, "baked field: .vtp (everything) or .ply (colours and luminance)")
@@ -73,6 +89,12 @@ void declare(CLI::App& app, Arguments& a) {
         ->type_name("NAME")
         ->capture_default_str();
     app.add_option("--sampler", a.bake.sampler, "where the sites go")
+        ->group(discretisation)
+        ->type_name("NAME")
+        ->capture_default_str();
+    app.add_option("--projection", a.bake.projection,
+                   "coefficients: natural (as the basis says), interpolation, corrected:sweeps=2, "
+                   "least-squares:points=3, galerkin:points=3")
         ->group(discretisation)
         ->type_name("NAME")
         ->capture_default_str();
@@ -97,6 +119,11 @@ void declare(CLI::App& app, Arguments& a) {
         ->group(transport)
         ->type_name("N")
         ->default_str(shown(a.bake.rays));
+    app.add_option("--first-bounce", a.bake.first_bounce,
+                   "light of suns and lamps after one reflection: gathered where rays hit (default; sharp), or "
+                   "interpolated between sites (half the rays; the way of pairwise)")
+        ->group(transport)
+        ->type_name("NAME");
     app.add_option("--directions", a.bake.directions, "directions of the rays")
         ->group(transport)
         ->type_name("NAME")
@@ -127,17 +154,43 @@ void declare(CLI::App& app, Arguments& a) {
     add_parsed(app, "--reflectance", a.bake.reflectance, "of faces without a colour, 0 to 1 (default 0.5)", parse_rgb)
         ->group(light)
         ->type_name("R[,G,B]");
-    add_parsed(app, "--sky", a.bake.sky,
-               "irradiance a uniform sky gives an unshaded surface, W/m^2 (default: 1 if nothing emits, else 0)",
-               parse_rgb)
+    add_parsed(
+        app, "--sky", a.bake.sky,
+        "irradiance a uniform sky gives an unshaded surface, W/m^2 (default: 1 if there is no other light, else 0)",
+        parse_rgb)
         ->group(light)
         ->type_name("R[,G,B]");
+
+    app.add_option_function<std::vector<std::string>>(
+           "--sun",
+           [&a](const std::vector<std::string>& texts) {
+               for (const std::string& text : texts) {
+                   a.bake.suns.push_back(parse_sun("--sun", text));
+               }
+           },
+           "sun: direction towards it, and the irradiance in W/m^2 of a surface that faces it (may be repeated)")
+        ->group(light)
+        ->type_name("X,Y,Z,R[,G,B]")
+        ->expected(-1)
+        ->allow_extra_args(false); // one sun each time
 
     const std::string output = "Output";
     add_parsed(app, "--output-spacing", a.bake.output_spacing,
                "longest edge of the output mesh (default: the site spacing)", parse_positive)
         ->group(output)
         ->type_name("D");
+    add_whole<std::size_t>(app, "--final-gather", a.bake.final_gather, 1,
+                           "gather the light at each output vertex with so many rays, instead of evaluating the basis: "
+                           "slower, and far more accurate")
+        ->group(output)
+        ->type_name("N");
+    add_parsed(app, "--error-points", a.bake.error_points,
+               "surface points at which the error is estimated (default: an eighth of the sites; 0: no estimate)",
+               [](const std::string& option, const std::string& text) {
+                   return difusa::parse_whole<std::size_t>(option, text, 0);
+               })
+        ->group(output)
+        ->type_name("N");
     app.add_option("--sites-output", a.files.sites, "write the sites as points, .vtp or .ply")
         ->group(output)
         ->type_name("FILE");

@@ -4,11 +4,14 @@
 #include <difusa/basis/element_integrals.h>
 #include <difusa/basis/projection.h>
 #include <difusa/core/memory.h>
+#include <difusa/core/parallel.h>
 #include <difusa/core/random.h>
 #include <difusa/core/text.h>
 #include <difusa/field/evaluate.h>
-#include <difusa/lighting/lamps.h>
+#include <difusa/lighting/direct_light.h>
+#include <difusa/plugin/choice.h>
 #include <difusa/scene/reader.h>
+#include <difusa/scene/surface_sampling.h>
 #include <difusa/sites/sampler.h>
 #include <difusa/solve/spectral_radius.h>
 #include <difusa/solve/transport_operator.h>
@@ -23,7 +26,6 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
-#include <set>
 
 namespace difusa {
 
@@ -44,6 +46,7 @@ struct Tools {
     std::shared_ptr<Directions> directions;
     std::shared_ptr<Kernel> kernel; ///< null unless pairwise
     std::shared_ptr<Solver> solver;
+    ProjectionChoice projection;
     bool pairwise = false;
     bool neighbour_areas = false;
 };
@@ -54,28 +57,39 @@ Tools make_tools(const Registry& registry, const BakeOptions& options, BakeResul
         tool = registry.create<T>(choice);
         result.plugins.emplace_back(kind_of<T>(), registry.describe(kind_of<T>(), choice));
     };
-    const std::size_t colon = options.transport.find(':');
-    const std::string transport = options.transport.substr(0, colon);
-    tools.pairwise = transport == "pairwise";
-    if (!tools.pairwise && transport != "gather") {
-        const std::string near = nearest_name(transport, {"gather", "pairwise"});
-        throw UsageError("--transport " + transport + ": unknown transport" +
-                         (near.empty() ? "" : ", did you mean " + near + "?") + " (known: gather, pairwise)");
-    }
-    std::vector<ParameterSpec> specs;
-    if (tools.pairwise) {
-        specs.push_back({"areas",
+    const Choice transport =
+        parse_choice("transport", options.transport,
+                     {{"gather", {}},
+                      {"pairwise",
+                       {{"areas",
                          ParameterSpec::Type::word,
                          "integral",
                          "effective areas: integrals of the elements (T 5.3), or from the neighbours (T 5.5)",
                          0,
                          0,
-                         {"integral", "neighbours"}});
+                         {"integral", "neighbours"}}}}});
+    tools.pairwise = transport.name == "pairwise";
+    tools.neighbour_areas = tools.pairwise && transport.parameters.word("areas") == "neighbours";
+    result.plugins.emplace_back("transport", transport.text());
+
+    std::string projection;
+    tools.projection = parse_projection(options.projection, projection);
+    result.plugins.emplace_back("projection", projection);
+    if (tools.pairwise &&
+        (tools.projection.kind == ProjectionKind::least_squares || tools.projection.kind == ProjectionKind::galerkin)) {
+        throw UsageError("--projection " + options.projection +
+                         ": needs light at more points than the sites, which pairwise transport does not compute; use "
+                         "--transport gather, or another projection");
     }
-    const Parameters parameters(colon == std::string::npos ? "" : options.transport.substr(colon + 1), specs,
-                                "transport " + transport);
-    tools.neighbour_areas = tools.pairwise && parameters.word("areas") == "neighbours";
-    result.plugins.emplace_back("transport", transport + (tools.pairwise ? ":" + parameters.text() : ""));
+    const std::string bounce =
+        options.first_bounce.empty()
+            ? (tools.pairwise ? "interpolated" : "gathered")
+            : parse_choice("first-bounce", options.first_bounce, {{"gathered", {}}, {"interpolated", {}}}).name;
+    if (tools.pairwise && bounce == "gathered") {
+        throw UsageError("--first-bounce gathered: pairwise transport casts no rays whose hits could be lit; use "
+                         "--transport gather, or --first-bounce interpolated");
+    }
+    result.options.first_bounce = bounce;
 
     make(tools.sampler, options.sampler);
     make(tools.basis, options.basis);
@@ -103,6 +117,15 @@ void check_options(const BakeOptions& options) {
     }
     if (options.rays < 1 || options.rays > (std::size_t{1} << 24U)) {
         refuse("--rays", "must be from 1 to 16777216");
+    }
+    if (options.final_gather > (std::size_t{1} << 24U)) {
+        refuse("--final-gather", "must be at most 16777216");
+    }
+    for (const Sun& sun : options.suns) {
+        if (!(std::abs(sun.towards.norm() - 1.0) < 1e-6) ||
+            !((sun.irradiance >= 0.0) && (sun.irradiance < 1e300)).all()) {
+            refuse("--sun", "needs a direction, and an irradiance that is not negative");
+        }
     }
     if (!(options.solve.tolerance > 0.0) || options.solve.tolerance >= 1.0) {
         refuse("--tolerance", "must be above 0 and below 1");
@@ -151,7 +174,8 @@ class Bake {
                 }
             }
         }
-        Scene& scene = result_.scene;
+        result_.scene = std::make_shared<Scene>();
+        Scene& scene = *result_.scene;
         scene.mesh = std::move(diagnosed.mesh);
         scene.materials = soup.materials;
         const auto default_material = static_cast<Index>(soup.materials.size());
@@ -169,14 +193,23 @@ class Bake {
             }
         }
         light();
-        result_.channels = scene.is_grey() ? 1 : 3;
+    }
+
+    // 1. and 2., for a scene that is there already.
+    void adopt(Scene scene, const std::string& name) {
+        result_.file = name;
+        result_.diagnosis.file_faces = scene.mesh.triangles.size();
+        result_.diagnosis.file_points = scene.mesh.points.size();
+        result_.scene = std::make_shared<Scene>(std::move(scene));
+        light();
     }
 
     // 3. Visibility; 4. sites and basis.
     void place_sites() {
-        const Mesh& mesh = result_.scene.mesh;
+        const Mesh& mesh = result_.scene->mesh;
         start("build visibility");
         tools_.visibility->build(mesh);
+        direct_ = std::make_shared<DirectLight>(*result_.scene, *tools_.visibility);
         start("place sites");
         const Visibility* rays = tools_.sampler->needs_visibility() ? tools_.visibility.get() : nullptr;
         BakeOptions& options = result_.options;
@@ -192,52 +225,54 @@ class Bake {
         }
         std::vector<SurfacePoint> points =
             tools_.sampler->sample(mesh, rays, options.spacing, limit, RandomStream(options.seed, "sites"), execution_);
-        result_.sites = make_site_set(mesh, std::move(points), options.spacing, options.neighbours, execution_);
+        result_.sites = std::make_shared<SiteSet>(
+            make_site_set(mesh, std::move(points), options.spacing, options.neighbours, execution_));
         if (result_.options.output_spacing == 0.0) {
             result_.options.output_spacing = options.spacing;
         }
         start("bind basis");
-        tools_.basis->bind(mesh, result_.sites);
+        tools_.basis->bind(mesh, *result_.sites);
     }
 
     /// What the transport will take: memory from the overlap of the elements at random surface points.
     void estimate() {
         BakeEstimate& estimate = result_.estimate;
-        const Mesh& mesh = result_.scene.mesh;
+        const Mesh& mesh = result_.scene->mesh;
         RandomStream stream(result_.options.seed, "estimate");
         BasisRow row;
         std::size_t elements = 0;
         constexpr std::size_t probes = 512;
         for (std::size_t i = 0; i < probes; ++i) {
-            const SurfacePoint& site = result_.sites.points[stream.below(result_.sites.size())];
+            const SurfacePoint& site = result_.sites->points[stream.below(result_.sites->size())];
             const double u = stream.uniform();
             tools_.basis->evaluate(mesh.at(site.face, u, (1.0 - u) * stream.uniform()), row);
             elements += row.element.size();
         }
         estimate.elements_per_ray = static_cast<double>(elements) / static_cast<double>(probes);
-        const auto n = static_cast<double>(result_.sites.size());
+        const std::size_t sites = result_.sites->size();
+        const std::size_t points = projection_points_of(sites);
+        const auto n = static_cast<double>(sites);
         const auto rays = static_cast<double>(result_.options.rays);
         const double entry = sizeof(Index) + sizeof(double);
+        estimate.rays = points * result_.options.rays;
         if (tools_.pairwise) {
-            estimate.segments = result_.sites.size() * (result_.sites.size() - 1) / 2;
-            estimate.rays = result_.sites.size() * result_.options.rays;
+            estimate.segments = sites * (sites - 1) / 2;
             // Lists of who sees whom, then the matrix.
             estimate.transport_bytes = n * n * (entry + sizeof(Index));
         } else {
-            estimate.rays = result_.sites.size() * result_.options.rays;
-            estimate.transport_bytes = n * std::min(n, rays * estimate.elements_per_ray) * entry;
+            estimate.transport_bytes =
+                static_cast<double>(points) * std::min(n, rays * estimate.elements_per_ray) * entry;
         }
-        std::set<Index> lamps;
-        for (const Index t : lamp_triangles(result_.scene)) {
-            lamps.insert(mesh.material[t]);
+        estimate.segments += points * direct_->rays_per_point(lamp_samples);
+        if (result_.options.first_bounce == "gathered") {
+            estimate.segments += estimate.rays * direct_->rays_per_point(1);
         }
-        estimate.segments += result_.sites.size() * lamp_samples * lamps.size();
         // Directions are pooled; each thread holds the rays, hits and rows of one site.
         const double scratch = rays * (pooled_directions * 4.0 * sizeof(double) +
                                        execution_.threads * (sizeof(Ray) + sizeof(Hit) + sizeof(SurfacePoint) +
                                                              sizeof(BasisRow) + estimate.elements_per_ray * entry));
         require_memory(estimate.transport_bytes + scratch,
-                       "transport between " + std::to_string(result_.sites.size()) + " sites",
+                       "transport between " + std::to_string(result_.sites->size()) + " sites",
                        tools_.pairwise ? "give a larger --spacing, or use --transport gather"
                                        : "give a larger --spacing, or fewer --rays");
     }
@@ -245,7 +280,7 @@ class Bake {
     /// Casts the rays of a few sites to see how long all rays and segments would take.
     void time_transport() {
         start("time a sample of rays");
-        const SiteSet& sites = result_.sites;
+        const SiteSet& sites = *result_.sites;
         const DirectionPool pool(*tools_.directions, std::min<std::size_t>(result_.options.rays, 1024),
                                  result_.options.seed);
         const std::size_t sample = std::min<std::size_t>(sites.size(), 64);
@@ -266,11 +301,8 @@ class Bake {
     // 5. Transport operator: geometry only.
     void transport() {
         const BakeOptions& options = result_.options;
-        const Scene& scene = result_.scene;
-        start("project");
-        projection_ = std::make_unique<Projection>(*tools_.basis, result_.sites, execution_);
-        result_.condition = projection_->condition();
-        check_constants();
+        const Scene& scene = *result_.scene;
+        const SiteSet& sites = *result_.sites;
         start("integrate elements");
         integrals_ = element_integrals(scene, *tools_.basis, options.spacing, execution_);
         if (integrals_.uncovered > 1e-3 * scene.mesh.area) {
@@ -278,32 +310,39 @@ class Bake {
                  " % of the surface: light is lost there; give the basis a larger width, or more sites");
         }
         if (!tools_.neighbour_areas) {
-            result_.sites.area = integrals_.area;
+            result_.sites->area = integrals_.area;
         }
+        start("project");
+        points_ = projection_points(tools_.projection, scene.mesh, sites, options.seed);
+        result_.projection_points = points_.size();
+        projection_ =
+            std::make_unique<Projection>(*tools_.basis, sites, tools_.projection, points_, integrals_.area, execution_);
+        result_.condition = projection_->condition();
+        check_constants();
         start("transport");
         if (tools_.pairwise) {
-            transport_ = pairwise(scene, result_.sites, integrals_, *tools_.visibility, *tools_.kernel, execution_);
+            transport_ = pairwise(scene, sites, integrals_, *tools_.visibility, *tools_.kernel, execution_);
+            if (direct_->has_lamps()) { // which light the sites apart
+                transport_.L = SparseRows(sites.size(), scene.materials.size());
+            }
             start("sky"); // and, for the energy balance, what escapes
-            gather_sky(result_.sites, *tools_.visibility, *tools_.directions, options.rays, options.seed, execution_,
+            gather_sky(scene, points_, *tools_.visibility, *tools_.directions, options.rays, options.seed, execution_,
                        transport_);
         } else {
-            transport_ = gather(scene, result_.sites, *tools_.basis, *tools_.visibility, *tools_.directions,
-                                options.rays, options.seed, execution_);
+            const FirstBounce bounce{direct_.get(), result_.channels};
+            transport_ = gather(scene, points_, *tools_.basis, *tools_.visibility, *tools_.directions, options.rays,
+                                options.seed, execution_, options.first_bounce == "gathered" ? &bounce : nullptr);
+            if (direct_->has_lamps()) {
+                transport_.L = SparseRows(points_.size(), scene.materials.size());
+            }
         }
-        const std::vector<Index> lamps = lamp_triangles(scene);
-        if (!lamps.empty()) {
-            start("lamps");
-            gather_lamps(scene, lamps, result_.sites, *tools_.visibility, lamp_samples, options.seed, execution_,
-                         transport_);
-        }
-        result_.lamps = lamps.size();
+        result_.lamps = direct_->lamp_count();
         result_.nonzeros = transport_.S.nonzeros();
         result_.rays = transport_.rays;
-        result_.segments = transport_.segments;
-        for (std::size_t j = 0; j < result_.sites.size(); ++j) {
+        const auto count = static_cast<double>(points_.size());
+        for (std::size_t j = 0; j < points_.size(); ++j) {
             result_.largest_row_sum = std::max(result_.largest_row_sum, transport_.S.row_sum(j));
-            result_.mean_back +=
-                transport_.back.empty() ? 0.0 : transport_.back[j] / static_cast<double>(result_.sites.size());
+            result_.mean_back += transport_.back.empty() ? 0.0 : transport_.back[j] / count;
         }
         if (result_.mean_back > 0.1) {
             note(text_of(std::round(100.0 * result_.mean_back)) +
@@ -312,30 +351,43 @@ class Bake {
         }
     }
 
-    // 6. Direct light; 7. solve.
+    // 6. Direct light; 7. solve for what suns and lamps do not light directly.
     void solve() {
         start("direct light");
-        const Scene& scene = result_.scene;
-        const auto n = static_cast<Eigen::Index>(result_.sites.size());
-        result_.irradiance_direct = direct_irradiance(scene, transport_, result_.channels, execution_);
-        if (!(result_.irradiance_direct.maxCoeff() > 0.0) && !scene.has_emitters()) {
-            throw InputError(result_.file + ": no light reaches the front of any face: the sky is shut out and nothing "
-                                            "emits. Give some faces an emission (OBJ: Ke in the material), open the "
-                                            "mesh, or turn its faces towards the light");
+        const Scene& scene = *result_.scene;
+        const SiteSet& sites = *result_.sites;
+        const auto n = static_cast<Eigen::Index>(sites.size());
+        const Values soft = direct_irradiance(scene, transport_, result_.channels, execution_);
+        const Values sharp = direct_->irradiance(points_, result_.channels, lamp_samples, result_.options.seed, "lamps",
+                                                 execution_, transport_.segments);
+        result_.segments = transport_.segments;
+        const double brightest = (soft + sharp).maxCoeff();
+        if (!(brightest > 0.0) && !scene.has_emitters()) {
+            throw InputError(result_.file + ": no light reaches the front of any face: the sky is shut out, no sun "
+                                            "shines in and nothing emits. Give some faces an emission (OBJ: Ke in the "
+                                            "material), open the mesh, or turn its faces towards the light");
         }
-        if (!(result_.irradiance_direct.maxCoeff() > 0.0)) {
+        if (!(brightest > 0.0)) {
             note("the faces that emit light no other surface: they face away from everything");
         }
-        result_.rho.resize(n, result_.channels);
-        for (Eigen::Index j = 0; j < n; ++j) {
-            const SurfacePoint& x = result_.sites.points[static_cast<std::size_t>(j)];
-            result_.rho.row(j) = scene.reflectance(x).head(result_.channels).matrix().transpose();
+        Values rho(soft.rows(), result_.channels);
+        for (Eigen::Index j = 0; j < rho.rows(); ++j) {
+            const SurfacePoint& x = points_[static_cast<std::size_t>(j)];
+            rho.row(j) = scene.reflectance(x).head(result_.channels).matrix().transpose();
         }
         const TransportOperator K(transport_.S, *projection_);
         start("check convergence");
-        check_contraction(K);
+        check_contraction(K, rho);
         start("solve");
-        const SolveProblem problem{&K, result_.rho, result_.irradiance_direct};
+        Values source = soft;
+        if (transport_.bounce.rows() > 0) {
+            source += transport_.bounce;
+        } else if (direct_->any()) {
+            Values reflected;
+            K.apply(rho.cwiseProduct(sharp), reflected, execution_);
+            source += reflected;
+        }
+        const SolveProblem problem{&K, rho, source};
         result_.solve = tools_.solver->solve(problem, result_.options.solve, execution_);
         if (!result_.solve.converged()) {
             throw NotConverged("the solver " + result_.options.solver + " " + result_.solve.sentence() +
@@ -343,7 +395,7 @@ class Bake {
                                text_of(result_.spectral_radius) +
                                ": allow more --max-iterations, a larger --tolerance, or another --solver");
         }
-        DIFUSA_REQUIRE(result_.solve.h.rows() == n && result_.solve.h.cols() == result_.channels);
+        DIFUSA_REQUIRE(result_.solve.h.rows() == rho.rows() && result_.solve.h.cols() == result_.channels);
         Values residual;
         for (const double miss : relative_residual(problem, result_.solve.h, residual, execution_)) {
             if (!(miss <= 10.0 * result_.options.solve.tolerance)) {
@@ -351,40 +403,106 @@ class Bake {
                                    text_of(miss) + ": use another --solver");
             }
         }
-        result_.irradiance = std::move(result_.solve.h);
-        result_.coefficients = projection_->coefficients(result_.irradiance);
-        balance();
+        const Values h = std::move(result_.solve.h);
+        result_.rho = rho.topRows(n);
+        result_.irradiance = (h + sharp).topRows(n);
+        result_.irradiance_direct = (soft + sharp).topRows(n);
+        result_.field = std::make_shared<Field>(
+            FieldParts{result_.scene, result_.sites, tools_.basis, tools_.visibility, tools_.directions, direct_,
+                       projection_->coefficients(soft), projection_->coefficients(h), lamp_samples});
+        balance(rho, h + sharp);
     }
 
-    // 8. Evaluate on the refined mesh.
+    // 8. Judge: how far is this from the solution?
+    void judge() {
+        const std::size_t sites = result_.sites->size();
+        const std::size_t points = result_.options.error_points.value_or(std::clamp<std::size_t>(sites / 8, 128, 4096));
+        result_.options.error_points = points;
+        if (points == 0) {
+            return;
+        }
+        start("estimate error");
+        result_.error = estimate_error(*result_.field, points, std::max<std::size_t>(1, result_.options.rays / 2),
+                                       result_.options.seed, execution_);
+        if (!(result_.error->largest_reflectance < 1.0)) {
+            note("some surface absorbs nothing (reflectance 1): the residual is measured, but no bound of the error "
+                 "follows from it");
+        }
+    }
+
+    // 9. Evaluate on the refined mesh.
     void evaluate_output() {
         start("refine output");
-        const Scene& scene = result_.scene;
+        const Scene& scene = *result_.scene;
+        const BakeOptions& options = result_.options;
         // A triangle of the output with its share of vertices and arrays takes about 500 bytes.
-        result_.mesh = refine(scene.mesh, result_.options.output_spacing, result_.options.crease_angle,
-                              available_memory() / 500, execution_);
+        result_.mesh =
+            refine(scene.mesh, options.output_spacing, options.crease_angle, available_memory() / 500, execution_);
         start("evaluate");
-        const std::vector<SurfacePoint>& vertices = result_.mesh.vertices;
-        const int c = result_.channels;
-        Values both(result_.coefficients.rows(), 2 * c);
-        both << result_.coefficients, projection_->coefficients(result_.irradiance_direct);
-        const Values field = evaluate(*tools_.basis, both, vertices, execution_);
+        std::vector<SurfacePoint> vertices = result_.mesh.vertices;
+        for (SurfacePoint& vertex : vertices) {
+            vertex = inset(scene.mesh, vertex);
+        }
+        Irradiance H;
+        if (options.final_gather == 0) {
+            H = result_.field->evaluate(vertices, options.seed, "output", execution_);
+        } else {
+            H = gather_output(vertices);
+        }
+        result_.output_rays = H.rays;
+        result_.output_segments = H.segments;
         const auto count = static_cast<Eigen::Index>(vertices.size());
-        const auto three = [&](Eigen::Index first) -> Values {
-            return c == 3 ? Values(field.middleCols(first, 3)) : Values(field.col(first).replicate(1, 3));
+        const auto three = [](const Values& values) -> Values {
+            return values.cols() == 3 ? values : Values(values.replicate(1, 3));
         };
-        result_.H = three(0);
-        result_.H_direct = three(c);
-        result_.H_indirect = result_.H - result_.H_direct;
+        result_.H_direct = three(H.direct);
+        result_.H_indirect = three(H.indirect);
+        result_.H = result_.H_direct + result_.H_indirect;
         result_.vertex_rho.resize(count, 3);
         result_.vertex_E.resize(count, 3);
         for (Eigen::Index v = 0; v < count; ++v) {
             const SurfacePoint& x = vertices[static_cast<std::size_t>(v)];
-            result_.vertex_rho.row(v) = scene.reflectance(x).matrix().transpose();
+            result_.vertex_rho.row(v) =
+                scene.reflectance(result_.mesh.vertices[static_cast<std::size_t>(v)]).matrix().transpose();
             result_.vertex_E.row(v) = scene.emission(x).matrix().transpose();
         }
         // B = E + rho H, with E and rho of the very point: their edges stay sharp whatever the basis.
         result_.B = result_.vertex_E + result_.vertex_rho.cwiseProduct(result_.H);
+        if (result_.error) {
+            const ErrorEstimate& error = *result_.error;
+            result_.residual = spread_residual(error, *tools_.basis, vertices, execution_);
+            const double everywhere = error.bound_largest;
+            result_.error_bound =
+                (result_.residual.array() + result_.vertex_rho.rowwise().maxCoeff().array() * everywhere).matrix();
+        }
+    }
+
+    /// Light gathered at the vertices in two independent halves, whose difference tells the noise.
+    Irradiance gather_output(const std::vector<SurfacePoint>& vertices) {
+        const BakeOptions& options = result_.options;
+        const std::size_t half = (options.final_gather + 1) / 2;
+        Irradiance H = result_.field->gather(vertices, half, options.seed, "output, first", execution_);
+        const Irradiance other = result_.field->gather(vertices, half, options.seed, "output, second", execution_);
+        if (result_.error) {
+            const Values noise = 0.5 * (result_.field->radiosity(vertices, H.direct + H.indirect) -
+                                        result_.field->radiosity(vertices, other.direct + other.indirect));
+            judge_gathered(noise);
+        }
+        H.direct = 0.5 * (H.direct + other.direct);
+        H.indirect = 0.5 * (H.indirect + other.indirect);
+        H.rays += other.rays;
+        H.segments += other.segments;
+        return H;
+    }
+
+    /// One reflection leaves at most rho_max of the error; the noise of the rays comes on top.
+    void judge_gathered(const Values& noise) {
+        ErrorEstimate& error = *result_.error;
+        const double rho = error.largest_reflectance;
+        error.noise = std::sqrt(noise.rowwise().squaredNorm().mean());
+        error.factor *= rho;
+        error.bound_rms = rho * error.bound_rms + error.noise;
+        error.bound_largest = rho * error.bound_largest + noise.rowwise().norm().maxCoeff();
     }
 
     BakeResult finish() {
@@ -418,18 +536,22 @@ class Bake {
     static std::string list(const Rgb& c) { return text_of(c[0]) + "," + text_of(c[1]) + "," + text_of(c[2]); }
 
     void light() {
-        Scene& scene = result_.scene;
+        Scene& scene = *result_.scene;
+        scene.suns.insert(scene.suns.end(), result_.options.suns.begin(), result_.options.suns.end());
+        const bool sunny = std::any_of(scene.suns.begin(), scene.suns.end(),
+                                       [](const Sun& sun) { return (sun.irradiance > 0.0).any(); });
         if (result_.options.sky) {
             scene.sky = *result_.options.sky;
-        } else if (!scene.has_emitters()) {
+        } else if (!scene.has_emitters() && !sunny && !scene.has_sky()) {
             scene.sky = Rgb::Ones();
             note("nothing emits light: a uniform sky of irradiance 1 W/m^2 is assumed (--sky)");
         }
         result_.options.sky = scene.sky;
-        if (!scene.has_sky() && !scene.has_emitters()) {
-            throw InputError(result_.file + ": the scene has no light: give it a sky (--sky 1), or some faces an "
-                                            "emission (OBJ: Ke in the material)");
+        if (!scene.has_sky() && !scene.has_emitters() && !sunny) {
+            throw InputError(result_.file + ": the scene has no light: give it a sky (--sky 1), a sun (--sun 0,0,1,1), "
+                                            "or some faces an emission (OBJ: Ke in the material)");
         }
+        result_.channels = scene.is_grey() ? 1 : 3;
     }
 
     /// How well a solved basis represents the function 1 between its sites, at random surface points: a basis that
@@ -438,15 +560,15 @@ class Bake {
         if (projection_->is_identity()) {
             return;
         }
-        const Mesh& mesh = result_.scene.mesh;
+        const Mesh& mesh = result_.scene->mesh;
         RandomStream stream(result_.options.seed, "constants");
         std::vector<SurfacePoint> points;
         for (int i = 0; i < 4096; ++i) {
-            const SurfacePoint& site = result_.sites.points[stream.below(result_.sites.size())];
+            const SurfacePoint& site = result_.sites->points[stream.below(result_.sites->size())];
             const double root = std::sqrt(stream.uniform()), part = stream.uniform();
             points.push_back(mesh.at(site.face, root * (1.0 - part), root * part));
         }
-        const Values ones = Values::Ones(static_cast<Eigen::Index>(result_.sites.size()), 1);
+        const Values ones = Values::Ones(static_cast<Eigen::Index>(points_.size()), 1);
         const Values values = evaluate(*tools_.basis, projection_->coefficients(ones), points, execution_);
         result_.constant_error = std::sqrt((values.array() - 1.0).square().mean());
         const std::string miss = text_of(100.0 * result_.constant_error) + " % (rms)";
@@ -462,15 +584,20 @@ class Bake {
 
     /// Refuses an equation whose series of bounces does not converge (K diag(rho) has a spectral radius of 1 or more):
     /// a solver may still return numbers, but they mean nothing.
-    void check_contraction(const TransportOperator& K) {
-        if (projection_->is_identity()) { // S >= 0: its norm bounds the radius
-            Values sums;
-            transport_.S.multiply(result_.rho, sums, execution_);
-            result_.spectral_radius = sums.maxCoeff();
+    void check_contraction(const TransportOperator& K, const Values& rho) {
+        if (projection_->is_identity()) { // the norm of S diag(rho) bounds the radius
+            const SparseRows& S = transport_.S;
+            for (std::size_t j = 0; j < S.rows(); ++j) {
+                Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(rho.cols());
+                for (std::size_t k = 0; k < S.row(j).column.size(); ++k) {
+                    sum += std::abs(S.row(j).value[k]) * rho.row(static_cast<Eigen::Index>(S.row(j).column[k]));
+                }
+                result_.spectral_radius = std::max(result_.spectral_radius, sum.maxCoeff());
+            }
             result_.spectral_radius_is_bound = true;
         }
         if (!projection_->is_identity() || !(result_.spectral_radius < contraction)) {
-            result_.spectral_radius = spectral_radius(K, result_.rho, 40, execution_);
+            result_.spectral_radius = spectral_radius(K, rho, 40, execution_);
             result_.spectral_radius_is_bound = false;
         }
         if (result_.spectral_radius < contraction) {
@@ -479,7 +606,7 @@ class Bake {
         std::string message =
             "the discretised light transport does not converge: its spectral radius is " +
             text_of(result_.spectral_radius) + " (must be below 1; largest row sum of the transport " +
-            text_of(result_.largest_row_sum) + ", largest reflectance " + text_of(result_.rho.maxCoeff()) + "). ";
+            text_of(result_.largest_row_sum) + ", largest reflectance " + text_of(rho.maxCoeff()) + "). ";
         message += !projection_->is_identity() ? "The basis is not a partition of unity: use --basis "
                                                  "normalized-radial or shepard, or give this one a smaller width"
                    : tools_.pairwise
@@ -493,16 +620,42 @@ class Bake {
         throw NotConverged(message);
     }
 
-    void balance() {
-        const Scene& scene = result_.scene;
+    /// rho and H: at the points of the projection.
+    void balance(const Values& rho, const Values& H) {
+        const Scene& scene = *result_.scene;
+        const auto n = static_cast<Eigen::Index>(result_.sites->size());
         Values E(static_cast<Eigen::Index>(scene.materials.size()), result_.channels);
         for (std::size_t m = 0; m < scene.materials.size(); ++m) {
             E.row(static_cast<Eigen::Index>(m)) =
                 scene.materials[m].emission.head(result_.channels).matrix().transpose();
         }
         integrals_.share.multiply(E, result_.emission, execution_);
-        result_.energy = energy_balance(scene, transport_, projection_->quadrature(integrals_.area), result_.rho,
-                                        result_.irradiance, result_.emission);
+        // A site stands for its whole element; further points for themselves.
+        Values emission(rho.rows(), result_.channels), sun;
+        emission.topRows(n) = result_.emission;
+        for (Eigen::Index j = rho.rows() == n ? n : 0; j < rho.rows(); ++j) {
+            emission.row(j) =
+                scene.emission(points_[static_cast<std::size_t>(j)]).head(result_.channels).matrix().transpose();
+        }
+        if (!scene.suns.empty()) {
+            sun.resize(rho.rows(), result_.channels);
+            parallel_for(points_.size(), 64, execution_, [&](std::size_t begin, std::size_t end, unsigned) {
+                DirectLight::Worker worker;
+                for (std::size_t j = begin; j < end; ++j) {
+                    sun.row(static_cast<Eigen::Index>(j)) =
+                        direct_->from_suns(points_[j], worker).head(result_.channels).matrix().transpose();
+                }
+            });
+        }
+        result_.energy =
+            energy_balance(scene, transport_, projection_->quadrature(integrals_.area), rho, H, emission, sun);
+    }
+
+    std::size_t projection_points_of(std::size_t sites) const {
+        const bool more = tools_.projection.kind == ProjectionKind::least_squares ||
+                          tools_.projection.kind == ProjectionKind::galerkin;
+        return more ? sites + static_cast<std::size_t>((tools_.projection.points - 1.0) * static_cast<double>(sites))
+                    : sites;
     }
 
     const Registry& registry_;
@@ -511,6 +664,8 @@ class Bake {
     Tools tools_;
     ElementIntegrals integrals_;
     Transport transport_;
+    std::shared_ptr<DirectLight> direct_;
+    std::vector<SurfacePoint> points_; ///< of the projection: the sites first
     std::unique_ptr<Projection> projection_;
     std::string phase_;
     std::chrono::steady_clock::time_point began_;
@@ -518,16 +673,33 @@ class Bake {
 
 } // namespace
 
-BakeResult bake(const Registry& registry, const std::filesystem::path& file, const BakeOptions& options,
-                const Execution& execution) {
-    Bake bake(registry, options, execution);
-    bake.read(file);
+namespace {
+
+/// The steps after the scene is there.
+BakeResult finish(Bake& bake) {
     bake.place_sites();
     bake.estimate();
     bake.transport();
     bake.solve();
+    bake.judge();
     bake.evaluate_output();
     return bake.finish();
+}
+
+} // namespace
+
+BakeResult bake(const Registry& registry, const std::filesystem::path& file, const BakeOptions& options,
+                const Execution& execution) {
+    Bake bake(registry, options, execution);
+    bake.read(file);
+    return finish(bake);
+}
+
+BakeResult bake(const Registry& registry, Scene scene, const std::string& name, const BakeOptions& options,
+                const Execution& execution) {
+    Bake bake(registry, options, execution);
+    bake.adopt(std::move(scene), name);
+    return finish(bake);
 }
 
 BakeResult dry_run(const Registry& registry, const std::filesystem::path& file, const BakeOptions& options,

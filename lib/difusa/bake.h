@@ -1,9 +1,11 @@
 // The whole way from a mesh file to a radiosity field:
-// read, diagnose, scene, sites, basis, transport, direct light, solve, evaluate.
+// read, diagnose, scene, sites, basis, transport, direct light, solve, evaluate, judge.
 #pragma once
 
 #include <difusa/analysis/energy.h>
+#include <difusa/analysis/error_estimate.h>
 #include <difusa/core/progress.h>
+#include <difusa/field/field.h>
 #include <difusa/field/output_mesh.h>
 #include <difusa/plugin/registry.h>
 #include <difusa/scene/diagnosis.h>
@@ -13,6 +15,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -29,15 +32,22 @@ struct BakeOptions {
     std::string kernel = "disc"; ///< of pairwise transport
     std::string visibility = "cgal";
     std::string solver = "krylov";
+    std::string projection = "natural"; ///< basis/projection.h
+    /// The light of suns and lamps after one reflection: "gathered" where rays hit, or "interpolated" between the sites
+    /// (cheaper; the only way of pairwise transport). Empty: gathered where that is possible.
+    std::string first_bounce;
 
-    double spacing = 0.0;                 ///< unit of the scene; 0: from `sites`
-    std::size_t sites = 0;                ///< wanted number; 0: 4000
-    int neighbours = 10;                  ///< m
-    std::size_t rays = 512;               ///< a site
-    SolveOptions solve;                   ///< tolerance, iterations
-    Rgb reflectance = Rgb::Constant(0.5); ///< of faces without a colour
-    std::optional<Rgb> sky;      ///< irradiance of an unshaded surface, W/m²; absent: 1 if nothing emits, else 0
-    double output_spacing = 0.0; ///< longest edge of the output; 0: the site spacing
+    double spacing = 0.0;                    ///< unit of the scene; 0: from `sites`
+    std::size_t sites = 0;                   ///< wanted number; 0: 4000
+    int neighbours = 10;                     ///< m
+    std::size_t rays = 512;                  ///< a site
+    SolveOptions solve;                      ///< tolerance, iterations
+    std::size_t final_gather = 0;            ///< rays from each output vertex; 0: the basis is evaluated
+    std::optional<std::size_t> error_points; ///< of the error estimate; 0: none; absent: an eighth of the sites
+    Rgb reflectance = Rgb::Constant(0.5);    ///< of faces without a colour
+    std::optional<Rgb> sky; ///< irradiance of an unshaded surface, W/m²; absent: 1 if there is no other light, else 0
+    std::vector<Sun> suns;  ///< added to those of the scene
+    double output_spacing = 0.0;              ///< longest edge of the output; 0: the site spacing
     double crease_angle = 0.6981317007977318; ///< 40°: sharper edges are not shaded smoothly
     std::uint64_t seed = 1;
 };
@@ -54,8 +64,8 @@ struct BakeEstimate {
 struct BakeResult {
     Diagnosis diagnosis;
     std::string file;
-    Scene scene;
-    SiteSet sites;
+    std::shared_ptr<Scene> scene;
+    std::shared_ptr<SiteSet> sites;
     BakeOptions options;                                      ///< with what was left open filled in
     std::vector<std::pair<std::string, std::string>> plugins; ///< kind and choice with all parameters
     bool dry_run = false;                                     ///< nothing below `estimate` is filled in
@@ -65,24 +75,29 @@ struct BakeResult {
 
     BakeEstimate estimate;
     std::size_t nonzeros = 0;
-    std::size_t rays = 0, segments = 0;
-    std::size_t lamps = 0;                 ///< emitting triangles whose light was computed in closed form
-    double largest_row_sum = 0.0;          ///< of the transport matrix, reflectance not counted
+    std::size_t rays = 0, segments = 0;               ///< cast for transport and direct light
+    std::size_t output_rays = 0, output_segments = 0; ///< cast for the output's vertices
+    std::size_t lamps = 0;                            ///< emitting triangles whose light was computed in closed form
+    double largest_row_sum = 0.0;                     ///< of the transport matrix, reflectance not counted
     double constant_error = 0.0;           ///< rms by which the basis misses the function 1 at random surface points
-    double condition = 1.0;                ///< of the interpolation matrix
+    double condition = 1.0;                ///< of the matrix the projection inverts
+    std::size_t projection_points = 0;     ///< points at which light was gathered: the sites, or more
     double spectral_radius = 0.0;          ///< of K diag(rho)
     bool spectral_radius_is_bound = false; ///< true: an upper bound (the norm), else an estimate
     double mean_back = 0.0;                ///< share of the rays that met the back of a face
     SolveSummary solve;                    ///< h moved to `irradiance`
     Values irradiance;                     ///< #S by #channels, at the sites
     Values irradiance_direct;              ///< likewise
-    Values coefficients;                   ///< #S by #channels, of the irradiance
+    std::shared_ptr<const Field> field;    ///< the solution, to be evaluated anywhere
     Values rho, emission;                  ///< at the sites; emission is the element's mean
     EnergyBalance energy;
+    std::optional<ErrorEstimate> error;
 
     // On the output mesh, #V by 3:
     OutputMesh mesh;
     Values B, H, H_direct, H_indirect, vertex_rho, vertex_E;
+    Values residual;    ///< #V by 1: rms of the residual around the vertex, W/m²; empty without an error estimate
+    Values error_bound; ///< #V by 1: residual + rho_max bound_largest, a bound of the error of B there; likewise
 
     std::vector<std::pair<std::string, double>> seconds; ///< wall time of each phase, in order
 };
@@ -91,6 +106,10 @@ struct BakeResult {
 /// Throws UsageError (unknown plugin or parameter), InputError (file, or a scene that no light reaches),
 /// NotConverged, ResourceError, Interrupted.
 BakeResult bake(const Registry& registry, const std::filesystem::path& file, const BakeOptions& options,
+                const Execution& execution);
+
+/// Bakes a scene that is there already; `name` stands for its file in messages and reports. The mesh must be derived.
+BakeResult bake(const Registry& registry, Scene scene, const std::string& name, const BakeOptions& options,
                 const Execution& execution);
 
 /// The first steps only: up to the sites, and an estimate of the rest.

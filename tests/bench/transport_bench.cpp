@@ -123,8 +123,8 @@ class Benchmark {
             const SiteSet sites =
                 bench::make_sites(registry_, scene_, std::max<std::size_t>(options_.sites / part, 1), {});
             const auto basis = bench::make_basis(registry_, options_.basis, scene_, sites);
-            const Transport transport =
-                gather(scene_, sites, *basis, *visibility, *directions_, options_.rays, bench::seed, {2, nullptr});
+            const Transport transport = gather(scene_, sites.points, *basis, *visibility, *directions_, options_.rays,
+                                               bench::seed, {2, nullptr});
             const auto n = static_cast<double>(sites.size());
             const auto bytes = static_cast<double>(transport.S.bytes());
             std::printf("| %zu | %.0f | %.1f | %.0f |\n", sites.size(), static_cast<double>(transport.S.nonzeros()) / n,
@@ -153,8 +153,8 @@ class Benchmark {
                 Transport transport;
                 const Time cast_time = measure([&] { cast(*visibility, execution); });
                 const Time gather_time = measure([&] {
-                    transport = gather(scene_, sites_, *basis_, *visibility, *directions_, options_.rays, bench::seed,
-                                       execution);
+                    transport = gather(scene_, sites_.points, *basis_, *visibility, *directions_, options_.rays,
+                                       bench::seed, execution);
                 });
                 if (i > 0) { // the first round warms up
                     bare[threads - 1].push_back(cast_time);

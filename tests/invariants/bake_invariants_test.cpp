@@ -54,15 +54,15 @@ std::vector<double> numbers(const BakeResult& result) {
     std::vector<double> all;
     const auto add = [&](const Values& values) { all.insert(all.end(), values.data(), values.data() + values.size()); };
     for (const Values* values :
-         {&result.irradiance, &result.irradiance_direct, &result.coefficients, &result.rho, &result.emission, &result.B,
-          &result.H, &result.H_direct, &result.H_indirect, &result.vertex_rho, &result.vertex_E}) {
+         {&result.irradiance, &result.irradiance_direct, &result.field->parts().smooth, &result.rho, &result.emission,
+          &result.B, &result.H, &result.H_direct, &result.H_indirect, &result.vertex_rho, &result.vertex_E}) {
         add(*values);
     }
-    for (const SurfacePoint& x : result.sites.points) {
+    for (const SurfacePoint& x : result.sites->points) {
         all.insert(all.end(), {x.position.x(), x.position.y(), x.position.z(), x.normal.x(), x.u, x.v});
     }
-    all.insert(all.end(), result.sites.radius.begin(), result.sites.radius.end());
-    all.insert(all.end(), result.sites.area.begin(), result.sites.area.end());
+    all.insert(all.end(), result.sites->radius.begin(), result.sites->radius.end());
+    all.insert(all.end(), result.sites->area.begin(), result.sites->area.end());
     for (const SurfacePoint& x : result.mesh.vertices) {
         all.insert(all.end(), {x.position.x(), x.position.y(), x.position.z(), x.normal.x(), x.normal.y()});
     }
@@ -131,14 +131,14 @@ TEST(Bake, HasTheSameBitsInUnitsOfLengthThatArePowersOfTwo) {
                 options.visibility = other.visibility = engine;
                 options.basis = other.basis = basis;
                 const BakeResult a = baked(file, options), b = baked(scaled, other);
-                ASSERT_EQ(a.sites.size(), b.sites.size());
+                ASSERT_EQ(a.sites->size(), b.sites->size());
                 EXPECT_EQ(a.irradiance, b.irradiance) << engine << " " << basis;
                 EXPECT_EQ(a.irradiance_direct, b.irradiance_direct) << engine << " " << basis;
                 EXPECT_EQ(a.B, b.B);
                 EXPECT_EQ(a.solve.residual_history, b.solve.residual_history);
-                for (std::size_t j = 0; j < a.sites.size(); ++j) {
-                    EXPECT_EQ(scale * a.sites.points[j].position, b.sites.points[j].position);
-                    EXPECT_EQ(scale * scale * a.sites.area[j], b.sites.area[j]);
+                for (std::size_t j = 0; j < a.sites->size(); ++j) {
+                    EXPECT_EQ(scale * a.sites->points[j].position, b.sites->points[j].position);
+                    EXPECT_EQ(scale * scale * a.sites->area[j], b.sites->area[j]);
                 }
                 EXPECT_TRUE((scale * scale * a.energy.absorbed == b.energy.absorbed).all());
             }
@@ -153,9 +153,9 @@ TEST(Bake, DependsNeitherOnUnitNorOnPlaceNorOnTurn) {
     const ScratchDirectory directory;
     const auto mean_irradiance = [](const BakeResult& result) {
         double sum = 0.0, area = 0.0;
-        for (std::size_t j = 0; j < result.sites.size(); ++j) {
-            sum += result.sites.area[j] * result.irradiance(static_cast<Eigen::Index>(j), 0);
-            area += result.sites.area[j];
+        for (std::size_t j = 0; j < result.sites->size(); ++j) {
+            sum += result.sites->area[j] * result.irradiance(static_cast<Eigen::Index>(j), 0);
+            area += result.sites->area[j];
         }
         return sum / area;
     };

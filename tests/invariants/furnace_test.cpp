@@ -71,7 +71,8 @@ struct Furnace {
     Furnace& operator=(const Furnace&) = delete;
 
     Transport gathered(const std::string& directions = "low-discrepancy") const {
-        return gather(scene, sites, *basis, *visibility, *test::plugin<Directions>(directions), rays, 1, Execution{});
+        return gather(scene, sites.points, *basis, *visibility, *test::plugin<Directions>(directions), rays, 1,
+                      Execution{});
     }
 };
 

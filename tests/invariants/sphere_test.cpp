@@ -49,8 +49,8 @@ Solved solve(const Scene& scene, const SiteSet& sites, const std::string& basis_
     const auto visibility = test::plugin<Visibility>(engine);
     visibility->build(scene.mesh);
     Solved solved;
-    solved.transport =
-        gather(scene, sites, *basis, *visibility, *test::plugin<Directions>("low-discrepancy"), N, 1, Execution{});
+    solved.transport = gather(scene, sites.points, *basis, *visibility, *test::plugin<Directions>("low-discrepancy"), N,
+                              1, Execution{});
     const Projection projection(*basis, sites, Execution{});
     const TransportOperator K(solved.transport.S, projection);
     const Values light = direct_irradiance(scene, solved.transport, 1, Execution{});

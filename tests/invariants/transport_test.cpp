@@ -28,7 +28,7 @@ Transport gathered(const Scene& scene, const SiteSet& sites, const Basis& basis,
                    std::size_t rays, std::uint64_t seed = 1) {
     const auto visibility = test::plugin<Visibility>(engine);
     visibility->build(scene.mesh);
-    return gather(scene, sites, basis, *visibility, *test::plugin<Directions>("low-discrepancy"), rays, seed,
+    return gather(scene, sites.points, basis, *visibility, *test::plugin<Directions>("low-discrepancy"), rays, seed,
                   Execution{});
 }
 
@@ -85,7 +85,8 @@ TEST(Gather, TheSkyOverAPlaneIsAllOfIt) {
         Transport alone;
         const auto visibility = test::plugin<Visibility>(engine);
         visibility->build(scene.mesh);
-        gather_sky(sites, *visibility, *test::plugin<Directions>("low-discrepancy"), 64, 1, Execution{}, alone);
+        gather_sky(scene, sites.points, *visibility, *test::plugin<Directions>("low-discrepancy"), 64, 1, Execution{},
+                   alone);
         EXPECT_EQ(alone.sky, transport.sky);
         EXPECT_EQ(alone.back, transport.back);
     }

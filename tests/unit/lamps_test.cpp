@@ -1,5 +1,8 @@
+#include <difusa/core/parallel.h>
 #include <difusa/lighting/lambert.h>
 #include <difusa/lighting/lamps.h>
+#include <difusa/sites/site_set.h>
+#include <difusa/transport/transport.h>
 #include <difusa/visibility/brute_force.h>
 
 #include <gtest/gtest.h>
@@ -7,6 +10,7 @@
 #include <meshes.h>
 
 #include <cmath>
+#include <numeric>
 
 namespace difusa {
 namespace {
@@ -40,8 +44,26 @@ Transport light(const Scene& scene, const std::vector<Index>& lamps, const SiteS
                 unsigned threads = 1) {
     BruteForceVisibility visibility;
     visibility.build(scene.mesh);
+    const Lamps light(scene, lamps, visibility);
     Transport transport;
-    gather_lamps(scene, lamps, sites, visibility, samples, seed, Execution{threads, nullptr}, transport);
+    transport.L = SparseRows(sites.size(), scene.materials.size());
+    std::vector<std::size_t> cast(threads, 0);
+    parallel_for(
+        sites.size(), 16, Execution{threads, nullptr}, [&](std::size_t begin, std::size_t end, unsigned number) {
+            Lamps::Worker worker;
+            for (std::size_t j = begin; j < end; ++j) {
+                RandomStream stream(seed, "lamps", j);
+                for (const Lamps::Group& group : light.groups()) {
+                    const double F = light.visible_form_factor(sites.points[j], group, samples, stream, worker);
+                    if (F > 0.0) {
+                        transport.L.row(j).column.push_back(group.material);
+                        transport.L.row(j).value.push_back(F);
+                    }
+                }
+            }
+            cast[number] += worker.cast;
+        });
+    transport.segments = std::accumulate(cast.begin(), cast.end(), std::size_t{0});
     return transport;
 }
 
@@ -213,6 +235,43 @@ TEST(Lamps, TheSizeOfTheSceneDoesNotMatter) {
         for (std::size_t j = 0; j < points.size(); ++j) {
             EXPECT_NEAR(other.L.row_sum(j), one.L.row_sum(j), 1e-14) << scale;
         }
+    }
+}
+
+/// Estimates of one ray, in the mean: whether few lamps are chosen by form factor or many by power, partly hidden or
+/// not.
+TEST(Lamps, SamplesHaveTheirIrradianceAsMean) {
+    for (const int cells : {1, 5}) { // 2 and 50 triangles
+        const Mesh lamp = test::moved(test::grid(cells, cells, 1.0, 1.0, true), 1.0, Vec3(-0.5, -0.5, 3.0));
+        Mesh mesh = test::together(rectangle(-2, 2, -2, 2, 0), lamp);
+        mesh = test::together(mesh, rectangle(-10, 0, -10, 10, 1.5));
+        std::vector<Index> lamps;
+        for (Index t = 0; t < lamp.triangles.size(); ++t) {
+            lamps.push_back(2 + t);
+        }
+        const Scene scene = scene_of(mesh, lamps);
+        BruteForceVisibility visibility;
+        visibility.build(scene.mesh);
+        const Lamps light(scene, lamps, visibility);
+        SurfacePoint x;
+        x.position = Vec3(0.1, 0.2, 0.0);
+        x.face = 0;
+        // The screen at half height hides the lamp where it is left of -0.1 as seen from x.
+        const Mesh seen = rectangle(-0.1, 0.5, -0.5, 0.5, 3, true);
+        const double F = unblocked(seen, {0, 1}, x);
+        Lamps::Worker worker;
+        RandomStream stream(1, "samples");
+        const int count = 20000;
+        double mean = 0.0, squares = 0.0;
+        for (int i = 0; i < count; ++i) {
+            const Rgb H = light.sample(x, stream, worker);
+            EXPECT_DOUBLE_EQ(H[1], 2.0 * H[0]);
+            EXPECT_DOUBLE_EQ(H[2], 3.0 * H[0]);
+            mean += H[0] / count;
+            squares += H[0] * H[0] / count;
+        }
+        EXPECT_NEAR(mean, F, 4.5 * std::sqrt((squares - mean * mean) / count)) << cells;
+        EXPECT_LT(squares, 2.0 * F * F); // the sample varies mostly by being hidden or not (3/5 are seen)
     }
 }
 

@@ -82,14 +82,15 @@ ElementIntegrals element_integrals(const Scene& scene, const Basis& basis, doubl
                     if (++nodes % 4096 == 0 && execution.progress != nullptr) {
                         execution.progress->check();
                     }
-                    basis.evaluate(mesh.at(face, u, v), row);
+                    const SurfacePoint x = mesh.at(face, u, v);
+                    basis.evaluate(x, row);
                     if (row.element.empty()) {
                         block.uncovered += area;
                     }
                     for (std::size_t i = 0; i < row.element.size(); ++i) {
                         sums[worker]->add(row.element[i], area * row.weight[i]);
                         if (emits[material] != 0) {
-                            block.share[{row.element[i], material}] += area * row.weight[i];
+                            block.share[{row.element[i], material}] += area * row.weight[i] * scene.emission_factor(x);
                         }
                     }
                 });

@@ -11,7 +11,7 @@ namespace difusa {
 
 struct ElementIntegrals {
     std::vector<double> area; ///< #S: A_i = ∫ phi_i dA (T 5.3); for a partition of unity they sum to the surface's area
-    SparseRows share;         ///< #S by #materials that emit: ∫_{faces of material m} phi_i dA / A_i
+    SparseRows share;         ///< #S by #materials that emit: ∫_{faces of material m} phi_i pattern dA / A_i
     double uncovered = 0.0;   ///< area on which no element lives (not a partition of unity), as found by the same rule
 };
 

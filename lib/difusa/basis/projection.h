@@ -1,40 +1,75 @@
-// From the values of a function at the sites to its coefficients in a basis (T 3.2).
+// From the values of a function at points to its coefficients in a basis (T 3.2).
 #pragma once
 
 #include <difusa/basis/basis.h>
 #include <difusa/core/types.h>
+#include <difusa/plugin/choice.h>
 
+#include <cstdint>
 #include <memory>
+#include <span>
+#include <string_view>
 #include <vector>
 
 namespace difusa {
 
-/// Coefficients b of values y: b = y where the basis says so, else the solution of Z b = y with Z_ij = phi_j(p_i)
-/// (T 3.2, 3.3), factorised once.
+/// Which coefficients stand for a function of which values are known. Z_qi = phi_i(x_q) is the collocation matrix.
+enum class ProjectionKind {
+    natural,       ///< what the basis says: b = values for interpolating and quasi-interpolating bases, else as below
+    interpolation, ///< Z b = values at the sites (T 3.2, 3.3)
+    corrected,     ///< b = sum_{k=0..sweeps} (I - Z)^k values: residual correction of a quasi-interpolant
+    least_squares, ///< ZᵀZ b = Zᵀ values, values at the sites and at further points (T 3.2.3)
+    galerkin ///< ZᵀWZ b = ZᵀW values: the projection in L2 (T 3.2.6), inner products by quadrature at the same
+             ///< points, weights W, so that functions of the basis are reproduced exactly
+};
+
+struct ProjectionChoice {
+    ProjectionKind kind = ProjectionKind::natural;
+    int sweeps = 2;      ///< of `corrected`
+    double points = 3.0; ///< of least_squares and galerkin: points for each element
+};
+
+/// "natural", "corrected:sweeps=3", "least-squares:points=3", ... Throws UsageError. `text` receives the choice with
+/// all parameters.
+ProjectionChoice parse_projection(std::string_view choice, std::string& text);
+
+/// The points whose values `choice` projects: the sites, first, and for least_squares and galerkin
+/// (points - 1) #S more, spread evenly over the surface.
+std::vector<SurfacePoint> projection_points(const ProjectionChoice& choice, const Mesh& mesh, const SiteSet& sites,
+                                            std::uint64_t seed);
+
 class Projection {
   public:
-    /// Throws NotConverged, naming the condition number and the remedy, if Z is singular or so ill-conditioned
+    /// `points` are those of `projection_points`; `integrals` are the A_i = ∫ phi_i dA, from which the weights of
+    /// galerkin derive: each site's area is shared by the points that are nearest to it.
+    /// Throws NotConverged, naming the condition number and the remedy, if the matrix is singular or so ill-conditioned
     /// (above 1e12) that coefficients would be noise.
-    Projection(const Basis& basis, const SiteSet& sites, const Execution& execution);
+    Projection(const Basis& basis, const SiteSet& sites, const ProjectionChoice& choice,
+               std::span<const SurfacePoint> points, const std::vector<double>& integrals, const Execution& execution);
+
+    /// The natural projection of the values at the sites.
+    Projection(const Basis& basis, const SiteSet& sites, const Execution& execution)
+        : Projection(basis, sites, {}, sites.points, {}, execution) {}
     ~Projection();
     Projection(Projection&&) noexcept;
     Projection& operator=(Projection&&) noexcept;
 
-    bool is_identity() const { return factor_ == nullptr; }
+    /// True if coefficients are the values themselves.
+    bool is_identity() const;
 
-    /// values, coefficients: #S by #channels.
+    /// values: #points by #channels; the coefficients: #S by #channels.
     Values coefficients(const Values& values) const;
 
-    /// Weights w with sum_j w_j f(p_j) = ∫ (the function of the basis with the values f at the sites) dA, from the
-    /// integrals A_i = ∫ phi_i dA: w = A, or the solution of Zᵀ w = A.
+    /// Weights w with sum_q w_q f(x_q) = ∫ (the function of the basis that stands for the values f) dA, from the
+    /// integrals A_i = ∫ phi_i dA: w = Pᵀ A for the projection P.
     std::vector<double> quadrature(const std::vector<double>& integrals) const;
 
-    /// Estimate of ‖Z‖₁ ‖Z⁻¹‖₁ (Hager 1984), a lower bound; 1 for the identity.
+    /// Estimate of ‖M‖₁ ‖M⁻¹‖₁ (Hager 1984), a lower bound, for the matrix M that is inverted; 1 if none is.
     double condition() const { return condition_; }
 
   private:
-    struct Factor;
-    std::unique_ptr<Factor> factor_;
+    struct Map;
+    std::unique_ptr<Map> map_;
     double condition_ = 1.0;
 };
 

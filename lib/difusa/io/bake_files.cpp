@@ -58,12 +58,12 @@ std::vector<FieldNote> notes_of(const BakeResult& result) {
     const BakeOptions& options = result.options;
     const auto number = [&](const char* name, double value) { notes.push_back({name, std::vector<double>{value}}); };
     notes.push_back({"seed", std::to_string(options.seed)}); // a double would not hold all 64 bits
-    number("spacing", result.sites.spacing);
-    number("sites", static_cast<double>(result.sites.size()));
+    number("spacing", result.sites->spacing);
+    number("sites", static_cast<double>(result.sites->size()));
     number("neighbours", options.neighbours);
     number("rays_per_site", static_cast<double>(options.rays));
     notes.push_back({"default_reflectance", as_vector(options.reflectance)});
-    notes.push_back({"sky", as_vector(result.scene.sky)});
+    notes.push_back({"sky", as_vector(result.scene->sky)});
     number("output_spacing", options.output_spacing);
     number("tolerance", options.solve.tolerance);
     number("max_iterations", options.solve.max_iterations);
@@ -79,7 +79,7 @@ std::vector<FieldNote> notes_of(const BakeResult& result) {
     notes.push_back({"phases", phases});
     notes.push_back({"phase_seconds", seconds});
     std::string names;
-    for (const Material& material : result.scene.materials) {
+    for (const Material& material : result.scene->materials) {
         names += (names.empty() ? "" : "\n") + material.name;
     }
     notes.push_back({"material_names", names});
@@ -163,8 +163,12 @@ FieldFile field_of(const BakeResult& result) {
                           {"display_rgb", "", rgb, std::move(display)}};
     std::vector<std::int32_t> face(result.mesh.face.size()), material(result.mesh.face.size());
     for (std::size_t f = 0; f < face.size(); ++f) {
-        face[f] = static_cast<std::int32_t>(result.scene.mesh.original_face[result.mesh.face[f]]);
-        material[f] = static_cast<std::int32_t>(result.scene.mesh.material[result.mesh.face[f]]);
+        face[f] = static_cast<std::int32_t>(result.scene->mesh.original_face[result.mesh.face[f]]);
+        material[f] = static_cast<std::int32_t>(result.scene->mesh.material[result.mesh.face[f]]);
+    }
+    if (result.error) {
+        field.point_arrays.push_back({"residual", flux, {}, result.residual});
+        field.point_arrays.push_back({"error_bound", flux, {}, result.error_bound});
     }
     field.cell_arrays = {numbers("original_face_id", std::move(face)), numbers("material_id", std::move(material))};
     field.notes = notes_of(result);
@@ -177,12 +181,12 @@ FieldFile field_of(const BakeResult& result) {
 FieldFile sites_of(const BakeResult& result) {
     FieldFile field;
     std::vector<std::int32_t> face, patch;
-    for (std::size_t i = 0; i < result.sites.size(); ++i) {
-        const SurfacePoint& site = result.sites.points[i];
+    for (std::size_t i = 0; i < result.sites->size(); ++i) {
+        const SurfacePoint& site = result.sites->points[i];
         field.points.push_back(site.position);
         field.normals.push_back(site.normal);
-        face.push_back(static_cast<std::int32_t>(result.scene.mesh.original_face[site.face]));
-        patch.push_back(static_cast<std::int32_t>(result.sites.patch[i]));
+        face.push_back(static_cast<std::int32_t>(result.scene->mesh.original_face[site.face]));
+        patch.push_back(static_cast<std::int32_t>(result.sites->patch[i]));
     }
     const Values rho = three(result.rho), H = three(result.irradiance), E = three(result.emission);
     const Values B = E + rho.cwiseProduct(H);
@@ -192,9 +196,9 @@ FieldFile sites_of(const BakeResult& result) {
     for (const double value : B.reshaped<Eigen::RowMajor>()) {
         display.push_back(static_cast<std::uint8_t>(std::lround(255.0 * srgb(exposure * value))));
     }
-    field.point_arrays = {scalar("radius", "", result.sites.radius),
-                          scalar("area", "", result.sites.area),
-                          colour("coefficient", flux, three(result.coefficients)),
+    field.point_arrays = {scalar("radius", "", result.sites->radius),
+                          scalar("area", "", result.sites->area),
+                          colour("coefficient", flux, three(result.field->parts().smooth)),
                           colour("irradiance", flux, H),
                           colour("radiosity", flux, B),
                           colour("reflectance", "", rho),
@@ -242,11 +246,31 @@ void write_bake(const BakeResult& result, const BakeFiles& files, const Executio
     }
 }
 
+namespace {
+
+/// Estimate and bounds, relative to the root mean square of the radiosity.
+std::string error_sentence(const ErrorEstimate& error) {
+    std::ostringstream text;
+    const auto percent = [&](double value) { return error.radiosity > 0.0 ? 100.0 * value / error.radiosity : 0.0; };
+    text << std::setprecision(2) << "error: rms residual " << percent(error.rms)
+         << " % of the rms radiosity (95 %: " << percent(error.low) << " to " << percent(error.high) << " %, "
+         << error.points << " points); ";
+    if (std::isfinite(error.bound_rms)) {
+        text << "rms error at most " << percent(error.bound_rms) << " %, largest error at most "
+             << percent(error.bound_largest) << " % as far as the points tell";
+    } else {
+        text << "no bound, since some surface absorbs nothing";
+    }
+    return text.str();
+}
+
+} // namespace
+
 std::string summary_of(const BakeResult& result) {
     std::ostringstream text;
-    text << result.file << ": " << result.diagnosis.file_faces << " faces, " << result.scene.mesh.triangles.size()
-         << " triangles, area " << result.scene.mesh.area << ", " << result.scene.mesh.patch_count
-         << (result.scene.mesh.patch_count == 1 ? " patch" : " patches") << "\n";
+    text << result.file << ": " << result.diagnosis.file_faces << " faces, " << result.scene->mesh.triangles.size()
+         << " triangles, area " << result.scene->mesh.area << ", " << result.scene->mesh.patch_count
+         << (result.scene->mesh.patch_count == 1 ? " patch" : " patches") << "\n";
     for (const Finding& finding : result.diagnosis.findings) {
         // Polygons and borders are no defects: the report counts them.
         if (finding.repaired || (finding.code != "polygons" && finding.code != "border-edges")) {
@@ -256,7 +280,7 @@ std::string summary_of(const BakeResult& result) {
     for (const std::string& note : result.notes) {
         text << "note: " << note << "\n";
     }
-    text << "sites: " << result.sites.size() << " at spacing " << result.sites.spacing << "\n";
+    text << "sites: " << result.sites->size() << " at spacing " << result.sites->spacing << "\n";
     if (result.dry_run) {
         const BakeEstimate& estimate = result.estimate;
         text << "rays: " << estimate.rays << ", visibility segments: at most " << estimate.segments << "\n"
@@ -270,7 +294,8 @@ std::string summary_of(const BakeResult& result) {
     text << "solve: " << result.solve.sentence() << "\n";
     const EnergyBalance& energy = result.energy;
     text << std::setprecision(4) << "energy (W, mean of the channels): emitted " << energy.emitted.mean()
-         << ", from the sky " << energy.from_sky.mean() << ", absorbed " << energy.absorbed.mean();
+         << ", from suns " << energy.from_suns.mean() << ", from the sky " << energy.from_sky.mean() << ", absorbed "
+         << energy.absorbed.mean();
     if (energy.escaped) {
         text << ", escaped " << energy.escaped->mean() << ", ended on backs " << energy.blocked->mean()
              << "; imbalance at most " << std::setprecision(2) << 100.0 * energy.imbalance->abs().maxCoeff() << " %";
@@ -279,7 +304,11 @@ std::string summary_of(const BakeResult& result) {
     for (const auto& [phase, took] : result.seconds) {
         total += took;
     }
-    text << "\ntime: " << format_seconds(total) << "; peak memory " << format_bytes(static_cast<double>(peak_memory()))
+    text << "\n";
+    if (result.error) {
+        text << error_sentence(*result.error) << "\n";
+    }
+    text << "time: " << format_seconds(total) << "; peak memory " << format_bytes(static_cast<double>(peak_memory()))
          << "\n";
     return text.str();
 }

@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <cmath>
+
 namespace difusa {
 
 namespace {
@@ -36,6 +38,28 @@ const char* word(SolveSummary::Reason reason) {
     return "";
 }
 
+/// Infinite: null.
+Json number(double value) {
+    return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+Json error_of(const ErrorEstimate& error) {
+    return {{"unit", "W/m^2, root mean square over the area, all channels together"},
+            {"points", error.points},
+            {"rays", error.rays},
+            {"radiosity", error.radiosity},
+            {"residual", error.rms},
+            {"residual_low", error.low},
+            {"residual_high", error.high},
+            {"residual_largest", error.largest},
+            {"largest_reflectance", error.largest_reflectance},
+            {"factor", number(error.factor)},
+            {"noise", error.noise},
+            {"bound", number(error.bound_rms)},
+            {"bound_largest", number(error.bound_largest)},
+            {"relative_bound", error.radiosity > 0.0 ? number(error.bound_rms / error.radiosity) : Json(nullptr)}};
+}
+
 } // namespace
 
 std::string report_of(const BakeResult& result) {
@@ -61,7 +85,7 @@ std::string report_of(const BakeResult& result) {
                                      {"remedy", finding.remedy},
                                      {"places", finding.places}});
     }
-    const Mesh& mesh = result.scene.mesh;
+    const Mesh& mesh = result.scene->mesh;
     report["mesh"] = {{"triangles", mesh.triangles.size()}, {"points", mesh.points.size()},
                       {"patches", mesh.patch_count},        {"area", mesh.area},
                       {"low", list(Rgb(mesh.low))},         {"high", list(Rgb(mesh.high))}};
@@ -78,13 +102,20 @@ std::string report_of(const BakeResult& result) {
     chosen["rays"] = options.rays;
     chosen["tolerance"] = options.solve.tolerance;
     chosen["max_iterations"] = options.solve.max_iterations;
+    chosen["first_bounce"] = options.first_bounce;
+    chosen["final_gather"] = options.final_gather;
+    chosen["error_points"] = options.error_points ? Json(*options.error_points) : Json(nullptr);
     chosen["reflectance"] = list(options.reflectance);
-    chosen["sky"] = list(result.scene.sky);
+    chosen["sky"] = list(result.scene->sky);
+    chosen["suns"] = Json::array();
+    for (const Sun& sun : result.scene->suns) {
+        chosen["suns"].push_back({{"towards", list(Rgb(sun.towards))}, {"irradiance", list(sun.irradiance)}});
+    }
     chosen["output_spacing"] = options.output_spacing;
     chosen["seed"] = options.seed;
     chosen["threads"] = result.threads;
 
-    report["sites"] = {{"count", result.sites.size()}, {"spacing", result.sites.spacing}};
+    report["sites"] = {{"count", result.sites->size()}, {"spacing", result.sites->spacing}};
     Json& transport = report["transport"];
     transport["channels"] = result.channels;
     transport["estimated_rays"] = result.estimate.rays;
@@ -95,6 +126,7 @@ std::string report_of(const BakeResult& result) {
     } else {
         transport["rays"] = result.rays;
         transport["segments"] = result.segments;
+        transport["projection_points"] = result.projection_points;
         transport["lamp_triangles"] = result.lamps;
         transport["nonzeros"] = result.nonzeros;
         transport["largest_row_sum"] = result.largest_row_sum;
@@ -108,12 +140,15 @@ std::string report_of(const BakeResult& result) {
                            {"residual", result.solve.residual},
                            {"residual_history", result.solve.residual_history}};
         const EnergyBalance& energy = result.energy;
-        report["energy"] = {{"unit", "W, one number a channel"},  {"emitted", list(energy.emitted)},
-                            {"from_sky", list(energy.from_sky)},  {"absorbed", list(energy.absorbed)},
-                            {"escaped", list(energy.escaped)},    {"ended_on_backs", list(energy.blocked)},
-                            {"imbalance", list(energy.imbalance)}};
+        report["energy"] = {{"unit", "W, one number a channel"},      {"emitted", list(energy.emitted)},
+                            {"from_suns", list(energy.from_suns)},    {"from_sky", list(energy.from_sky)},
+                            {"absorbed", list(energy.absorbed)},      {"escaped", list(energy.escaped)},
+                            {"ended_on_backs", list(energy.blocked)}, {"imbalance", list(energy.imbalance)}};
+        report["error"] = result.error ? error_of(*result.error) : Json(nullptr);
         report["output"] = {{"vertices", result.mesh.vertices.size()},
                             {"triangles", result.mesh.triangles.size()},
+                            {"rays", result.output_rays},
+                            {"segments", result.output_segments},
                             {"display_exposure", display_exposure(result)}};
     }
     report["seconds"] = Json::array();

@@ -23,12 +23,14 @@ struct Scene {
     /// Reflectance rho at a surface point, per channel, in [0,1].
     Rgb reflectance(const SurfacePoint& x) const;
 
-    /// Emitted radiosity E at a surface point, W/m².
-    Rgb emission(const SurfacePoint& x) const {
+    /// The factor of the material's pattern at a surface point; 1 where it has none.
+    double emission_factor(const SurfacePoint& x) const {
         const Material& material = materials[mesh.material[x.face]];
-        return material.emission_pattern ? Rgb(material.emission * material.emission_pattern(x.position))
-                                         : material.emission;
+        return material.emission_pattern ? material.emission_pattern(x.position) : 1.0;
     }
+
+    /// Emitted radiosity E at a surface point, W/m².
+    Rgb emission(const SurfacePoint& x) const { return materials[mesh.material[x.face]].emission * emission_factor(x); }
 
     bool has_sky() const { return (sky > 0.0).any(); }
 

@@ -10,22 +10,24 @@
 namespace difusa {
 
 /// For radiosity sum_k b_k phi_k(y) + E(y) and a sky that gives an unshaded surface the irradiance H_sky, the
-/// irradiance at site j is
+/// irradiance at point j is
 ///     h_j = sum_k S_jk b_k + sum_m L_jm E_m + sky_j H_sky.
+/// The points are the sites, or more points than that (basis/projection.h).
 struct Transport {
-    SparseRows S;            ///< #S by #S
-    SparseRows L;            ///< #S by #materials: columns of materials that emit; empty rows if none does
-    std::vector<double> sky; ///< #S: cosine-weighted share of the hemisphere that escapes; empty: not measured
+    SparseRows S;            ///< #points by #S
+    SparseRows L;            ///< #points by #materials: columns of materials that emit; empty rows if none does
+    std::vector<double> sky; ///< #points: cosine-weighted share of the hemisphere that escapes; empty: not measured
     std::vector<double>
-        back;             ///< #S: the share that meets the back of a face, from where no light comes; empty likewise
-    std::size_t rays = 0; ///< first-hit rays cast
+        back;      ///< #points: the share that meets the back of a face, from where no light comes; empty likewise
+    Values bounce; ///< #points by #channels, W/m²: light of sharp sources after one reflection (gather.h); or empty
+    std::size_t rays = 0;     ///< first-hit rays cast
     std::size_t segments = 0; ///< visibility segments cast
 };
 
 /// Materials with a positive emission in some channel.
 std::vector<char> emitting_materials(const Scene& scene);
 
-/// Direct irradiance at the sites, #S by `channels` (1: the first channel stands for all; 3).
+/// Direct irradiance at the points from L and sky, #points by `channels` (1: the first channel stands for all; 3).
 Values direct_irradiance(const Scene& scene, const Transport& transport, int channels, const Execution& execution);
 
 } // namespace difusa
