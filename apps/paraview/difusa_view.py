@@ -119,7 +119,7 @@ def colour_by(field, view, display, name, preset, limits=None, log_decades=None,
     if log_decades and not low > 0.0:
         log_decades = None
         print("note: nothing is greater than 0: the scale is not logarithmic")
-    if not low < high: # one value everywhere
+    if high - low <= 1e-9 * max(abs(low), abs(high)): # one value everywhere but for rounding
         reach = abs(low) / 2 or 1.0
         low, high = low - reach, high + reach
 
@@ -140,8 +140,10 @@ def colour_by(field, view, display, name, preset, limits=None, log_decades=None,
     bar.Title, bar.ComponentTitle = title, ""
     bar.TitleColor = bar.LabelColor = [1.0, 1.0, 1.0]
     bar.TitleFontSize = bar.LabelFontSize = 16
+    bar.AutomaticLabelFormat = 0
+    bar.LabelFormat = bar.RangeLabelFormat = "%.3g"
     bar.WindowLocation = "Lower Right Corner"
-    bar.ScalarBarLength = 0.4
+    bar.ScalarBarLength = 0.5
     bar.Visibility = 1
 
 
@@ -168,6 +170,7 @@ def centre_of(field):
 
 def new_view(options):
     """The view of the window if there is one, else a new one."""
+    simple._DisableFirstRenderCameraReset() # as ParaView's own recorded scripts do: the camera stays where it is put
     view = simple.GetActiveViewOrCreate("RenderView")
     view.ViewSize = options.size
     view.OrientationAxesVisibility = 0

@@ -16,7 +16,8 @@ import difusa_view as dv
 
 
 def limits_without_lamps(field, name):
-    """The values that occur where nothing emits: beside a lamp all else would be black. None if that is no matter."""
+    """The values that occur where nothing emits, without the highest half percent: beside a lamp and what is close to it
+    all else would be black. None if nothing but lamps is there."""
     if field.data.GetPointData().GetArray("emission") is None:
         return None
     base, component = dv.split_component(name)
@@ -24,10 +25,9 @@ def limits_without_lamps(field, name):
     component = min(component or 0, array.GetNumberOfComponents() - 1)
     values = [array.GetComponent(i, component) for i in range(array.GetNumberOfTuples())
               if not any(emission.GetTuple3(i))]
-    values = [v for v in values if v - v == 0.0]
-    if not values or min(values) == max(values):
-        return None
-    return min(values), max(values)
+    values = sorted(v for v in values if v - v == 0.0)
+    high = values[int(0.995 * (len(values) - 1))] if values else 0.0
+    return (values[0], high) if values and values[0] < high else None
 
 
 def main(arguments):
@@ -35,7 +35,7 @@ def main(arguments):
     options.add_argument("--array", default="display_rgb", metavar="NAME",
                          help="point array, as in `luminance`, or one of its components, as in `radiosity:0` (display_rgb)")
     options.add_argument("--range", nargs=2, type=float, metavar=("LEAST", "LARGEST"),
-                         help="values of the lowest and the highest colour (those that occur where nothing emits)")
+                         help="values of the lowest and the highest colour (where nothing emits, without the highest half percent)")
     options = options.parse_args(arguments)
 
     field = dv.Field(options.file)

@@ -4,7 +4,8 @@
     xvfb-run -a -s -noreset pvbatch show_basis.py basis.vtp picture.png --array sum                 # 1 in the middle of the scale
     xvfb-run -a -s -noreset pvbatch show_basis.py basis.vtp picture.png --sites sites.vtp --supports
 
-With --sites the sites are dots; with --supports around each the circle of its radius, in its tangent plane.
+With --sites the sites are dots; with --supports the elements that are shown have the circle of their radius around
+their site, in its tangent plane.
 """
 import os
 import sys
@@ -15,21 +16,39 @@ import difusa_view as dv
 from paraview import simple
 
 
-def glyphs(sites, view, size, colour):
-    """2D glyphs, one at each site, of its radius times `size`, across its normal."""
-    glyph = simple.Glyph(Input=sites.reader, GlyphType="2D Glyph")
-    glyph.GlyphType.GlyphType = "Circle"
-    glyph.GlyphType.Filled = 1 if size < 1.0 else 0
-    glyph.GlyphTransform.Rotate = [0.0, 90.0, 0.0] # its normal to x, which goes to the site's normal
+def dots(sites, view):
+    """A ball on each site, a small part of its radius."""
+    glyph = simple.Glyph(Input=sites.reader, GlyphType="Sphere")
+    glyph.GlyphType.Radius = 0.05
+    finish(glyph, view, [1.0, 1.0, 1.0])
+
+
+def circles(sites, view):
+    """Around each site that is shown (all, if the file does not say which) the circle of its radius."""
+    chosen = sites.reader
+    if sites.data.GetPointData().GetArray("shown") is not None:
+        chosen = simple.Threshold(Input=sites.reader)
+        chosen.Scalars = ["POINTS", "shown"]
+        chosen.ThresholdMethod = "Above Upper Threshold"
+        chosen.UpperThreshold = 1
+    glyph = simple.Glyph(Input=chosen, GlyphType="Cylinder")
+    glyph.GlyphType.Resolution = 64
+    glyph.GlyphType.Radius = 1.0
+    glyph.GlyphType.Height = 0.01
+    glyph.GlyphTransform.Rotate = [0.0, 0.0, 90.0] # its axis to x, which goes to the site's normal
     glyph.OrientationArray = ["POINTS", "Normals"]
+    finish(glyph, view, [1.0, 0.6, 0.2]).Representation = "Feature Edges"
+
+
+def finish(glyph, view, colour):
     glyph.ScaleArray = ["POINTS", "radius"]
-    glyph.ScaleFactor = 2.0 * size # the circle's diameter is 1
+    glyph.ScaleFactor = 1.0
     glyph.GlyphMode = "All Points"
     display = simple.Show(glyph, view)
-    simple.ColorBy(display, None)
+    display.ColorArrayName = ["POINTS", ""] # one colour
     display.DiffuseColor = display.AmbientColor = colour
     dv.without_light(display)
-    display.LineWidth = 1.5
+    display.LineWidth = 2.0
     return display
 
 
@@ -38,7 +57,7 @@ def main(arguments):
     options.add_argument("--array", default="element", metavar="NAME",
                          help="element, element_N, sum, overlap or lebesgue (element)")
     options.add_argument("--sites", metavar="SITES.vtp", help="the sites (inspect_basis --sites-output)")
-    options.add_argument("--supports", action="store_true", help="circles of the sites' radii")
+    options.add_argument("--supports", action="store_true", help="circles of the radii of the elements that are shown")
     dv.add_range(options)
     options = options.parse_args(arguments)
     if options.supports and not options.sites:
@@ -55,15 +74,15 @@ def main(arguments):
         dv.colour_by(field, view, display, options.array, "Cool to Warm", options.range, centre=0.0)
     else:
         dv.colour_by(field, view, display, options.array, "Viridis (matplotlib)", options.range)
+    dv.aim(view, field, options)
     if options.sites:
         sites = dv.Field(options.sites)
         sites.array("radius")
         sites.array("Normals", 3)
         print("sites: %d" % sites.data.GetNumberOfPoints())
-        glyphs(sites, view, 0.08, [1.0, 1.0, 1.0])
+        dots(sites, view)
         if options.supports:
-            glyphs(sites, view, 1.0, [1.0, 0.6, 0.2])
-    dv.aim(view, field, options)
+            circles(sites, view)
     dv.save(view, options)
 
 
