@@ -57,7 +57,11 @@ Irradiance Field::gather(std::span<const SurfacePoint> x, std::size_t rays, std:
             const std::span<const double> weight = work.around.weights();
             parts_.basis->evaluate(met, work.rows);
             RandomStream stream(own_seed, "bounce", i);
-            light.sample(met, stream, std::span(work.H).first(met.size()), work.light);
+            if (parts_.direct_in_basis) {
+                std::fill(work.H.begin(), work.H.end(), Rgb(Rgb::Zero()));
+            } else {
+                light.sample(met, stream, std::span(work.H).first(met.size()), work.light);
+            }
             Eigen::RowVectorXd direct = work.around.sky() * scene.sky.head(channel_count).matrix().transpose();
             Eigen::RowVectorXd indirect = Eigen::RowVectorXd::Zero(channel_count);
             Eigen::RowVectorXd H(channel_count);
