@@ -96,7 +96,7 @@ attribute() {
 run_ctest() {
     local name=$1 directory=$2 junit=$2/junit.xml
     shift 2
-    rm -f "$junit"
+    rm -rf "$junit" "$directory/tests/shards"
     ctest --test-dir "$directory" -j "$jobs" --output-on-failure --progress --output-junit "$junit" "$@" || true
     if [ ! -s "$junit" ]; then
         count "$name" 0 1 " (ctest did not end)"
@@ -105,6 +105,16 @@ run_ctest() {
     local tests failures skipped
     tests=$(attribute tests "$junit") failures=$(attribute failures "$junit")
     skipped=$(($(attribute skipped "$junit") + $(attribute disabled "$junit")))
+    # What ctest takes for one test each are many, unless they ended before they could say so.
+    local shard number
+    for shard in "$directory"/tests/shards/*.xml; do
+        [ -s "$shard" ] || continue
+        number=$(sed -n 's/^<testsuites tests="\([0-9]*\)".*/\1/p' "$shard")
+        tests=$((tests + number - 1))
+        number=$(sed -n 's/^<testsuites .* failures="\([0-9]*\)".*/\1/p' "$shard")
+        failures=$((failures + number - (number > 0)))
+        skipped=$((skipped + $(grep -c 'result="skipped"' "$shard" || true)))
+    done
     if [ "$tests" -eq 0 ]; then
         count "$name" 0 1 " (no test was found)"
         return
@@ -117,32 +127,74 @@ check_format() {
         xargs -0 -n 20 -P "$jobs" clang-format-14 --dry-run -Werror
 }
 
-# lint STAMP_DIRECTORY COMPILE_COMMANDS_DIRECTORY FILE: clang-tidy, unless nothing changed since it last passed.
+# lint STAMPS BUILD FILE...: clang-tidy for files that are compiled alike, together, because nearly all of its time goes
+# into the headers they share. If it complains, which it also does if two of them use one name, each half for itself.
 lint() {
-    local stamp=$1/${3#"$root"/}.passed
-    if [ -e "$stamp" ] && [ -z "$(find "$3" "$root/.clang-tidy" "$root"/{lib,plugins,apps} -newer "$stamp" \
-        \( -path "$3" -o -name .clang-tidy -o -name '*.h' \) -print -quit)" ]; then
-        return
-    fi
-    local output
-    # clang does not know GCC's warning options; those it does know are the compiler's business.
-    if output=$(clang-tidy-14 --quiet -p "$2" --extra-arg=-w "$3" 2>&1); then
-        mkdir -p "$(dirname "$stamp")"
-        touch "$stamp"
-    else
-        echo "clang-tidy: $3"
-        echo "$output"
+    local stamps=$1 build=$2 file entry output
+    shift 2
+    if [ $# -eq 1 ]; then
+        # clang does not know GCC's warning options; those it does know are the compiler's business.
+        if output=$(clang-tidy-14 --quiet -p "$build" --extra-arg=-w "$1" 2>&1); then
+            mkdir -p "$(dirname "$stamps/$1")"
+            touch "$stamps/$1.passed"
+            return
+        fi
+        printf 'clang-tidy: %s\n%s\n' "$1" "$output"
         return 1
     fi
+    local together
+    together=$(mktemp -d "$stamps/together.XXXXXX")
+    for file in "$@"; do
+        entry=${file//[^a-z]/_}
+        printf '#undef %s\n#define %s %s\n' main main "main$entry" difusa_plugin_tag difusa_plugin_tag "tag$entry" \
+            difusa_plugin_entry difusa_plugin_entry "entry$entry"
+        printf '#include "%s" // NOLINT\n' "$file"
+    done >"$together/files.cpp"
+    {
+        printf '[{"directory": "%s",\n' "$build"
+        grep -F -m 1 -e " -c $1\"" "$build/compile_commands.json" | sed "s|$1|$together/files.cpp|g"
+        printf '"file": "%s"}]\n' "$together/files.cpp"
+    } >"$together/compile_commands.json"
+    if clang-tidy-14 --quiet -p "$together" --config-file="$root/.clang-tidy" --extra-arg=-w \
+        --header-filter='/(lib/difusa|plugins|apps)/' "$together/files.cpp" >/dev/null 2>&1; then
+        for file in "$@"; do
+            mkdir -p "$(dirname "$stamps/$file")"
+            touch "$stamps/$file.passed"
+        done
+        rm -r "$together"
+        return
+    fi
+    rm -r "$together"
+    local half=$(($# / 2)) result=0
+    lint "$stamps" "$build" "${@:1:half}" || result=1
+    lint "$stamps" "$build" "${@:half+1}" || result=1
+    return $result
 }
 export -f lint
 
+# compiled_alike BUILD: the sources of programs, library and plugins, all with equal options in a row.
+compiled_alike() {
+    sed -nE 's/^ *"command": "([^ ]*ccache )?(.*) -o [^ ]* -c (.*)",?$/\2\t\3/p' "$1/compile_commands.json" |
+        grep -E "	$root/(lib|plugins|apps)/" | sed -E 's/-D[A-Za-z0-9_]+_EXPORTS //' | sort -t '	' -u -k 2 | sort
+}
+
 check_tidy() {
     export root
-    # The heaviest (those that include CGAL, VTK or OpenMesh) first, so that no core idles at the end.
-    { grep -lE '#include <(CGAL|OpenMesh|vtk)' -r "$root"/{lib,plugins,apps} --include='*.cpp' || true
-      grep -LE '#include <(CGAL|OpenMesh|vtk)' -r "$root"/{lib,plugins,apps} --include='*.cpp' || true; } |
-        xargs -d '\n' -n 1 -P "$jobs" bash -c 'lint "$@"' lint "$build/test/tidy" "$build/test"
+    local stamps=$build/test/tidy newest_header
+    mkdir -p "$stamps"
+    newest_header=$(find "$root/.clang-tidy" "$root"/{lib,plugins,apps} \( -name .clang-tidy -o -name '*.h' \) \
+        -printf '%T@ %p\n' | sort -n | tail -n 1 | cut -d ' ' -f 2-)
+    compiled_alike "$build/test" |
+        while IFS='	' read -r options file; do
+            stamp=$stamps/$file.passed
+            # Unless nothing changed since it last passed.
+            if [ ! "$stamp" -nt "$file" ] || [ ! "$stamp" -nt "$newest_header" ]; then
+                printf '%s\t%s\n' "$options" "$file"
+            fi
+        done |
+        awk -F '\t' '$1 != options || n == 8 { if (n) print ""; n = 0 }
+            { printf "%s%s", n ? "\t" : "", $2; n++; options = $1 } END { if (n) print "" }' |
+        xargs -r -d '\n' -n 1 -P "$jobs" bash -c 'IFS="	"; set -f; lint "$1" "$2" $3' lint "$stamps" "$build/test"
 }
 
 # shellcheck source=apps/install_packages.sh
@@ -174,8 +226,7 @@ if [ $sanitize = yes ]; then
     build "$root" "$build/sanitize" "${with_clang[@]}" -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG="-O1 -g1" \
         -DDIFUSA_WARNINGS_AS_ERRORS=ON -DDIFUSA_SANITIZE=address,undefined
     step "Tests (under the sanitizers)"
-    # "slow" are those that take minutes when instrumented and reach no code that the others do not.
-    run_ctest "tests (under the sanitizers)" "$build/sanitize" --label-exclude slow
+    run_ctest "tests (under the sanitizers)" "$build/sanitize"
 fi
 if [ $fuzz = yes ]; then
     step "Fuzz targets"

@@ -29,6 +29,7 @@ usage "no parameter 'areas'" "$box" out.vtp --transport gather:areas=integral
 usage "one of gaussian, cubic" "$box" out.vtp --basis radial:profile=cubik
 usage "must be a number from" "$box" out.vtp --basis shepard:k=many
 usage "/nowhere" "$box" out.vtp --plugin-path /nowhere
+usage "/nowhere" "$box" out.vtp --plugin-path . --plugin-path /nowhere
 
 # Values.
 for bad in abc -5 0 1e3 2.5 12x; do

@@ -5,7 +5,6 @@
 #include <difusa/solve/solver.h>
 
 #include <Eigen/Core>
-#include <Eigen/Eigenvalues>
 
 #include <utility>
 
@@ -28,16 +27,9 @@ class DenseOperator final : public LinearOperator {
 };
 
 /// Entries uniform in [0,1), with the share `density` of them not zero.
-inline Eigen::MatrixXd random_nonnegative(Eigen::Index n, double density, RandomStream& random) {
-    Eigen::MatrixXd K(n, n);
-    for (double& entry : K.reshaped()) {
-        entry = random.uniform() < density ? random.uniform() : 0.0;
-    }
-    return K;
-}
+Eigen::MatrixXd random_nonnegative(Eigen::Index n, double density, RandomStream& random);
 
-inline double exact_spectral_radius(const Eigen::MatrixXd& K) {
-    return Eigen::EigenSolver<Eigen::MatrixXd>(K, false).eigenvalues().cwiseAbs().maxCoeff();
-}
+/// From all eigenvalues of K.
+double exact_spectral_radius(const Eigen::MatrixXd& K);
 
 } // namespace difusa::test

@@ -46,7 +46,8 @@ Role role_of(const Property& property, Element::Kind kind) {
 
 class HeaderParser {
   public:
-    HeaderParser(std::string_view content, TextScanner& scanner) : content_(content), scanner_(scanner) {}
+    HeaderParser(std::string_view content, TextScanner& scanner, bool surface)
+        : content_(content), scanner_(scanner), surface_(surface) {}
 
     Header parse() {
         if (take("'ply'") != "ply") {
@@ -187,7 +188,7 @@ class HeaderParser {
                           "again");
         }
         const auto faces = find(Element::Kind::faces), strips = find(Element::Kind::strips);
-        if (faces == header_.elements.end() && strips == header_.elements.end()) {
+        if (surface_ && faces == header_.elements.end() && strips == header_.elements.end()) {
             scanner_.fail("the header announces no element 'face': a cloud of points has no surface; reconstruct one "
                           "first");
         }
@@ -216,13 +217,14 @@ class HeaderParser {
 
     std::string_view content_;
     TextScanner& scanner_;
+    bool surface_;
     Header header_;
 };
 
 } // namespace
 
-Header parse_header(std::string_view content, TextScanner& scanner) {
-    return HeaderParser(content, scanner).parse();
+Header parse_header(std::string_view content, TextScanner& scanner, bool surface) {
+    return HeaderParser(content, scanner, surface).parse();
 }
 
 } // namespace difusa::ply

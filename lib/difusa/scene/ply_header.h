@@ -54,7 +54,7 @@ constexpr bool is_real(Type type) {
 
 /// Reads the header of `content` with a scanner at its front, which then stands after the word `end_header`.
 /// No role is there twice in an element. Throws InputError, naming the line, if the header is malformed or announces
-/// no points with x, y and z, or neither faces nor triangle strips with corners.
-Header parse_header(std::string_view content, TextScanner& scanner);
+/// no points with x, y and z, faces or strips without corners, or (if a `surface` is wanted) neither of them.
+Header parse_header(std::string_view content, TextScanner& scanner, bool surface = true);
 
 } // namespace difusa::ply
