@@ -77,8 +77,8 @@ void declare(CLI::App& app, Arguments& a) {
     const auto whole = [](const std::string& option, const std::string& text) {
         return difusa::parse_whole<std::size_t>(option, text, 0);
     };
-    numbers("--spacing", a.plan.spacings, "site spacing, in units of the case (default: each case's own, coarse to fine)",
-            difusa::parse_positive);
+    numbers("--spacing", a.plan.spacings,
+            "site spacing, in units of the case (default: each case's own, coarse to fine)", difusa::parse_positive);
     numbers("--rays", a.plan.rays, "rays from each point where light is gathered (default: 1024)",
             [](const std::string& option, const std::string& text) {
                 return difusa::parse_whole<std::size_t>(option, text, 1);
@@ -129,8 +129,8 @@ void declare(CLI::App& app, Arguments& a) {
 }
 
 void show(const difusa::Measurement& m) {
-    std::cout << m.case_name << ", " << difusa::method_of(m) << ", spacing " << m.options.spacing << ", " << m.options.rays
-              << " rays: ";
+    std::cout << m.case_name << ", " << difusa::method_of(m) << ", spacing " << m.options.spacing << ", "
+              << m.options.rays << " rays: ";
     if (m.failed) {
         std::cout << "does not converge" << std::endl;
         return;
@@ -217,18 +217,20 @@ void chapter7(Arguments& a, const difusa::Registry& registry, const difusa::Exec
                         difusa::bake(registry, reference.scene, reference.name, options, execution);
                     for (const difusa::RingCurve& curve : difusa::ring_curves(result, reference, 100, 100, execution)) {
                         std::string name = transport + "_" + basis + "_" + difusa::text_of(spacing) + "_" + curve.name;
-                        std::replace_if(name.begin(), name.end(), [](char c) { return c == ',' || c == ' ' || c == ':'; },
-                                        '_');
-                        write(a.output / (name + ".svg"), difusa::chart_of(curve, transport + ", " + basis + ", spacing " +
-                                                                                      difusa::text_of(spacing)));
+                        std::replace_if(
+                            name.begin(), name.end(), [](char c) { return c == ',' || c == ' ' || c == ':'; }, '_');
+                        write(a.output / (name + ".svg"),
+                              difusa::chart_of(curve,
+                                               transport + ", " + basis + ", spacing " + difusa::text_of(spacing)));
                         char errors[64];
-                        std::snprintf(errors, sizeof errors, " | %.1e | %.1e |\n", relative_rms(curve.mean, curve.exact),
-                                      relative_rms(curve.meridian, curve.exact));
+                        std::snprintf(errors, sizeof errors, " | %.1e | %.1e |\n",
+                                      relative_rms(curve.mean, curve.exact), relative_rms(curve.meridian, curve.exact));
                         table += row + std::to_string(result.sites->size()) + " | " + curve.name + errors;
                         for (std::size_t i = 0; i < curve.place.size(); ++i) {
                             csv += transport + ",\"" + basis + "\"," + difusa::text_of(spacing) + ",\"" + curve.name +
-                                   "\"," + difusa::text_of(curve.place[i]) + "," + difusa::text_of(curve.mean[i]) + "," +
-                                   difusa::text_of(curve.meridian[i]) + "," + difusa::text_of(curve.exact[i]) + "\n";
+                                   "\"," + difusa::text_of(curve.place[i]) + "," + difusa::text_of(curve.mean[i]) +
+                                   "," + difusa::text_of(curve.meridian[i]) + "," + difusa::text_of(curve.exact[i]) +
+                                   "\n";
                         }
                     }
                 } catch (const difusa::NotConverged& error) {

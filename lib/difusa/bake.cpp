@@ -81,12 +81,11 @@ Tools make_tools(const Registry& registry, const BakeOptions& options, BakeResul
                          ": needs light at more points than the sites, which pairwise transport does not compute; use "
                          "--transport gather, or another projection");
     }
-    result.options.direct =
-        parse_choice("direct", options.direct, {{"exact", {}}, {"interpolated", {}}}).name;
+    result.options.direct = parse_choice("direct", options.direct, {{"exact", {}}, {"interpolated", {}}}).name;
     const bool sites_carry_all = tools.pairwise || result.options.direct == "interpolated";
     const std::string bounce =
         options.first_bounce.empty()
-            ? (tools.pairwise ? "interpolated" : "gathered")
+            ? (sites_carry_all ? "interpolated" : "gathered")
             : parse_choice("first-bounce", options.first_bounce, {{"gathered", {}}, {"interpolated", {}}}).name;
     if (tools.pairwise && bounce == "gathered") {
         throw UsageError("--first-bounce gathered: pairwise transport casts no rays whose hits could be lit; use "
@@ -366,7 +365,7 @@ class Bake {
         const auto n = static_cast<Eigen::Index>(sites.size());
         Values soft = direct_irradiance(scene, transport_, result_.channels, execution_);
         Values sharp = direct_->irradiance(points_, result_.channels, lamp_samples, result_.options.seed, "lamps",
-                                                 execution_, transport_.segments);
+                                           execution_, transport_.segments);
         result_.segments = transport_.segments;
         const bool in_basis = result_.options.direct == "interpolated";
         if (in_basis) {

@@ -61,8 +61,8 @@ Measurement measure(const Registry& registry, const Judge& judge, const BakeOpti
     m.seconds = std::numeric_limits<double>::infinity();
     try {
         for (int run = 0; run < std::max(1, how.repeats); ++run) {
-            result = std::make_unique<BakeResult>(
-                bake(registry, reference.scene, reference.name, bake_options, execution));
+            result =
+                std::make_unique<BakeResult>(bake(registry, reference.scene, reference.name, bake_options, execution));
             m.seconds = std::min(m.seconds, making(*result));
         }
     } catch (const NotConverged& error) {
@@ -78,10 +78,9 @@ Measurement measure(const Registry& registry, const Judge& judge, const BakeOpti
     m.iterations = result->solve.iterations;
 
     const auto begin = std::chrono::steady_clock::now();
-    const Irradiance H =
-        options.final_gather == 0
-            ? result->field->evaluate(places, options.seed, "judged", execution)
-            : result->field->gather(places, options.final_gather, options.seed, "judged", execution);
+    const Irradiance H = options.final_gather == 0
+                             ? result->field->evaluate(places, options.seed, "judged", execution)
+                             : result->field->gather(places, options.final_gather, options.seed, "judged", execution);
     m.seconds_output = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     std::vector<double> B, exact_B, indirect, exact_indirect;
     for (std::size_t i = 0; i < places.size(); ++i) {

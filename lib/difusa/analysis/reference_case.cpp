@@ -2,7 +2,9 @@
 
 #include <difusa/analysis/references/ball_over_disc.h>
 #include <difusa/analysis/references/bowl.h>
+#include <difusa/analysis/references/cylinder.h>
 #include <difusa/analysis/references/manufactured.h>
+#include <difusa/analysis/references/plates.h>
 #include <difusa/analysis/references/sphere.h>
 #include <difusa/core/error.h>
 #include <difusa/plugin/parameters.h>
@@ -97,7 +99,8 @@ ReferenceCase manufactured_box() {
     const Vec3 size(1.0, 1.2, 0.9);
     const double rho = 0.5;
     ReferenceCase result;
-    result.about = "inside of a box, B = 1 + 0.3 cos(pi x/a) cos(pi y/b) cos(pi z/c), emission to match, reflectance 0.5";
+    result.about =
+        "inside of a box, B = 1 + 0.3 cos(pi x/a) cos(pi y/b) cos(pi z/c), emission to match, reflectance 0.5";
     const auto exact = std::make_shared<ManufacturedBox>(size, rho, ManufacturedBox::waves(size, 1.0, 0.3, 1.0));
     result.exact = exact;
     result.scene.mesh = box(Vec3::Zero(), size, 8, Front::inside);
@@ -113,8 +116,8 @@ ReferenceCase manufactured_box() {
             x[second] = v * size[second];
             return x;
         };
-        const auto table = std::make_shared<ChebyshevTable>(
-            32, [&](double u, double v) { return exact->at(place(u, v), n).E; });
+        const auto table =
+            std::make_shared<ChebyshevTable>(32, [&](double u, double v) { return exact->at(place(u, v), n).E; });
         Material material = grey(names[face], rho, 1.0);
         material.emission_pattern = [=](const Vec3& x) {
             return (*table)(x[first] / size[first], x[second] / size[second]);
@@ -130,7 +133,8 @@ ReferenceCase manufactured_box() {
 ReferenceCase inside_of_sphere() {
     ReferenceCase result;
     result.about = "inside of a sphere, E = 1 + z, reflectance 0.5: the same irradiance everywhere";
-    result.exact = std::make_shared<InsideOfSphere>(0.5, [](const Vec3& w) { return 1.0 + w.z(); }, 1.0);
+    result.exact = std::make_shared<InsideOfSphere>(
+        0.5, [](const Vec3& w) { return 1.0 + w.z(); }, 1.0);
     result.scene.mesh = sphere(1.0, 5, Front::inside);
     Material material = grey("wall", 0.5, 1.0);
     material.emission_pattern = [](const Vec3& x) { return 1.0 + x.normalized().z(); };
@@ -160,11 +164,56 @@ ReferenceCase bowl() {
     return result;
 }
 
+ReferenceCase plates() {
+    PlatesParameters p;
+    p.rho1 = 0.5;
+    p.rho2 = 0.8;
+    const double side = 40.0;
+    const auto exact = std::make_shared<Plates>(p);
+    ReferenceCase result;
+    result.about = "parallel plates of side 40 at a distance of 1, the lower one emitting, judged in the middle 2 by 2";
+    result.exact = exact;
+    Scene& scene = result.scene;
+    scene.mesh = rectangle(Vec3(-20, -20, 0), Vec3(side, 0, 0), Vec3(0, side, 0), 8, 8);
+    add(scene.mesh, rectangle(Vec3(-20, -20, p.gap), Vec3(0, side, 0), Vec3(side, 0, 0), 8, 8), 1);
+    scene.materials = {grey("lower", p.rho1, p.E1), grey("upper", p.rho2, p.E2)};
+    result.judged = [](const Vec3& x) { return std::abs(x.x()) < 1.0 && std::abs(x.y()) < 1.0; };
+    // The middle's bound serves for its surroundings with plates that are shorter by twice their distance from it.
+    const double shorter = side - 2.0;
+    result.mesh_error = std::max(exact->missing_in_the_middle(1, shorter).most / exact->at({}, Vec3::UnitZ()).B(),
+                                 exact->missing_in_the_middle(2, shorter).most / exact->at({}, -Vec3::UnitZ()).B());
+    result.spacings = {2.0, 1.0};
+    return result;
+}
+
+ReferenceCase inside_of_cylinder() {
+    const CylinderParameters p;
+    const double length = 12.0;
+    const auto exact = std::make_shared<InsideOfCylinder>(p);
+    ReferenceCase result;
+    result.about = "inside of a cylinder of length 12 and radius 1, E = 1 + cos(theta), judged in the middle sixth";
+    result.exact = exact;
+    result.scene.mesh = cylinder(p.radius, length, 256, 48, Front::inside);
+    Material material = grey("wall", p.rho, 1.0);
+    material.emission_pattern = [](const Vec3& x) { return 1.0 + x.x() / std::hypot(x.x(), x.y()); };
+    result.scene.materials = {material};
+    result.normal = [](const SurfacePoint& x) { return Vec3(-Vec3(x.position.x(), x.position.y(), 0.0).normalized()); };
+    result.judged = [](const Vec3& x) { return std::abs(x.z()) < 1.0; };
+    // As for the plates; facets turn by up to pi/256 from the tangents.
+    const double least_B = p.constant / (1.0 - p.rho) - p.amplitude / (1.0 + p.rho / 3.0);
+    result.mesh_error = exact->missing_in_the_middle(length - 2.0).most / least_B + std::numbers::pi / 256;
+    result.spacings = {0.6, 0.3, 0.15};
+    result.smooth = true;
+    return result;
+}
+
 const std::vector<std::pair<std::string, ReferenceCase (*)()>>& cases() {
     static const std::vector<std::pair<std::string, ReferenceCase (*)()>> all{{"ball-over-disc", ball_over_disc},
-                                                                             {"manufactured-box", manufactured_box},
-                                                                             {"sphere", inside_of_sphere},
-                                                                             {"bowl", bowl}};
+                                                                              {"manufactured-box", manufactured_box},
+                                                                              {"sphere", inside_of_sphere},
+                                                                              {"bowl", bowl},
+                                                                              {"plates", plates},
+                                                                              {"cylinder", inside_of_cylinder}};
     return all;
 }
 

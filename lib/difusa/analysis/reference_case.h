@@ -31,7 +31,7 @@ struct ReferenceCase {
     bool smooth = false;          ///< irradiance is smooth on each patch: orders of convergence show
 };
 
-/// "ball-over-disc" (T ch. 7), "manufactured-box", "sphere", "bowl", "plates", "cylinder", "lamp-over-floor".
+/// "ball-over-disc" (T ch. 7), "manufactured-box", "sphere", "bowl", "plates", "cylinder".
 std::vector<std::string> reference_case_names();
 
 /// Throws UsageError for an unknown name, with the nearest one.

@@ -40,9 +40,9 @@ std::vector<RingCurve> ring_curves(const BakeResult& result, const ReferenceCase
             for (int k = 0; k < azimuths; ++k) {
                 const double azimuth = 2.0 * std::numbers::pi * k / azimuths;
                 const Vec3 out(std::cos(azimuth), std::sin(azimuth), 0.0);
-                rays.push_back(disc ? Ray{place.back() * out + Vec3(0, 0, 1), Vec3(0, 0, -1), none}
-                                    : Ray{Vec3(0, 0, h),
-                                          std::cos(place.back()) * out + Vec3(0, 0, std::sin(place.back())), none});
+                rays.push_back(
+                    disc ? Ray{place.back() * out + Vec3(0, 0, 1), Vec3(0, 0, -1), none}
+                         : Ray{Vec3(0, 0, h), std::cos(place.back()) * out + Vec3(0, 0, std::sin(place.back())), none});
             }
         }
         const std::vector<SurfacePoint> points = meet(result, reference, rays);
@@ -58,13 +58,15 @@ std::vector<RingCurve> ring_curves(const BakeResult& result, const ReferenceCase
             for (std::size_t p = 0; p < points.size(); ++p) {
                 const auto row = static_cast<Eigen::Index>(p);
                 const ReferenceLight exact = reference.exact->at(points[p].position, points[p].normal);
-                const double B = exact.rho * ((direct ? H.direct(row, 0) : 0.0) + (indirect ? H.indirect(row, 0) : 0.0));
+                const double B =
+                    exact.rho * ((direct ? H.direct(row, 0) : 0.0) + (indirect ? H.indirect(row, 0) : 0.0));
                 const std::size_t ring = p / static_cast<std::size_t>(azimuths);
                 curve.mean[ring] += B / azimuths;
                 if (p % static_cast<std::size_t>(azimuths) == 0) {
                     const double H_direct = exact.H_direct.value_or(0.0);
                     curve.meridian.push_back(B);
-                    curve.exact.push_back(exact.rho * ((direct ? H_direct : 0.0) + (indirect ? exact.H - H_direct : 0.0)));
+                    curve.exact.push_back(exact.rho *
+                                          ((direct ? H_direct : 0.0) + (indirect ? exact.H - H_direct : 0.0)));
                 }
             }
             curves.push_back(std::move(curve));

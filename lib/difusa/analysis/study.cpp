@@ -19,8 +19,7 @@ using Json = nlohmann::ordered_json;
 
 bool possible(const BakeOptions& options) {
     const bool pairwise = options.transport.rfind("pairwise", 0) == 0;
-    const bool more_points =
-        options.projection.rfind("galerkin", 0) == 0 || options.projection.rfind("least", 0) == 0;
+    const bool more_points = options.projection.rfind("galerkin", 0) == 0 || options.projection.rfind("least", 0) == 0;
     return !pairwise || (!more_points && options.first_bounce != "gathered");
 }
 
@@ -50,7 +49,8 @@ const std::vector<Column>& columns() {
     static const std::vector<Column> all{
         {"spacing", [](const Measurement& m) { return std::optional(m.options.spacing); }},
         {"rays", [](const Measurement& m) { return std::optional(static_cast<double>(m.options.rays)); }},
-        {"final_gather", [](const Measurement& m) { return std::optional(static_cast<double>(m.options.final_gather)); }},
+        {"final_gather",
+         [](const Measurement& m) { return std::optional(static_cast<double>(m.options.final_gather)); }},
         {"sites", [](const Measurement& m) { return known(m, static_cast<double>(m.sites)); }},
         {"rays_cast", [](const Measurement& m) { return known(m, static_cast<double>(m.rays)); }},
         {"segments_cast", [](const Measurement& m) { return known(m, static_cast<double>(m.segments)); }},
@@ -94,8 +94,8 @@ std::string scientific(std::optional<double> value) {
     return text;
 }
 
-std::string chart(const std::vector<Measurement>& measurements, const std::string& case_name, const std::string& x_title,
-                  double (*x)(const Measurement&)) {
+std::string chart(const std::vector<Measurement>& measurements, const std::string& case_name,
+                  const std::string& x_title, double (*x)(const Measurement&)) {
     Chart chart;
     chart.title = case_name + ": error of the radiosity";
     chart.x_title = x_title;
@@ -236,8 +236,7 @@ std::string markdown_of(const std::vector<Measurement>& measurements, const std:
 }
 
 std::string error_against_time(const std::vector<Measurement>& measurements, const std::string& case_name) {
-    return chart(measurements, case_name, "seconds",
-                 [](const Measurement& m) { return m.seconds + m.seconds_output; });
+    return chart(measurements, case_name, "seconds", [](const Measurement& m) { return m.seconds + m.seconds_output; });
 }
 
 std::string error_against_sites(const std::vector<Measurement>& measurements, const std::string& case_name) {

@@ -12,9 +12,9 @@ namespace difusa {
 
 /// The product of all of these is measured.
 struct StudyPlan {
-    std::vector<std::string> cases;                                  ///< empty: all there are
+    std::vector<std::string> cases; ///< empty: all there are
     std::vector<std::string> bases, projections, transports;
-    std::vector<double> spacings;           ///< in units of each case; empty: the case's own
+    std::vector<double> spacings; ///< in units of each case; empty: the case's own
     std::vector<std::size_t> rays;
     std::vector<std::size_t> final_gathers; ///< 0: the basis is evaluated
     BakeOptions common;                     ///< everything else

@@ -83,7 +83,10 @@ class Axis {
             return result;
         }
         const double rough = (high_ - low_) / 6.0, power = std::pow(10.0, std::floor(std::log10(rough)));
-        const double step = power * (rough / power < 1.5 ? 1.0 : rough / power < 3.5 ? 2.0 : rough / power < 7.5 ? 5.0 : 10.0);
+        const double step = power * (rough / power < 1.5   ? 1.0
+                                     : rough / power < 3.5 ? 2.0
+                                     : rough / power < 7.5 ? 5.0
+                                                           : 10.0);
         for (double k = std::ceil(low_ / step); k * step <= high_; k += 1.0) {
             result.push_back(k * step);
         }
@@ -143,8 +146,8 @@ std::string svg_of(const Chart& chart) {
         svg += line(left, y.pixel(tick), right, y.pixel(tick), "stroke=\"#dddddd\"");
         svg += text_at(left - 8.0, y.pixel(tick) + 4.0, "end", text_of(tick));
     }
-    svg += "<rect x=\"" + fixed(left) + "\" y=\"" + fixed(top) + "\" width=\"" + fixed(right - left) +
-           "\" height=\"" + fixed(bottom - top) + "\" fill=\"none\" stroke=\"#000000\"/>\n";
+    svg += "<rect x=\"" + fixed(left) + "\" y=\"" + fixed(top) + "\" width=\"" + fixed(right - left) + "\" height=\"" +
+           fixed(bottom - top) + "\" fill=\"none\" stroke=\"#000000\"/>\n";
     svg += text_at(0.5 * (left + right), bottom + 40.0, "middle", chart.x_title);
     svg += text_at(18.0, 0.5 * (top + bottom), "middle", chart.y_title,
                    " transform=\"rotate(-90 18 " + fixed(0.5 * (top + bottom)) + ")\"");

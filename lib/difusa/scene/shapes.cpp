@@ -41,8 +41,8 @@ Mesh rings_of(int rings, const std::function<Vec3(double rho, double angle)>& pl
         const int count = 6 * k;
         std::vector<Index> outer;
         for (int i = 0; i < count; ++i) {
-            outer.push_back(add_point(mesh, place(static_cast<double>(k) / rings,
-                                                  2.0 * std::numbers::pi * static_cast<double>(i) / count)));
+            outer.push_back(add_point(
+                mesh, place(static_cast<double>(k) / rings, 2.0 * std::numbers::pi * static_cast<double>(i) / count)));
         }
         // Each sixth of the ring has k steps outside and k-1 inside.
         const auto in = [&](int i) { return inner[static_cast<std::size_t>(i) % inner.size()]; };
@@ -144,8 +144,8 @@ Mesh spherical_cap(double radius, double half_angle, int rings, Front front) {
 Mesh sphere(double radius, int halvings, Front front) {
     Mesh mesh;
     const double golden = 0.5 * (1.0 + std::sqrt(5.0));
-    for (const auto& [a, b] : {std::pair(1.0, golden), std::pair(-1.0, golden), std::pair(1.0, -golden),
-                               std::pair(-1.0, -golden)}) {
+    for (const auto& [a, b] :
+         {std::pair(1.0, golden), std::pair(-1.0, golden), std::pair(1.0, -golden), std::pair(-1.0, -golden)}) {
         add_point(mesh, Vec3(a, b, 0.0));
         add_point(mesh, Vec3(0.0, a, b));
         add_point(mesh, Vec3(b, 0.0, a));
@@ -168,8 +168,7 @@ Mesh sphere(double radius, int halvings, Front front) {
         finer.points = mesh.points;
         std::map<std::pair<Index, Index>, Index> middle;
         const auto between = [&](Index a, Index b) {
-            const auto [entry, fresh] =
-                middle.try_emplace(std::minmax(a, b), static_cast<Index>(finer.points.size()));
+            const auto [entry, fresh] = middle.try_emplace(std::minmax(a, b), static_cast<Index>(finer.points.size()));
             if (fresh) {
                 finer.points.push_back(finer.points[a].normalized() + finer.points[b].normalized());
             }
