@@ -1,0 +1,55 @@
+"""Shows what bake_radiosity wrote (.vtp) in ParaView, as one would see it or in the colours of a scale.
+
+    xvfb-run -a -s -noreset pvbatch show_bake.py out.vtp picture.png                      # display_rgb
+    xvfb-run -a -s -noreset pvbatch show_bake.py out.vtp picture.png --array luminance    # W/m^2, with a scale bar
+    xvfb-run -a -s -noreset pvbatch show_bake.py out.vtp picture.png --array radiosity:0  # its red component
+
+In ParaView's window: View, Python Shell, Run Script once for each; or
+    import sys; sys.path.append("<prefix>/share/difusa/paraview"); import show_bake; show_bake.main(["out.vtp"])
+"""
+import os
+import sys
+
+if "__file__" in globals():
+    sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import difusa_view as dv
+
+
+def limits_without_lamps(field, name):
+    """The values that occur where nothing emits: beside a lamp all else would be black. None if that is no matter."""
+    if field.data.GetPointData().GetArray("emission") is None:
+        return None
+    base, component = dv.split_component(name)
+    emission, array = field.array("emission", 3), field.array(base, None)
+    component = min(component or 0, array.GetNumberOfComponents() - 1)
+    values = [array.GetComponent(i, component) for i in range(array.GetNumberOfTuples())
+              if not any(emission.GetTuple3(i))]
+    values = [v for v in values if v - v == 0.0]
+    if not values or min(values) == max(values):
+        return None
+    return min(values), max(values)
+
+
+def main(arguments):
+    options = dv.parser(__doc__, "show_bake.py")
+    options.add_argument("--array", default="display_rgb", metavar="NAME",
+                         help="point array, as in `luminance`, or one of its components, as in `radiosity:0` (display_rgb)")
+    options.add_argument("--range", nargs=2, type=float, metavar=("LEAST", "LARGEST"),
+                         help="values of the lowest and the highest colour (those that occur where nothing emits)")
+    options = options.parse_args(arguments)
+
+    field = dv.Field(options.file)
+    field.array(dv.split_component(options.array)[0], None)
+    view = dv.new_view(options)
+    display = dv.show_surface(field, view, options.both_sides)
+    if options.array == "display_rgb":
+        dv.colour_directly(field, display, options.array)
+    else:
+        limits = options.range or limits_without_lamps(field, options.array)
+        dv.colour_by(field, view, display, options.array, "Inferno (matplotlib)", limits)
+    dv.aim(view, field, options)
+    dv.save(view, options)
+
+
+if __name__ == "__main__":
+    dv.run(main)
