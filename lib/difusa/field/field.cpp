@@ -18,7 +18,9 @@ Irradiance Field::evaluate(std::span<const SurfacePoint> x, std::uint64_t seed, 
     const Eigen::Index c = channels();
     H.direct = h.leftCols(c);
     H.indirect = h.rightCols(c) - H.direct;
-    H.direct += parts_.direct->irradiance(x, channels(), parts_.lamp_samples, seed, purpose, execution, H.segments);
+    if (!parts_.direct_in_basis) {
+        H.direct += parts_.direct->irradiance(x, channels(), parts_.lamp_samples, seed, purpose, execution, H.segments);
+    }
     return H;
 }
 
