@@ -119,6 +119,12 @@ void declare(CLI::App& app, Arguments& a) {
         ->group(transport)
         ->type_name("N")
         ->default_str(shown(a.bake.rays));
+    app.add_option("--direct", a.bake.direct,
+                   "light of suns and lamps: exact (computed at the very point) or interpolated between sites (as in "
+                   "the dissertation)")
+        ->group(transport)
+        ->type_name("NAME")
+        ->capture_default_str();
     app.add_option("--first-bounce", a.bake.first_bounce,
                    "light of suns and lamps after one reflection: gathered where rays hit (default; sharp), or "
                    "interpolated between sites (half the rays; the way of pairwise)")

@@ -81,13 +81,19 @@ Tools make_tools(const Registry& registry, const BakeOptions& options, BakeResul
                          ": needs light at more points than the sites, which pairwise transport does not compute; use "
                          "--transport gather, or another projection");
     }
+    result.options.direct = parse_choice("direct", options.direct, {{"exact", {}}, {"interpolated", {}}}).name;
+    const bool sites_carry_all = tools.pairwise || result.options.direct == "interpolated";
     const std::string bounce =
         options.first_bounce.empty()
-            ? (tools.pairwise ? "interpolated" : "gathered")
+            ? (sites_carry_all ? "interpolated" : "gathered")
             : parse_choice("first-bounce", options.first_bounce, {{"gathered", {}}, {"interpolated", {}}}).name;
     if (tools.pairwise && bounce == "gathered") {
         throw UsageError("--first-bounce gathered: pairwise transport casts no rays whose hits could be lit; use "
                          "--transport gather, or --first-bounce interpolated");
+    }
+    if (result.options.direct == "interpolated" && bounce == "gathered") {
+        throw UsageError("--first-bounce gathered: with --direct interpolated the sites carry the light of suns and "
+                         "lamps; leave one of the two out");
     }
     result.options.first_bounce = bounce;
 
@@ -357,10 +363,15 @@ class Bake {
         const Scene& scene = *result_.scene;
         const SiteSet& sites = *result_.sites;
         const auto n = static_cast<Eigen::Index>(sites.size());
-        const Values soft = direct_irradiance(scene, transport_, result_.channels, execution_);
-        const Values sharp = direct_->irradiance(points_, result_.channels, lamp_samples, result_.options.seed, "lamps",
-                                                 execution_, transport_.segments);
+        Values soft = direct_irradiance(scene, transport_, result_.channels, execution_);
+        Values sharp = direct_->irradiance(points_, result_.channels, lamp_samples, result_.options.seed, "lamps",
+                                           execution_, transport_.segments);
         result_.segments = transport_.segments;
+        const bool in_basis = result_.options.direct == "interpolated";
+        if (in_basis) {
+            soft += sharp;
+            sharp.setZero();
+        }
         const double brightest = (soft + sharp).maxCoeff();
         if (!(brightest > 0.0) && !scene.has_emitters()) {
             throw InputError(result_.file + ": no light reaches the front of any face: the sky is shut out, no sun "
@@ -382,7 +393,7 @@ class Bake {
         Values source = soft;
         if (transport_.bounce.rows() > 0) {
             source += transport_.bounce;
-        } else if (direct_->any()) {
+        } else if (direct_->any() && !in_basis) {
             Values reflected;
             K.apply(rho.cwiseProduct(sharp), reflected, execution_);
             source += reflected;
@@ -409,7 +420,7 @@ class Bake {
         result_.irradiance_direct = (soft + sharp).topRows(n);
         result_.field = std::make_shared<Field>(
             FieldParts{result_.scene, result_.sites, tools_.basis, tools_.visibility, tools_.directions, direct_,
-                       projection_->coefficients(soft), projection_->coefficients(h), lamp_samples});
+                       projection_->coefficients(soft), projection_->coefficients(h), lamp_samples, in_basis});
         balance(rho, h + sharp);
     }
 

@@ -18,7 +18,9 @@ Irradiance Field::evaluate(std::span<const SurfacePoint> x, std::uint64_t seed, 
     const Eigen::Index c = channels();
     H.direct = h.leftCols(c);
     H.indirect = h.rightCols(c) - H.direct;
-    H.direct += parts_.direct->irradiance(x, channels(), parts_.lamp_samples, seed, purpose, execution, H.segments);
+    if (!parts_.direct_in_basis) {
+        H.direct += parts_.direct->irradiance(x, channels(), parts_.lamp_samples, seed, purpose, execution, H.segments);
+    }
     return H;
 }
 
@@ -57,7 +59,11 @@ Irradiance Field::gather(std::span<const SurfacePoint> x, std::size_t rays, std:
             const std::span<const double> weight = work.around.weights();
             parts_.basis->evaluate(met, work.rows);
             RandomStream stream(own_seed, "bounce", i);
-            light.sample(met, stream, std::span(work.H).first(met.size()), work.light);
+            if (parts_.direct_in_basis) {
+                std::fill(work.H.begin(), work.H.end(), Rgb(Rgb::Zero()));
+            } else {
+                light.sample(met, stream, std::span(work.H).first(met.size()), work.light);
+            }
             Eigen::RowVectorXd direct = work.around.sky() * scene.sky.head(channel_count).matrix().transpose();
             Eigen::RowVectorXd indirect = Eigen::RowVectorXd::Zero(channel_count);
             Eigen::RowVectorXd H(channel_count);

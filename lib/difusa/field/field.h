@@ -24,6 +24,7 @@ struct FieldParts {
     Values soft_direct; ///< #S by #channels: coefficients of the direct light of sky and of emitters that are no lamps
     Values smooth;      ///< likewise: coefficients of h, which is all light but that of suns and lamps
     std::size_t lamp_samples = 64; ///< shadow rays to the lamps of a material, at a point
+    bool direct_in_basis = false;  ///< the coefficients hold the light of suns and lamps too
 };
 
 /// Irradiance at points, in W/m²: #points by #channels each.

@@ -13,11 +13,12 @@ namespace difusa {
 /// Point arrays: radiosity, irradiance, irradiance_direct, irradiance_indirect, emission (R G B, W/m^2), reflectance
 /// (R G B), luminance (W/m^2, Rec. 709 weights of the radiosity), display_rgb (uint8, sRGB; the exposure that maps
 /// radiosity to linear [0,1] is in the notes), Normals. Cell arrays: original_face_id (number in the mesh file),
-/// material_id. With an error estimate also `residual` and `error_bound` (W/m^2, BakeResult). Notes: versions, options, seed, iterations, residual, times, materials.
+/// material_id. With an error estimate also `residual` and `error_bound` (W/m^2, BakeResult). Notes: versions, options,
+/// seed, iterations, residual, times, materials.
 FieldFile field_of(const BakeResult& result);
 
-/// The sites as a point cloud: Normals, radius, area, coefficient (of the irradiance without that of suns and lamps), irradiance, radiosity,
-/// reflectance, emission (mean of the element), original_face_id, patch.
+/// The sites as a point cloud: Normals, radius, area, coefficient (of the irradiance without that of suns and lamps),
+/// irradiance, radiosity, reflectance, emission (mean of the element), original_face_id, patch.
 FieldFile sites_of(const BakeResult& result);
 
 /// The report as JSON text; its layout is documented by its fields `schema` and `schema_version` (1).

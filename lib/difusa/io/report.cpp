@@ -102,6 +102,7 @@ std::string report_of(const BakeResult& result) {
     chosen["rays"] = options.rays;
     chosen["tolerance"] = options.solve.tolerance;
     chosen["max_iterations"] = options.solve.max_iterations;
+    chosen["direct"] = options.direct;
     chosen["first_bounce"] = options.first_bounce;
     chosen["final_gather"] = options.final_gather;
     chosen["error_points"] = options.error_points ? Json(*options.error_points) : Json(nullptr);

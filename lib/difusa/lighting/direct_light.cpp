@@ -22,10 +22,14 @@ std::size_t DirectLight::lamp_count() const {
 }
 
 Segment DirectLight::towards(const SurfacePoint& x, const Sun& sun) const {
-    // A shading normal may face a sun that is below the plane of the face: then the face itself does not hide it.
+    // A shading normal may face a sun that is below the plane of the face, or in it: then the face and those beside it
+    // do not hide it.
     const Vec3& n = scene_.mesh.normals[x.face];
     const double height = n.dot(sun.towards);
-    const Vec3 way = height < 0.0 ? Vec3(sun.towards - 2.0 * height * n) : sun.towards;
+    Vec3 way = sun.towards;
+    if (x.normal != n && height < 0x1p-30) {
+        way += (std::max(-height, 0x1p-30) - height) * n;
+    }
     return {x.position, x.position + way * reach_, x.face, none};
 }
 

@@ -1,0 +1,285 @@
+// measure_accuracy --output DIR: speed against error, on scenes whose radiosity is known. Options in, study, files out.
+#include "arguments.h"
+#include "terminal.h"
+
+#include <difusa/analysis/ring_curves.h>
+#include <difusa/analysis/study.h>
+#include <difusa/core/text.h>
+#include <difusa/io/field_file.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace {
+
+using difusa::add_whole;
+using difusa::shown;
+using difusa::UsageError;
+
+const char* const examples =
+    R"(Bakes scenes whose radiosity is known exactly, and tells how fast and how accurate each method is.
+
+Examples:
+  measure_accuracy --output study
+      all cases, four bases with and without projection; tables, charts, CSV and JSON in study/
+  measure_accuracy --output study --case ball-over-disc --basis shepard --basis normalized-radial --spacing 3 --spacing 1
+      two bases at two spacings; options that may be repeated are combined with each other
+  measure_accuracy --output study --case ball-over-disc --projection galerkin --rays 1024 --rays 16384
+      how far more rays help
+  measure_accuracy --output study --chapter7
+      the dissertation's chapter 7: curves over ball and disc for its three bases, as printed and as done here
+
+Cases: %CASES%.
+
+Exit codes: 0 done, 1 usage, 3 not converged, 4 resources, 5 internal, 130 interrupted.
+)";
+
+struct Arguments {
+    std::filesystem::path output;
+    std::vector<std::filesystem::path> plugin_path;
+    difusa::StudyPlan plan;
+    unsigned threads = std::max(1U, std::thread::hardware_concurrency());
+    std::size_t repeats = 1;
+    bool chapter7 = false, quiet = false, version = false;
+};
+
+void declare(CLI::App& app, Arguments& a) {
+    app.add_option("--output", a.output, "directory for the tables and charts; made if it does not exist")
+        ->type_name("DIR");
+    const std::string what = "What is measured (all may be repeated)";
+    const auto words = [&](const std::string& name, std::vector<std::string>& target, const std::string& meaning) {
+        app.add_option(name, target, meaning)->group(what)->type_name("NAME")->expected(-1)->allow_extra_args(false);
+    };
+    words("--case", a.plan.cases, "scene with a known answer (default: all)");
+    words("--basis", a.plan.bases, "default: radial, normalized-radial, shepard, moving-least-squares");
+    words("--projection", a.plan.projections, "default: natural, galerkin");
+    words("--transport", a.plan.transports, "default: gather");
+    const auto numbers = [&](const std::string& name, auto& target, const std::string& meaning, auto parse) {
+        app.add_option_function<std::vector<std::string>>(
+               name,
+               [&target, name, parse](const std::vector<std::string>& texts) {
+                   for (const std::string& text : texts) {
+                       target.push_back(parse(name, text));
+                   }
+               },
+               meaning)
+            ->group(what)
+            ->type_name("N")
+            ->expected(-1)
+            ->allow_extra_args(false);
+    };
+    const auto whole = [](const std::string& option, const std::string& text) {
+        return difusa::parse_whole<std::size_t>(option, text, 0);
+    };
+    numbers("--spacing", a.plan.spacings,
+            "site spacing, in units of the case (default: each case's own, coarse to fine)", difusa::parse_positive);
+    numbers("--rays", a.plan.rays, "rays from each point where light is gathered (default: 1024)",
+            [](const std::string& option, const std::string& text) {
+                return difusa::parse_whole<std::size_t>(option, text, 1);
+            });
+    numbers("--final-gather", a.plan.final_gathers, "rays at each place that is judged (default: 0, the basis)", whole);
+    app.add_flag("--chapter7", a.chapter7, "curves of the ball over the disc instead, as in the dissertation");
+
+    const std::string how = "How";
+    app.add_option("--visibility", a.plan.common.visibility, "ray casting: cgal or embree")
+        ->group(how)
+        ->type_name("NAME")
+        ->capture_default_str();
+    app.add_option("--direct", a.plan.common.direct, "light of suns and lamps: exact or interpolated")
+        ->group(how)
+        ->type_name("NAME")
+        ->capture_default_str();
+    app.add_option("--first-bounce", a.plan.common.first_bounce, "gathered or interpolated")
+        ->group(how)
+        ->type_name("NAME");
+    app.add_option("--kernel", a.plan.common.kernel, "form factor of pairwise transport: disc or point")
+        ->group(how)
+        ->type_name("NAME")
+        ->capture_default_str();
+    add_whole<std::size_t>(app, "--places", a.plan.how.places, 1, "surface points at which fields are judged")
+        ->group(how)
+        ->type_name("N")
+        ->default_str(shown(a.plan.how.places));
+    add_whole<std::size_t>(app, "--repeat", a.repeats, 1, "bakes of each; the fastest counts")
+        ->group(how)
+        ->type_name("N")
+        ->default_str(shown(a.repeats));
+    const std::string run = "Running";
+    add_whole<std::uint64_t>(app, "--seed", a.plan.common.seed, 0, "of all random choices")
+        ->group(run)
+        ->type_name("N")
+        ->default_str(shown(a.plan.common.seed));
+    add_whole(app, "--threads", a.threads, 1U, "threads; errors do not depend on it")
+        ->group(run)
+        ->type_name("N")
+        ->default_str(shown(a.threads));
+    app.add_option("--plugin-path", a.plugin_path, "another directory with plugins (may be repeated)")
+        ->group(run)
+        ->type_name("DIR")
+        ->expected(-1)
+        ->allow_extra_args(false);
+    app.add_flag("--quiet", a.quiet, "only errors")->group(run);
+    app.add_flag("--version", a.version, "version, and those of the libraries")->group(run);
+}
+
+void show(const difusa::Measurement& m) {
+    std::cout << m.case_name << ", " << difusa::method_of(m) << ", spacing " << m.options.spacing << ", "
+              << m.options.rays << " rays: ";
+    if (m.failed) {
+        std::cout << "does not converge" << std::endl;
+        return;
+    }
+    std::cout << m.sites << " sites, " << difusa::text_of(m.seconds + m.seconds_output) << " s, relative L2 error "
+              << difusa::text_of(m.total.l2.relative().value_or(NAN)) << std::endl;
+}
+
+template <class T> void fill(std::vector<T>& values, std::vector<T> standard) {
+    if (values.empty()) {
+        values = std::move(standard);
+    }
+}
+
+void write(const std::filesystem::path& file, const std::string& content) {
+    difusa::write_whole_file(file, content);
+}
+
+void study(Arguments& a, const difusa::Registry& registry, const difusa::Execution& execution) {
+    fill(a.plan.bases, {"radial", "normalized-radial", "shepard", "moving-least-squares"});
+    fill(a.plan.projections, {"natural", "galerkin"});
+    fill(a.plan.transports, {"gather"});
+    fill(a.plan.rays, {std::size_t{1024}});
+    fill(a.plan.final_gathers, {std::size_t{0}});
+    a.plan.how.repeats = static_cast<int>(a.repeats);
+    for (const std::string& name : a.plan.cases) {
+        difusa::reference_case(name); // an unknown one is refused before the work
+    }
+    const std::vector<difusa::Measurement> measurements =
+        difusa::run_study(registry, a.plan, execution, [&](const difusa::Measurement& m) {
+            if (!a.quiet) {
+                show(m);
+            }
+        });
+    write(a.output / "measurements.csv", difusa::csv_of(measurements));
+    write(a.output / "measurements.json", difusa::json_of(measurements));
+    for (const std::string& name : a.plan.cases.empty() ? difusa::reference_case_names() : a.plan.cases) {
+        write(a.output / (name + ".md"), difusa::markdown_of(measurements, name));
+        write(a.output / (name + "_error_against_time.svg"), difusa::error_against_time(measurements, name));
+        write(a.output / (name + "_error_against_sites.svg"), difusa::error_against_sites(measurements, name));
+    }
+}
+
+/// Root mean square of the differences between two curves, over that of the second.
+double relative_rms(const std::vector<double>& curve, const std::vector<double>& exact) {
+    double error = 0.0, size = 0.0;
+    for (std::size_t i = 0; i < curve.size(); ++i) {
+        error += (curve[i] - exact[i]) * (curve[i] - exact[i]);
+        size += exact[i] * exact[i];
+    }
+    return size > 0.0 ? std::sqrt(error / size) : 0.0;
+}
+
+void chapter7(Arguments& a, const difusa::Registry& registry, const difusa::Execution& execution) {
+    fill(a.plan.bases, {"radial", "normalized-radial", "shepard"});
+    fill(a.plan.spacings, {3.0, 1.0});
+    fill(a.plan.rays, {std::size_t{1024}});
+    const difusa::ReferenceCase reference = difusa::reference_case("ball-over-disc");
+    std::string table = "| transport | basis | spacing | sites | curve | mean of rings | one meridian |\n"
+                        "|---|---|---|---|---|---|---|\n";
+    std::string csv = "transport,basis,spacing,curve,place,mean,meridian,exact\n";
+    for (const bool printed : {true, false}) {
+        for (const std::string& basis : a.plan.bases) {
+            for (const double spacing : a.plan.spacings) {
+                difusa::BakeOptions options = a.plan.common;
+                options.basis = basis;
+                options.spacing = spacing;
+                options.rays = a.plan.rays[0];
+                options.output_spacing = reference.scene.mesh.diameter();
+                options.error_points = 0;
+                if (printed) { // T 5.5, 5.7: direct light is a part of the unknown
+                    options.transport = "pairwise:areas=neighbours";
+                    options.kernel = "point";
+                    options.direct = "interpolated";
+                    options.first_bounce.clear();
+                }
+                const std::string transport = printed ? "pairwise" : "gather";
+                const std::string row = "| " + transport + " | " + basis + " | " + difusa::text_of(spacing) + " | ";
+                if (!a.quiet) {
+                    std::cout << transport << ", " << basis << ", spacing " << spacing << std::endl;
+                }
+                try {
+                    const difusa::BakeResult result =
+                        difusa::bake(registry, reference.scene, reference.name, options, execution);
+                    for (const difusa::RingCurve& curve : difusa::ring_curves(result, reference, 100, 100, execution)) {
+                        std::string name = transport + "_" + basis + "_" + difusa::text_of(spacing) + "_" + curve.name;
+                        std::replace_if(
+                            name.begin(), name.end(), [](char c) { return c == ',' || c == ' ' || c == ':'; }, '_');
+                        write(a.output / (name + ".svg"),
+                              difusa::chart_of(curve,
+                                               transport + ", " + basis + ", spacing " + difusa::text_of(spacing)));
+                        char errors[64];
+                        std::snprintf(errors, sizeof errors, " | %.1e | %.1e |\n",
+                                      relative_rms(curve.mean, curve.exact), relative_rms(curve.meridian, curve.exact));
+                        table += row + std::to_string(result.sites->size()) + " | " + curve.name + errors;
+                        for (std::size_t i = 0; i < curve.place.size(); ++i) {
+                            csv += transport + ",\"" + basis + "\"," + difusa::text_of(spacing) + ",\"" + curve.name +
+                                   "\"," + difusa::text_of(curve.place[i]) + "," + difusa::text_of(curve.mean[i]) +
+                                   "," + difusa::text_of(curve.meridian[i]) + "," + difusa::text_of(curve.exact[i]) +
+                                   "\n";
+                        }
+                    }
+                } catch (const difusa::NotConverged& error) {
+                    table += row + "– | does not converge | | |\n";
+                    if (!a.quiet) {
+                        std::cout << "  " << error.what() << std::endl;
+                    }
+                }
+            }
+        }
+    }
+    write(a.output / "chapter7.md", table);
+    write(a.output / "chapter7.csv", csv);
+}
+
+void run(Arguments& a) {
+    if (a.output.empty()) {
+        throw UsageError("a directory for the results is expected: measure_accuracy --output study (--help)");
+    }
+    std::error_code error;
+    std::filesystem::create_directories(a.output, error);
+    if (error) {
+        throw difusa::ResourceError(a.output.string() + ": cannot be made: " + error.message());
+    }
+    difusa::check_output_path(a.output / "measurements.csv", false);
+    const difusa::Registry registry = difusa::Registry::load(a.plugin_path);
+    difusa::TerminalProgress progress(true); // interruptible; the measurements tell how far it is
+    const difusa::Execution execution{a.threads, &progress};
+    if (a.chapter7) {
+        chapter7(a, registry, execution);
+    } else {
+        study(a, registry, execution);
+    }
+    if (!a.quiet) {
+        std::cout << "written: " << a.output.string() << std::endl;
+    }
+}
+
+} // namespace
+
+int main(int count, char** words) {
+    std::string text = examples, names;
+    for (const std::string& name : difusa::reference_case_names()) {
+        names += (names.empty() ? "" : ", ") + name;
+    }
+    text.replace(text.find("%CASES%"), 7, names);
+    CLI::App app(text, "measure_accuracy");
+    Arguments arguments;
+    declare(app, arguments);
+    return difusa::run_command(app, count, words, "no arguments but options", arguments.version,
+                               [&] { run(arguments); });
+}

@@ -1,0 +1,204 @@
+#include <difusa/basis/element_integrals.h>
+#include <difusa/basis/projection.h>
+#include <difusa/core/error.h>
+
+#include <support/sited.h>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <meshes.h>
+
+namespace difusa {
+namespace {
+
+const std::vector<std::string> kinds{
+    "natural",       "interpolation",          "corrected",        "corrected:sweeps=3",
+    "least-squares", "least-squares:points=2", "galerkin:points=4"};
+
+/// Sites on a box, a basis on them, and the matrices of each projection as dense ones.
+struct Setting {
+    Mesh mesh = test::box(1.0, 2);
+    SiteSet sites = test::poisson_sites(mesh, 0.25);
+    std::shared_ptr<Basis> basis;
+    std::vector<double> integrals;
+
+    explicit Setting(const std::string& choice) : basis(test::plugin<Basis>(choice)) {
+        basis->bind(mesh, sites);
+        Scene scene;
+        scene.mesh = mesh;
+        scene.materials.resize(1);
+        integrals = element_integrals(scene, *basis, 0.25, Execution{}).area;
+    }
+
+    Eigen::MatrixXd collocation(const std::vector<SurfacePoint>& points) const {
+        Eigen::MatrixXd Z = Eigen::MatrixXd::Zero(std::ssize(points), static_cast<Eigen::Index>(basis->size()));
+        BasisRow row;
+        for (std::size_t q = 0; q < points.size(); ++q) {
+            basis->evaluate(points[q], row);
+            for (std::size_t k = 0; k < row.element.size(); ++k) {
+                Z(static_cast<Eigen::Index>(q), static_cast<Eigen::Index>(row.element[k])) = row.weight[k];
+            }
+        }
+        return Z;
+    }
+};
+
+ProjectionChoice parsed(const std::string& choice) {
+    std::string text;
+    return parse_projection(choice, text);
+}
+
+/// P as a dense matrix, column by column.
+Eigen::MatrixXd dense(const Projection& projection, std::size_t points) {
+    const auto n = static_cast<Eigen::Index>(points);
+    return projection.coefficients(Values(Eigen::MatrixXd::Identity(n, n)));
+}
+
+const std::vector<std::string> bases{"normalized-radial", "shepard", "moving-least-squares", "radial:width=0.3"};
+
+TEST(ProjectionKinds, TheSitesComeFirstAmongThePoints) {
+    const Setting setting("shepard");
+    for (const std::string& kind : kinds) {
+        const ProjectionChoice choice = parsed(kind);
+        const std::vector<SurfacePoint> points = projection_points(choice, setting.mesh, setting.sites, 1);
+        const bool more = choice.kind == ProjectionKind::least_squares || choice.kind == ProjectionKind::galerkin;
+        const std::size_t n = setting.sites.size();
+        EXPECT_EQ(points.size(),
+                  more ? n + static_cast<std::size_t>((choice.points - 1.0) * static_cast<double>(n)) : n);
+        for (std::size_t j = 0; j < n; ++j) {
+            EXPECT_EQ(points[j].position, setting.sites.points[j].position);
+        }
+    }
+}
+
+/// What is in the space of the basis is found again: P Z = 1 wherever P inverts or minimises.
+TEST(ProjectionKinds, FunctionsOfTheBasisAreReproduced) {
+    for (const std::string& name : bases) {
+        const Setting setting(name);
+        for (const std::string& kind : kinds) {
+            const ProjectionChoice choice = parsed(kind);
+            if (choice.kind == ProjectionKind::natural || choice.kind == ProjectionKind::corrected) {
+                continue;
+            }
+            SCOPED_TRACE(name + ", " + kind);
+            const std::vector<SurfacePoint> points = projection_points(choice, setting.mesh, setting.sites, 1);
+            const Projection projection(*setting.basis, setting.sites, choice, points, setting.integrals, Execution{});
+            EXPECT_GE(projection.condition(), 1.0);
+            const Eigen::MatrixXd PZ = dense(projection, points.size()) * setting.collocation(points);
+            const auto n = PZ.rows();
+            EXPECT_LT((PZ - Eigen::MatrixXd::Identity(n, n)).cwiseAbs().maxCoeff(), 1e-13 * projection.condition());
+        }
+    }
+}
+
+TEST(ProjectionKinds, ConstantsStayWhereElementsSumToOne) {
+    for (const char* const name : {"normalized-radial", "shepard", "moving-least-squares"}) {
+        const Setting setting(name);
+        for (const std::string& kind : kinds) {
+            SCOPED_TRACE(name + std::string(", ") + kind);
+            const ProjectionChoice choice = parsed(kind);
+            const std::vector<SurfacePoint> points = projection_points(choice, setting.mesh, setting.sites, 1);
+            const Projection projection(*setting.basis, setting.sites, choice, points, setting.integrals, Execution{});
+            const Values b = projection.coefficients(Values::Constant(std::ssize(points), 1, 3.0));
+            EXPECT_LT((b.array() - 3.0).abs().maxCoeff(), 1e-13 * projection.condition());
+        }
+    }
+}
+
+TEST(ProjectionKinds, LeastSquaresLeaveAnOrthogonalResidual) {
+    for (const std::string& name : bases) {
+        const Setting setting(name);
+        for (const bool weighted : {false, true}) {
+            const ProjectionChoice choice = parsed(weighted ? "galerkin" : "least-squares");
+            const std::vector<SurfacePoint> points = projection_points(choice, setting.mesh, setting.sites, 1);
+            const Projection projection(*setting.basis, setting.sites, choice, points, setting.integrals, Execution{});
+            const Eigen::MatrixXd Z = setting.collocation(points);
+            // The weights as the projection sees them: P = M⁻¹ ZᵀW has M P = ZᵀW, and for a partition of unity the rows
+            // of ZᵀW sum to W.
+            const Eigen::MatrixXd residual =
+                Eigen::MatrixXd::Identity(Z.rows(), Z.rows()) - Z * dense(projection, points.size());
+            if (!weighted) {
+                EXPECT_LT((Z.transpose() * residual).cwiseAbs().maxCoeff(), 1e-12 * projection.condition()) << name;
+                continue;
+            }
+            // Weighted: the residual of any data is orthogonal in some inner product with positive weights that sum to
+            // the surface, those of sites sharing their area with the points nearest to them. A naive twin of it:
+            std::vector<std::size_t> owner(points.size()), members(setting.sites.size(), 0);
+            for (std::size_t q = 0; q < points.size(); ++q) {
+                double least = 1e300;
+                for (std::size_t j = 0; j < setting.sites.size(); ++j) {
+                    const double d = (points[q].position - setting.sites.points[j].position).squaredNorm();
+                    if (d < least) {
+                        least = d;
+                        owner[q] = j;
+                    }
+                }
+                ++members[owner[q]];
+            }
+            Eigen::VectorXd W(Z.rows());
+            for (std::size_t q = 0; q < points.size(); ++q) {
+                W[static_cast<Eigen::Index>(q)] = setting.integrals[owner[q]] / static_cast<double>(members[owner[q]]);
+            }
+            EXPECT_LT((Z.transpose() * W.asDiagonal() * residual).cwiseAbs().maxCoeff(),
+                      1e-12 * projection.condition() * W.maxCoeff())
+                << name;
+        }
+    }
+}
+
+TEST(ProjectionKinds, CorrectionIsThePolynomialOfTheCollocationMatrix) {
+    for (const std::string& name : bases) {
+        const Setting setting(name);
+        const Eigen::MatrixXd Z = setting.collocation(setting.sites.points);
+        const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(Z.rows(), Z.rows());
+        for (const int sweeps : {1, 2, 3}) {
+            const Projection projection(*setting.basis, setting.sites, {ProjectionKind::corrected, sweeps, 0.0},
+                                        setting.sites.points, setting.integrals, Execution{});
+            Eigen::MatrixXd sum = one, power = one;
+            for (int k = 0; k < sweeps; ++k) {
+                power = power * (one - Z);
+                sum += power;
+            }
+            EXPECT_LT((dense(projection, setting.sites.size()) - sum).cwiseAbs().maxCoeff(), 1e-12) << name;
+        }
+    }
+}
+
+TEST(ProjectionKinds, QuadratureIsTheTransposedMap) {
+    const Setting setting("normalized-radial");
+    for (const std::string& kind : kinds) {
+        const ProjectionChoice choice = parsed(kind);
+        const std::vector<SurfacePoint> points = projection_points(choice, setting.mesh, setting.sites, 1);
+        const Projection projection(*setting.basis, setting.sites, choice, points, setting.integrals, Execution{});
+        const std::vector<double> w = projection.quadrature(setting.integrals);
+        ASSERT_EQ(w.size(), points.size());
+        const Eigen::VectorXd A =
+            Eigen::Map<const Eigen::VectorXd>(setting.integrals.data(), std::ssize(setting.integrals));
+        const Eigen::VectorXd expected = dense(projection, points.size()).transpose() * A;
+        for (std::size_t q = 0; q < w.size(); ++q) {
+            EXPECT_NEAR(w[q], expected[static_cast<Eigen::Index>(q)], 1e-13 * projection.condition()) << kind;
+        }
+    }
+}
+
+TEST(ProjectionKinds, ChoicesAreReadAndRefused) {
+    std::string text;
+    EXPECT_EQ(parse_projection("corrected", text).kind, ProjectionKind::corrected);
+    EXPECT_EQ(text, "corrected:sweeps=2");
+    EXPECT_EQ(parse_projection("least_squares:points=2.5", text).points, 2.5);
+    for (const auto& [wrong, hint] :
+         std::vector<std::pair<std::string, std::string>>{{"galerkn", "did you mean galerkin"},
+                                                          {"corrected:sweep=2", "sweeps"},
+                                                          {"galerkin:points=0.5", "points"}}) {
+        try {
+            parse_projection(wrong, text);
+            ADD_FAILURE() << wrong;
+        } catch (const UsageError& error) {
+            EXPECT_THAT(error.what(), testing::HasSubstr(hint));
+        }
+    }
+}
+
+} // namespace
+} // namespace difusa

@@ -1,0 +1,147 @@
+#include <difusa/scene/shapes.h>
+#include <difusa/scene/surface_sampling.h>
+
+#include <gtest/gtest.h>
+
+#include <meshes.h>
+
+#include <cmath>
+#include <map>
+#include <numbers>
+
+namespace difusa {
+namespace {
+
+TEST(SurfaceSampling, EveryTriangleHasItsShareOfPoints) {
+    const Mesh mesh = test::icosphere(2, 1.0);
+    constexpr std::size_t n = 5000;
+    std::vector<int> count(mesh.triangles.size(), 0);
+    for (const SurfacePoint& x : even_points(mesh, n, RandomStream(1, "points"))) {
+        ++count[x.face];
+        EXPECT_TRUE(x.u >= 0.0 && x.v >= 0.0 && x.u + x.v <= 1.0);
+        EXPECT_EQ(x.normal, mesh.normals[x.face]);
+        EXPECT_LT((mesh.at(x.face, x.u, x.v).position - x.position).norm(), 1e-15);
+    }
+    for (std::size_t t = 0; t < count.size(); ++t) {
+        // One point from each of n equal shares: a triangle cuts at most two of them at its ends.
+        EXPECT_LT(std::abs(count[t] - mesh.areas[t] / mesh.area * n), 2.0);
+    }
+}
+
+/// ∫ x² over the unit square is 1/3, by points that are uniform within their triangle.
+TEST(SurfaceSampling, PointsAreUniformWithinTriangles) {
+    const Mesh mesh = test::grid(1, 1);
+    constexpr std::size_t n = 20000;
+    double mean = 0.0;
+    for (const SurfacePoint& x : even_points(mesh, n, RandomStream(1, "points"))) {
+        mean += x.position.x() * x.position.x() / n;
+    }
+    EXPECT_NEAR(mean, 1.0 / 3.0, 4.5 * std::sqrt(4.0 / 45.0 / n)); // variance of x² is 1/5 - 1/9
+}
+
+TEST(SurfaceSampling, InsetPointsLieInsideAndNear) {
+    for (const double scale : {1e-6, 1.0, 1e6}) {
+        for (const Vec3& offset : {Vec3(0, 0, 0), Vec3(1e3, 2e3, -1e3)}) {
+            const Mesh mesh = test::moved(test::icosphere(1, 1.0), scale, scale * offset);
+            for (Index t = 0; t < mesh.triangles.size(); ++t) {
+                for (const auto& [u, v] :
+                     {std::pair(0.0, 0.0), std::pair(1.0, 0.0), std::pair(0.5, 0.5), std::pair(0.0, 0.3)}) {
+                    SurfacePoint x = mesh.at(t, u, v);
+                    x.normal = Vec3::UnitX();
+                    const SurfacePoint y = inset(mesh, x);
+                    EXPECT_GT(std::min({y.u, y.v, 1.0 - y.u - y.v}), 0x1p-15);
+                    EXPECT_EQ(y.normal, x.normal);
+                    EXPECT_EQ(y.face, t);
+                    EXPECT_LT((y.position - x.position).norm(), 0x1p-11 * scale);
+                }
+            }
+        }
+    }
+}
+
+/// Number of times each directed edge occurs: closed surfaces have each edge once in either direction.
+bool closed(const Mesh& mesh) {
+    std::map<std::pair<Index, Index>, int> edges;
+    for (const auto& t : mesh.triangles) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            ++edges[{t[k], t[(k + 1) % 3]}];
+        }
+    }
+    for (const auto& [edge, count] : edges) {
+        const auto back = edges.find({edge.second, edge.first});
+        if (count != 1 || back == edges.end() || back->second != 1) {
+            return false;
+        }
+    }
+    return true;
+}
+
+double volume(const Mesh& mesh) {
+    double sum = 0.0;
+    for (Index t = 0; t < mesh.triangles.size(); ++t) {
+        sum += mesh.corner(t, 0).dot(mesh.corner(t, 1).cross(mesh.corner(t, 2))) / 6.0;
+    }
+    return sum;
+}
+
+TEST(Shapes, BoxesAreClosedAndFaceTheirWay) {
+    for (const Front front : {Front::outside, Front::inside}) {
+        const Mesh mesh = box(Vec3(-1, 0, 2), Vec3(1, 3, 2.5), 3, front);
+        EXPECT_TRUE(closed(mesh));
+        EXPECT_EQ(mesh.triangles.size(), 6U * 9U * 2U);
+        EXPECT_NEAR(mesh.area, 2.0 * (2 * 3 + 3 * 0.5 + 2 * 0.5), 1e-13);
+        EXPECT_NEAR(volume(mesh), (front == Front::outside ? 1.0 : -1.0) * 3.0, 1e-13);
+        for (Index t = 0; t < mesh.triangles.size(); ++t) { // the material tells the face
+            const Eigen::Index axis = mesh.material[t] / 2;
+            const double way = (mesh.material[t] % 2 == 1) == (front == Front::outside) ? 1.0 : -1.0;
+            EXPECT_LT((mesh.normals[t] - way * Vec3::Unit(axis)).norm(), 1e-15);
+        }
+    }
+}
+
+TEST(Shapes, SpheresAreClosedAndTendToTheirAreaWithTheSquareOfTheEdge) {
+    double last = 0.0;
+    for (int halvings = 1; halvings <= 4; ++halvings) {
+        const Mesh mesh = sphere(2.0, halvings, Front::outside);
+        EXPECT_TRUE(closed(mesh));
+        EXPECT_EQ(mesh.triangles.size(), 20U << (2U * static_cast<unsigned>(halvings)));
+        EXPECT_GT(volume(mesh), 0.0);
+        EXPECT_LT(volume(sphere(2.0, halvings, Front::inside)), 0.0);
+        for (const Vec3& p : mesh.points) {
+            EXPECT_NEAR(p.norm(), 2.0, 1e-15 * 4);
+        }
+        const double missing = 16.0 * std::numbers::pi - mesh.area;
+        EXPECT_GT(missing, 0.0);
+        if (halvings > 1) {
+            EXPECT_NEAR(last / missing, 4.0, 0.6);
+        }
+        last = missing;
+    }
+}
+
+TEST(Shapes, DiscsCapsAndCylindersHaveTheAreasOfTheirPolygons) {
+    constexpr int n = 7;
+    constexpr double pi = std::numbers::pi;
+    const Mesh flat = disc(3.0, n);
+    EXPECT_NEAR(flat.area, 9.0 * 0.5 * 6 * n * std::sin(2.0 * pi / (6 * n)), 1e-12);
+    EXPECT_EQ(flat.triangles.size(), 6U * n * n);
+    for (const Vec3& normal : flat.normals) {
+        EXPECT_LT((normal - Vec3::UnitZ()).norm(), 1e-15);
+    }
+    const Mesh wall = cylinder(2.0, 5.0, 12, 3, Front::inside);
+    EXPECT_NEAR(wall.area, 12 * 2.0 * 2.0 * std::sin(pi / 12) * 5.0, 1e-12);
+    for (Index t = 0; t < wall.triangles.size(); ++t) {
+        const Vec3 centre = wall.at(t, 1.0 / 3, 1.0 / 3).position;
+        EXPECT_LT(wall.normals[t].dot(Vec3(centre.x(), centre.y(), 0)), 0.0);
+    }
+    for (const Front front : {Front::inside, Front::outside}) {
+        const Mesh cap = spherical_cap(2.0, 1.2, 24, front);
+        EXPECT_NEAR(cap.area, 2.0 * pi * 4.0 * (1.0 - std::cos(1.2)), 0.01 * cap.area);
+        for (Index t = 0; t < cap.triangles.size(); ++t) {
+            EXPECT_EQ(cap.normals[t].dot(cap.corner(t, 0)) < 0.0, front == Front::inside);
+        }
+    }
+}
+
+} // namespace
+} // namespace difusa
