@@ -15,6 +15,9 @@ test_packages=(
     clang-14 clang-format-14 clang-tidy-14 libclang-rt-14-dev
 )
 
+# To open what is baked in ParaView and MeshLab without a screen. ParaView's Python modules: see fetch_paraview_python.
+viewer_packages=(paraview xvfb meshlab python3)
+
 # missing_packages PACKAGE...: those that are not installed, separated by blanks.
 missing_packages() {
     local package missing=()
@@ -56,7 +59,8 @@ install_packages() {
     log=$(mktemp)
     # shellcheck disable=SC2086 # $missing is a list of words
     if ! { "${as_root[@]}" apt-get -q update &&
-           "${as_root[@]}" apt-get -q -y -o DPkg::Lock::Timeout=600 install --no-install-recommends $missing; } \
+           "${as_root[@]}" apt-get -q -y -o DPkg::Lock::Timeout=600 install --no-install-recommends \
+               --no-remove $missing; } \
          >"$log" 2>&1; then
         tail -n 40 "$log" >&2
         rm -f "$log"
@@ -64,4 +68,34 @@ install_packages() {
         exit 4
     fi
     rm -f "$log"
+}
+
+# fetch_paraview_python DIRECTORY: unpacks ParaView's Python modules there (in usr/lib/python3/dist-packages), unless
+# they are there in the version that is installed. Their package cannot be installed: it conflicts with one that
+# libvtk9-dev needs, and apt would remove that.
+fetch_paraview_python() {
+    if ! command -v dpkg-query >/dev/null; then
+        return
+    fi
+    local directory=$1 version unpacked
+    version=$(dpkg-query -W -f '${Version}' paraview)
+    if [ "$(cat "$directory/version" 2>/dev/null)" = "$version" ]; then
+        return
+    fi
+    unpacked=$(mktemp -d)
+    echo "Fetching ParaView's Python modules ..."
+    if ! (cd "$unpacked" &&
+          apt-get -q -o APT::Sandbox::User="$(id -un)" download "python3-paraview=$version" &&
+          dpkg -x ./*.deb .) >"$unpacked/log" 2>&1; then
+        cat "$unpacked/log" >&2
+        rm -rf "$unpacked"
+        echo "error: python3-paraview $version could not be fetched: check the network and run apt-get update," >&2
+        echo "    or leave the viewers out" >&2
+        exit 4
+    fi
+    rm -rf "$directory"
+    mkdir -p "$directory"
+    mv "$unpacked/usr" "$directory/usr"
+    echo "$version" >"$directory/version"
+    rm -rf "$unpacked"
 }

@@ -2,13 +2,14 @@
 # Builds difusa and runs every test and check. On a bare Debian 12 it first installs the packages that are missing
 # (as root or through sudo). Safe to run again, and quick then: only what has changed is built and checked anew.
 usage="usage: tests/run.sh [OPTION]...
-    --quick           release build and its tests only: no format, lint, fuzz or sanitizer checks
+    --quick           release build and its tests only: no format, lint, viewer, fuzz or sanitizer checks
     --no-format       without clang-format
     --no-tidy         without clang-tidy
+    --no-viewers      without opening what is baked in ParaView and MeshLab, and without installing them
     --no-sanitize     without the tests under AddressSanitizer and UndefinedBehaviorSanitizer
     --no-fuzz         without the fuzz targets
     --fuzz-seconds N  time for each fuzz target (20)
-    --build-dir DIR   build in DIR/test, DIR/sanitize and DIR/fuzz (build)
+    --build-dir DIR   build in DIR/test, DIR/sanitize and DIR/fuzz; pictures are kept in DIR/viewers (build)
     --jobs N          parallel jobs (all processors)
     --help            this text"
 set -euo pipefail
@@ -17,13 +18,14 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=$root/build
 jobs=$(nproc)
 fuzz_seconds=20
-format=yes tidy=yes sanitize=yes fuzz=yes
+format=yes tidy=yes viewers=yes sanitize=yes fuzz=yes
 
 while [ $# -gt 0 ]; do
     case $1 in
-    --quick) format=no tidy=no sanitize=no fuzz=no ;;
+    --quick) format=no tidy=no viewers=no sanitize=no fuzz=no ;;
     --no-format) format=no ;;
     --no-tidy) tidy=no ;;
+    --no-viewers) viewers=no ;;
     --no-sanitize) sanitize=no ;;
     --no-fuzz) fuzz=no ;;
     --fuzz-seconds | --build-dir | --jobs)
@@ -127,6 +129,12 @@ check_format() {
         xargs -0 -n 20 -P "$jobs" clang-format-14 --dry-run -Werror
 }
 
+# tidy_together DIRECTORY OPTION...: whether clang-tidy has nothing to say about DIRECTORY/files.cpp.
+tidy_together() {
+    clang-tidy-14 --quiet -p "$1" --config-file="$root/.clang-tidy" --extra-arg=-w \
+        --header-filter='/(lib/difusa|plugins|apps)/' "${@:2}" "$1/files.cpp" >/dev/null 2>&1
+}
+
 # lint STAMPS BUILD FILE...: clang-tidy for files that are compiled alike, together, because nearly all of its time goes
 # into the headers they share. If it complains, which it also does if two of them use one name, each half for itself.
 lint() {
@@ -155,8 +163,8 @@ lint() {
         grep -F -m 1 -e " -c $1\"" "$build/compile_commands.json" | sed "s|$1|$together/files.cpp|g"
         printf '"file": "%s"}]\n' "$together/files.cpp"
     } >"$together/compile_commands.json"
-    if clang-tidy-14 --quiet -p "$together" --config-file="$root/.clang-tidy" --extra-arg=-w \
-        --header-filter='/(lib/difusa|plugins|apps)/' "$together/files.cpp" >/dev/null 2>&1; then
+    # With hardly a check it only compiles, which soon tells whether they go together.
+    if tidy_together "$together" --checks=-*,misc-static-assert && tidy_together "$together"; then
         for file in "$@"; do
             mkdir -p "$(dirname "$stamps/$file")"
             touch "$stamps/$file.passed"
@@ -170,12 +178,13 @@ lint() {
     lint "$stamps" "$build" "${@:half+1}" || result=1
     return $result
 }
-export -f lint
+export -f tidy_together lint
 
 # compiled_alike BUILD: the sources of programs, library and plugins, all with equal options in a row.
 compiled_alike() {
     sed -nE 's/^ *"command": "([^ ]*ccache )?(.*) -o [^ ]* -c (.*)",?$/\2\t\3/p' "$1/compile_commands.json" |
-        grep -E "	$root/(lib|plugins|apps)/" | sed -E 's/-D[A-Za-z0-9_]+_EXPORTS //' | sort -t '	' -u -k 2 | sort
+        grep -E "	$root/(lib|plugins|apps)/" | sed -E 's/-D[A-Za-z0-9_]+_EXPORTS |-fPIC //g' |
+        sort -t '	' -u -k 2 | sort
 }
 
 check_tidy() {
@@ -192,14 +201,29 @@ check_tidy() {
                 printf '%s\t%s\n' "$options" "$file"
             fi
         done |
-        awk -F '\t' '$1 != options || n == 8 { if (n) print ""; n = 0 }
-            { printf "%s%s", n ? "\t" : "", $2; n++; options = $1 } END { if (n) print "" }' |
+        # Neighbours, which use the same names, go into different piles of at most 8.
+        awk -F '\t' 'function deal(  piles, i, k) {
+                         piles = int((n + 7) / 8)
+                         for (k = 0; k < piles; k++) {
+                             for (i = k; i < n; i += piles) {
+                                 printf "%s%s", (i > k ? "\t" : ""), file[i]
+                             }
+                             print ""
+                         }
+                         n = 0
+                     }
+                     $1 != options { deal() }
+                     { file[n++] = $2; options = $1 }
+                     END { deal() }' |
         xargs -r -d '\n' -n 1 -P "$jobs" bash -c 'IFS="	"; set -f; lint "$1" "$2" $3' lint "$stamps" "$build/test"
 }
 
 # shellcheck source=apps/install_packages.sh
 . "$root/apps/install_packages.sh"
-install_packages "${build_packages[@]}" "${test_packages[@]}"
+packages=("${build_packages[@]}" "${test_packages[@]}")
+[ $viewers = no ] || packages+=("${viewer_packages[@]}")
+install_packages "${packages[@]}"
+[ $viewers = no ] || fetch_paraview_python "$build/viewers/python"
 
 launcher=()
 if command -v ccache >/dev/null; then
@@ -213,6 +237,11 @@ build "$root" "$build/test" -DCMAKE_BUILD_TYPE=Release -DDIFUSA_WARNINGS_AS_ERRO
 step "Tests (release)"
 run_ctest "tests (release)" "$build/test"
 
+if [ $viewers = yes ]; then
+    step "Viewers (ParaView, MeshLab)"
+    check "viewers (ParaView, MeshLab)" env PYTHONPATH="$build/viewers/python/usr/lib/python3/dist-packages" \
+        "$root/tests/viewers/run.sh" "$build/test/bin" "$build/viewers"
+fi
 if [ $format = yes ]; then
     step "Formatting"
     check "formatting (clang-format)" check_format

@@ -16,8 +16,8 @@ import difusa_view as dv
 
 
 def limits_without_lamps(field, name):
-    """The values that occur where nothing emits, without the highest half percent: beside a lamp and what is close to it
-    all else would be black. None if nothing but lamps is there."""
+    """The values that occur where nothing emits, without the highest half percent: beside a lamp and what is close to
+    it all else would be black. None if nothing but lamps is there."""
     if field.data.GetPointData().GetArray("emission") is None:
         return None
     base, component = dv.split_component(name)
@@ -33,9 +33,11 @@ def limits_without_lamps(field, name):
 def main(arguments):
     options = dv.parser(__doc__, "show_bake.py")
     options.add_argument("--array", default="display_rgb", metavar="NAME",
-                         help="point array, as in `luminance`, or one of its components, as in `radiosity:0` (display_rgb)")
+                         help="point array, as in `luminance`, or one of its components, as in `radiosity:0` "
+                              "(display_rgb)")
     options.add_argument("--range", nargs=2, type=float, metavar=("LEAST", "LARGEST"),
-                         help="values of the lowest and the highest colour (where nothing emits, without the highest half percent)")
+                         help="values of the lowest and the highest colour (those where nothing emits, without the "
+                              "highest half percent)")
     options = options.parse_args(arguments)
 
     field = dv.Field(options.file)

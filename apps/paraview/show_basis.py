@@ -1,7 +1,7 @@
 """Shows what inspect_basis wrote (.vtp) in ParaView: an element of the basis, or what all of them come to.
 
-    xvfb-run -a -s -noreset pvbatch show_basis.py basis.vtp picture.png                             # element
-    xvfb-run -a -s -noreset pvbatch show_basis.py basis.vtp picture.png --array sum                 # 1 in the middle of the scale
+    xvfb-run -a -s -noreset pvbatch show_basis.py basis.vtp picture.png              # element
+    xvfb-run -a -s -noreset pvbatch show_basis.py basis.vtp picture.png --array sum  # 1 in the middle
     xvfb-run -a -s -noreset pvbatch show_basis.py basis.vtp picture.png --sites sites.vtp --supports
 
 With --sites the sites are dots; with --supports the elements that are shown have the circle of their radius around

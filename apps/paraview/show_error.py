@@ -2,10 +2,10 @@
 
     xvfb-run -a -s -noreset pvbatch show_error.py error.vtp picture.png
     xvfb-run -a -s -noreset pvbatch show_error.py error.vtp picture.png --array radiosity_error_relative
-    xvfb-run -a -s -noreset pvbatch show_error.py error.vtp picture.png --array radiosity_error:1
+    xvfb-run -a -s -noreset pvbatch show_error.py error.vtp picture.png --array radiosity_error_rgb:1
 
-Arrays whose name ends in _absolute or _relative get a logarithmic scale, others (signed errors) one with 0 in the middle:
-blue is too dark, red too bright.
+Absolute and relative errors (_error_absolute or _error_relative in the name) get a logarithmic scale, others (signed
+ones) a scale with 0 in the middle: blue is too dark, red too bright.
 """
 import os
 import sys
@@ -37,7 +37,7 @@ def main(arguments):
         name += ":1" # green has most of the luminance
     view = dv.new_view(options)
     display = dv.show_surface(field, view, options.both_sides)
-    if base.endswith(("_absolute", "_relative")):
+    if "_error_absolute" in base or "_error_relative" in base:
         dv.colour_by(field, view, display, name, "Viridis (matplotlib)", options.range, log_decades=options.decades)
     else:
         dv.colour_by(field, view, display, name, "Cool to Warm", options.range, centre=0.0)

@@ -21,7 +21,8 @@ class Camera:
 
     def __init__(self, log, width, height):
         text = open(log).read()
-        found = re.search(r"camera: eye (\S+) (\S+) (\S+) target (\S+) (\S+) (\S+) up (\S+) (\S+) (\S+) angle (\S+)", text)
+        three = r"(\S+) (\S+) (\S+)"
+        found = re.search("camera: eye %s target %s up %s angle (\\S+)" % (three, three, three), text)
         n = [float(x) for x in found.groups()]
         self.eye, self.width, self.height = n[0:3], width, height
         self.forward = unit([b - a for a, b in zip(n[0:3], n[3:6])])
@@ -33,7 +34,8 @@ class Camera:
         """Column and row, from the top left corner of the picture; pixel i reaches from i to i + 1."""
         d = [b - a for a, b in zip(self.eye, point)]
         depth = dot(d, self.forward)
-        return self.width / 2 + self.scale * dot(d, self.right) / depth, self.height / 2 - self.scale * dot(d, self.up) / depth
+        return (self.width / 2 + self.scale * dot(d, self.right) / depth,
+                self.height / 2 - self.scale * dot(d, self.up) / depth)
 
 
 def dot(a, b):
@@ -53,7 +55,7 @@ def row(flat, width, i):
 
 
 def triangle_pixels(camera, points, corners, where):
-    """(triangle, pixel) of those whose three corners are `where` and whose middle pixel lies inside by a pixel at least."""
+    """(corners, pixel) of the triangles whose corners are `where` and whose middle pixel lies a pixel inside."""
     result = []
     for t in range(len(corners) // 3):
         vertices = row(corners, 3, t)
@@ -140,7 +142,8 @@ def check_courtyard():
     """Fitted: all the border is background, and what is inside is a good part of the picture in many colours."""
     picture = Picture("courtyard.png")
     check((picture.width, picture.height) == (400, 300), "courtyard.png: not 400 by 300")
-    border = [picture.at(x, y) for x in range(400) for y in (0, 299)] + [picture.at(x, y) for x in (0, 399) for y in range(300)]
+    border = [picture.at(x, y) for x in range(400) for y in (0, 299)]
+    border += [picture.at(x, y) for x in (0, 399) for y in range(300)]
     check(all(p == BACKGROUND for p in border), "courtyard.png: something touches the border")
     colours = picture.colours()
     share = 1 - colours.get(BACKGROUND, 0) / (400 * 300)
@@ -154,7 +157,8 @@ def check_basis():
         check_range(name + ".log", arrays[name])
         check_scale_bar(name + ".png", Picture(name + ".png"))
     sites = read_vtp("sites.vtp")[1]
-    check("sites: %d\n" % (len(sites["points"]) // 3) in open("element.log").read(), "element.log: other number of sites")
+    count = len(sites["points"]) // 3
+    check("sites: %d\n" % count in open("element.log").read(), "element.log: other number of sites than %d" % count)
     picture = Picture("element.png")
     camera = Camera("element.log", picture.width, picture.height)
     orange = sum(n for c, n in picture.colours().items() if c[0] > 200 and 100 < c[1] < 200 and c[2] < 100)
@@ -163,7 +167,8 @@ def check_basis():
     top = max(range(len(arrays["element"])), key=lambda v: arrays["element"][v])
     x, y = (int(k) for k in camera.pixel(row(arrays["points"], 3, top)))
     around = [picture.at(x + i, y + j) for i in range(-12, 13) for j in range(-12, 13)]
-    check(any(c[0] > 150 and c[1] > 180 and c[2] < 90 for c in around), "element.png: the top is not yellow at %d %d" % (x, y))
+    yellow = any(c[0] > 150 and c[1] > 180 and c[2] < 90 for c in around)
+    check(yellow, "element.png: the top is not yellow at %d %d" % (x, y))
     # The sum is 1 but for rounding: the middle of the scale everywhere.
     picture = Picture("sum.png")
     middle = picture.at(picture.width // 2, picture.height // 2)
@@ -172,7 +177,7 @@ def check_basis():
 
 def check_error():
     components, arrays, cells = read_vtp("error.vtp")
-    for log, name, c in (("error.log", "radiosity_error_absolute", 1), ("signed.log", "radiosity_error", 0)):
+    for log, name, c in (("error.log", "radiosity_error_absolute", 0), ("signed.log", "radiosity_error_rgb", 0)):
         values = [v for v in arrays[name][c::components[name]] if v == v]
         check_range(log, values)
         picture = Picture(log.replace(".log", ".png"))
@@ -195,7 +200,8 @@ def check_meshlab():
         bins.setdefault((float(low), float(high)), int(number)) # what it prints again is counted twice by it
     check(len(bins) == 8, "meshlab.log: %d bins" % len(bins))
     for (low, high), number in bins.items():
-        check(number == sum(low <= q < high for q in quality), "meshlab.log: %d values in %g to %g" % (number, low, high))
+        expected = sum(low <= q < high for q in quality)
+        check(number == expected, "meshlab.log: %d values in %g to %g, expected %d" % (number, low, high, expected))
     again = read_ply_vertices("meshlab.ply")
     for name in ("red", "green", "blue"):
         check(own[name] == again.get(name), "meshlab.ply: %s is not what it was" % name)

@@ -9,7 +9,8 @@ import zlib
 
 VTP_TYPES = {"Float64": "d", "Float32": "f", "Int64": "q", "Int32": "i", "UInt8": "B", "Int8": "b", "UInt32": "I",
              "UInt64": "Q"}
-PLY_TYPES = {"float": "f", "double": "d", "uchar": "B", "int": "i", "uint": "I", "char": "b", "short": "h", "ushort": "H"}
+PLY_TYPES = {"float": "f", "double": "d", "char": "b", "uchar": "B", "short": "h", "ushort": "H", "int": "i",
+             "uint": "I"}
 
 
 def decoded(text, kind, header):

@@ -15,8 +15,12 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 scripts=$here/../../apps/paraview
 data=$here/../../data
 for program in Xvfb pvbatch meshlabserver; do
-    command -v $program >/dev/null || { echo "error: $program is not installed (packages xvfb, paraview, meshlab)" >&2; exit 4; }
+    if ! command -v $program >/dev/null; then
+        echo "error: $program is not installed (packages xvfb, paraview, meshlab)" >&2
+        exit 4
+    fi
 done
+export PYTHONDONTWRITEBYTECODE=1
 cd "$out"
 rm -f ./*.png ./*.vtp ./*.ply ./*.log ./*.json
 
@@ -53,24 +57,24 @@ show() {
     fi
 }
 
-few="--sites 400 --rays 64 --quiet"
-from_front="--eye 0.278 0.273 -0.8 --up 0 1 0 --view-angle 40 --size 400 400"
+few=(--sites 400 --rays 64 --quiet)
+from_front=(--eye 0.278 0.273 -0.8 --up 0 1 0 --view-angle 40 --size 400 400)
 box=$data/cornell_box.obj
 
-"$bin/bake_radiosity" "$box" box.vtp $few
-"$bin/bake_radiosity" "$box" box.ply $few
+"$bin/bake_radiosity" "$box" box.vtp "${few[@]}"
+"$bin/bake_radiosity" "$box" box.ply "${few[@]}"
 "$bin/bake_radiosity" "$box" fine.vtp --sites 1500 --rays 128 --quiet
 "$bin/bake_radiosity" "$data/courtyard.off" courtyard.vtp --sites 1500 --rays 64 --quiet
 "$bin/inspect_basis" "$box" basis.vtp --sites 900 --near 0.42,0,0.12 --sites-output sites.vtp --quiet
 "$bin/compare_fields" box.vtp fine.vtp error.vtp --quiet
 
-show box show_bake.py box.vtp $from_front
-show luminance show_bake.py box.vtp --array luminance $from_front
+show box show_bake.py box.vtp "${from_front[@]}"
+show luminance show_bake.py box.vtp --array luminance "${from_front[@]}"
 show courtyard show_bake.py courtyard.vtp --size 400 300
 show element show_basis.py basis.vtp --sites sites.vtp --supports --towards 0 -0.5 1 --up 0 1 0 --size 640 480
 show sum show_basis.py basis.vtp --array sum --towards 0 0 1 --up 0 1 0 --size 640 480
 show error show_error.py error.vtp --towards 0 0 1 --up 0 1 0 --size 640 480
-show signed show_error.py error.vtp --array radiosity_error:0 --towards 0 0 1 --up 0 1 0 --size 640 480
+show signed show_error.py error.vtp --array radiosity_error_rgb:0 --towards 0 0 1 --up 0 1 0 --size 640 480
 # What is not there is refused with what is.
 if pvbatch "$scripts/show_bake.py" box.vtp none.png --array nothing >none.log 2>&1 || [ -e none.png ] ||
     ! grep -q "has no point array nothing; it has .*luminance" none.log; then
