@@ -4,6 +4,7 @@
 
 #include <difusa/analysis/ring_curves.h>
 #include <difusa/analysis/study.h>
+#include <difusa/basis/projection.h>
 #include <difusa/core/text.h>
 #include <difusa/io/field_file.h>
 
@@ -156,9 +157,6 @@ void study(Arguments& a, const difusa::Registry& registry, const difusa::Executi
     fill(a.plan.rays, {std::size_t{1024}});
     fill(a.plan.final_gathers, {std::size_t{0}});
     a.plan.how.repeats = static_cast<int>(a.repeats);
-    for (const std::string& name : a.plan.cases) {
-        difusa::reference_case(name); // an unknown one is refused before the work
-    }
     const std::vector<difusa::Measurement> measurements =
         difusa::run_study(registry, a.plan, execution, [&](const difusa::Measurement& m) {
             if (!a.quiet) {
@@ -250,13 +248,25 @@ void run(Arguments& a) {
     if (a.output.empty()) {
         throw UsageError("a directory for the results is expected: measure_accuracy --output study (--help)");
     }
+    const difusa::Registry registry = difusa::Registry::load(a.plugin_path);
+    // Wrong names are refused before the work.
+    for (const std::string& name : a.plan.cases) {
+        difusa::require_reference_case(name);
+    }
+    for (const std::string& basis : a.plan.bases) {
+        registry.describe("basis", basis);
+    }
+    registry.describe("visibility", a.plan.common.visibility);
+    std::string text;
+    for (const std::string& projection : a.plan.projections) {
+        difusa::parse_projection(projection, text);
+    }
     std::error_code error;
     std::filesystem::create_directories(a.output, error);
     if (error) {
         throw difusa::ResourceError(a.output.string() + ": cannot be made: " + error.message());
     }
     difusa::check_output_path(a.output / "measurements.csv", false);
-    const difusa::Registry registry = difusa::Registry::load(a.plugin_path);
     difusa::TerminalProgress progress(true); // interruptible; the measurements tell how far it is
     const difusa::Execution execution{a.threads, &progress};
     if (a.chapter7) {

@@ -5,15 +5,7 @@ inspect=$DIFUSA_BIN/inspect_basis
 refuse() { # refuse CODE TEXT ARGUMENT...
     local code=$1 text=$2
     shift 2
-    ls -A . >before
-    : >stdout
-    : >stderr
-    expect_exit "$code" "$inspect" "$@"
-    ls -A . >after
-    cmp -s before after || fail "the files have changed: $(diff before after)"
-    [ ! -s stdout ] || fail "standard output is not empty: $*"
-    tail -n 1 stderr >message
-    expect_text message "inspect_basis: " "$text"
+    expect_refusal "$code" "$text" "$inspect" "$@"
 }
 
 # Wrong command lines.

@@ -11,8 +11,11 @@
 #include <difusa/scene/shapes.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <span>
 
 namespace difusa {
 
@@ -53,6 +56,7 @@ ReferenceCase ball_over_disc() {
 class ChebyshevTable {
   public:
     ChebyshevTable(std::size_t n, const std::function<double(double, double)>& f) {
+        DIFUSA_REQUIRE(n <= most);
         for (std::size_t k = 0; k < n; ++k) {
             const double angle = std::numbers::pi * (static_cast<double>(k) + 0.5) / static_cast<double>(n);
             node_.push_back(0.5 - 0.5 * std::cos(angle));
@@ -66,31 +70,34 @@ class ChebyshevTable {
     }
 
     double operator()(double u, double v) const {
-        double sum = 0.0, total = 0.0;
-        for (std::size_t j = 0; j < node_.size(); ++j) {
-            if (v == node_[j]) {
-                return row(u, j);
-            }
-            const double w = weight_[j] / (v - node_[j]);
-            sum += w * row(u, j);
-            total += w;
+        std::array<double, most> at_u{}, at_v{};
+        const std::span<const double> shares = weights(u, at_u);
+        double value = 0.0;
+        for (std::size_t j = 0; const double share : weights(v, at_v)) {
+            value += share * std::inner_product(shares.begin(), shares.end(), &value_[j++ * node_.size()], 0.0);
         }
-        return sum / total;
+        return value;
     }
 
   private:
-    double row(double u, std::size_t j) const {
-        const double* value = &value_[j * node_.size()];
-        double sum = 0.0, total = 0.0;
-        for (std::size_t i = 0; i < node_.size(); ++i) {
-            if (u == node_[i]) {
-                return value[i];
+    static constexpr std::size_t most = 64; ///< nodes
+
+    /// Of the values at the nodes, for the interpolant at x; they sum to 1.
+    std::span<const double> weights(double x, std::array<double, most>& room) const {
+        const std::span<double> w(room.data(), node_.size());
+        double total = 0.0;
+        for (std::size_t k = 0; k < w.size(); ++k) {
+            if (x == node_[k]) {
+                std::fill(w.begin(), w.end(), 0.0);
+                w[k] = 1.0;
+                return w;
             }
-            const double w = weight_[i] / (u - node_[i]);
-            sum += w * value[i];
-            total += w;
+            total += w[k] = weight_[k] / (x - node_[k]);
         }
-        return sum / total;
+        for (double& share : w) {
+            share /= total;
+        }
+        return w;
     }
     std::vector<double> node_, weight_, value_;
 };
@@ -227,21 +234,27 @@ std::vector<std::string> reference_case_names() {
     return names;
 }
 
-ReferenceCase reference_case(const std::string& name) {
-    for (const auto& [known, make] : cases()) {
-        if (known == name) {
-            ReferenceCase result = make();
-            result.name = name;
-            return result;
-        }
+void require_reference_case(const std::string& name) {
+    const std::vector<std::string> known = reference_case_names();
+    if (std::find(known.begin(), known.end(), name) != known.end()) {
+        return;
     }
-    const std::string near = nearest_name(name, reference_case_names());
+    const std::string near = nearest_name(name, known);
     std::string all;
-    for (const std::string& known : reference_case_names()) {
-        all += (all.empty() ? "" : ", ") + known;
+    for (const std::string& other : known) {
+        all += (all.empty() ? "" : ", ") + other;
     }
     throw UsageError("--case " + name + ": unknown case" + (near.empty() ? "" : ", did you mean " + near + "?") +
                      " (known: " + all + ")");
+}
+
+ReferenceCase reference_case(const std::string& name) {
+    require_reference_case(name);
+    const auto found =
+        std::find_if(cases().begin(), cases().end(), [&](const auto& entry) { return entry.first == name; });
+    ReferenceCase result = found->second();
+    result.name = name;
+    return result;
 }
 
 } // namespace difusa

@@ -35,6 +35,9 @@ struct ReferenceCase {
 std::vector<std::string> reference_case_names();
 
 /// Throws UsageError for an unknown name, with the nearest one.
+void require_reference_case(const std::string& name);
+
+/// Makes the case; throws likewise.
 ReferenceCase reference_case(const std::string& name);
 
 } // namespace difusa

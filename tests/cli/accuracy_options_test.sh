@@ -1,0 +1,43 @@
+# What decides how accurate a bake is, and what it says about it.
+. "$(dirname "$0")/lib.sh"
+
+# Wrong choices are refused before the work, with what to do.
+expect_refusal 1 "did you mean galerkin?" "$bake" "$box" out.vtp --projection galerkn
+expect_refusal 1 "sweeps" "$bake" "$box" out.vtp --projection corrected:sweep=3
+expect_refusal 1 "use --transport gather" "$bake" "$box" out.vtp --transport pairwise --projection galerkin
+expect_refusal 1 "did you mean interpolated?" "$bake" "$box" out.vtp --direct interpolatd
+expect_refusal 1 "did you mean gathered?" "$bake" "$box" out.vtp --first-bounce gatherd
+expect_refusal 1 "--first-bounce interpolated" "$bake" "$box" out.vtp --transport pairwise --first-bounce gathered
+expect_refusal 1 "leave one of the two out" "$bake" "$box" out.vtp --direct interpolated --first-bounce gathered
+expect_refusal 1 "--final-gather 0: must be a whole number of at least 1" "$bake" "$box" out.vtp --final-gather 0
+expect_refusal 1 "--error-points -1" "$bake" "$box" out.vtp --error-points -1
+for bad in 0,0,1 0,0,0,1 0,0,1,-1 0,0,1,1,1 up; do
+    expect_refusal 1 "the direction towards the sun" "$bake" "$box" out.vtp "--sun=$bad"
+done
+
+# Every way gives a field and an estimate of its error; more rays at the output leave less of it.
+for way in "--projection natural" "--projection interpolation --basis shepard" "--projection corrected:sweeps=1" \
+    "--projection least-squares" "--projection galerkin:points=2" "--basis moving-least-squares --projection galerkin" \
+    "--first-bounce interpolated" "--direct interpolated" "--transport pairwise"; do
+    # shellcheck disable=SC2086
+    expect_exit 0 "$bake" "$box" out.vtp $small $way --report out.json
+    expect_text stdout "error: rms residual"
+    expect_text out.vtp residual error_bound
+    [ "$(entry out.json residual_high)" != null ] || fail "no estimate with $way"
+done
+expect_exit 0 "$bake" "$box" out.vtp $small --report plain.json
+expect_exit 0 "$bake" "$box" out.vtp $small --final-gather 64 --report gathered.json
+awk -v a="$(entry plain.json bound)" -v b="$(entry gathered.json bound)" 'BEGIN { exit !(b < a) }' ||
+    fail "the bound of a gathered output, $(entry gathered.json bound), is not below $(entry plain.json bound)"
+
+# Without an estimate nothing is said, and nothing written.
+expect_exit 0 "$bake" "$box" out.vtp $small --error-points 0 --report out.json
+expect_no_text stdout "rms residual"
+expect_no_text out.vtp error_bound
+expect_text out.json '"error": null'
+
+# Two suns, on a scene that has no other light: no sky is made up.
+expect_exit 0 "$bake" "$DIFUSA_DATA/ball_over_disc.obj" out.vtp $small --sun 0,0,1,0.9 --sun 1,0,1,1,0.5,0.2 --report out.json
+expect_text stdout "from suns"
+expect_no_text stdout "uniform sky"
+expect_text out.json '"towards"'
