@@ -39,6 +39,15 @@ TEST(SurfaceSampling, PointsAreUniformWithinTriangles) {
     EXPECT_NEAR(mean, 1.0 / 3.0, 4.5 * std::sqrt(4.0 / 45.0 / n)); // variance of x² is 1/5 - 1/9
 }
 
+TEST(SurfaceSampling, InsetLeavesPointsInsideWhereTheyAre) {
+    const Mesh mesh = test::icosphere(1, 1.0);
+    for (const SurfacePoint& x : even_points(mesh, 100, RandomStream(1, "points"))) {
+        if (std::min({x.u, x.v, 1.0 - x.u - x.v}) > 0x1p-15) {
+            EXPECT_EQ(inset(mesh, x).position, x.position);
+        }
+    }
+}
+
 TEST(SurfaceSampling, InsetPointsLieInsideAndNear) {
     for (const double scale : {1e-6, 1.0, 1e6}) {
         for (const Vec3& offset : {Vec3(0, 0, 0), Vec3(1e3, 2e3, -1e3)}) {
@@ -49,7 +58,7 @@ TEST(SurfaceSampling, InsetPointsLieInsideAndNear) {
                     SurfacePoint x = mesh.at(t, u, v);
                     x.normal = Vec3::UnitX();
                     const SurfacePoint y = inset(mesh, x);
-                    EXPECT_GT(std::min({y.u, y.v, 1.0 - y.u - y.v}), 0x1p-15);
+                    EXPECT_GT(std::min({y.u, y.v, 1.0 - y.u - y.v}), 0x1p-17);
                     EXPECT_EQ(y.normal, x.normal);
                     EXPECT_EQ(y.face, t);
                     EXPECT_LT((y.position - x.position).norm(), 0x1p-11 * scale);

@@ -2,6 +2,7 @@
 
 #include <difusa/core/error.h>
 #include <difusa/io/chart.h>
+#include <difusa/scene/surface_sampling.h>
 
 #include <cmath>
 #include <numbers>
@@ -17,7 +18,7 @@ std::vector<SurfacePoint> meet(const BakeResult& result, const ReferenceCase& re
     std::vector<SurfacePoint> points;
     for (const Hit& hit : hits) {
         DIFUSA_REQUIRE(hit.face != none, "a ray that was aimed at the ball or the disc met neither");
-        SurfacePoint x = result.scene->mesh.at(hit.face, hit.u, hit.v);
+        SurfacePoint x = inset(result.scene->mesh, result.scene->mesh.at(hit.face, hit.u, hit.v));
         x.normal = reference.normal(x);
         points.push_back(x);
     }

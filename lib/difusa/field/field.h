@@ -37,6 +37,8 @@ struct Irradiance {
 /// where H_sharp, the light of suns and lamps, is computed at x, and h is either sum_i c_i phi_i(x) (`evaluate`) or
 /// gathered anew from the surroundings of x (`gather`): the iterated projection (Sloan 1976), in graphics
 /// "final gather".
+///
+/// Places on edges should be put inside of their faces (scene/surface_sampling.h, inset): rays start from them.
 class Field {
   public:
     explicit Field(FieldParts parts) : parts_(std::move(parts)) {}

@@ -24,7 +24,12 @@ std::vector<SurfacePoint> even_points(const Mesh& mesh, std::size_t count, Rando
 SurfacePoint inset(const Mesh& mesh, const SurfacePoint& x) {
     // Well above the rounding of coordinates where the triangle is small beside them.
     const double size = std::sqrt(mesh.areas[x.face]);
-    const double step = std::min(0.5, std::max(0x1p-12, 0x1p-40 * mesh.magnitude() / size));
+    const double least = std::min(0.25, std::max(0x1p-16, 0x1p-40 * mesh.magnitude() / size));
+    const double nearest = std::min({x.u, x.v, 1.0 - x.u - x.v});
+    if (nearest >= least) {
+        return x;
+    }
+    const double step = (least - nearest) / (1.0 / 3.0 - nearest);
     SurfacePoint moved = mesh.at(x.face, x.u + step * (1.0 / 3.0 - x.u), x.v + step * (1.0 / 3.0 - x.v));
     moved.normal = x.normal;
     return moved;

@@ -12,8 +12,8 @@ namespace difusa {
 /// order of the triangles: sums over them have no more, and mostly less, variance than sums over independent points.
 std::vector<SurfacePoint> even_points(const Mesh& mesh, std::size_t count, RandomStream stream);
 
-/// x moved into the inside of its triangle by about a 2^-12 part of the way to the centroid, so that rays that start
-/// there do not start on an edge. The normal is kept.
+/// x, or if it is on an edge or within a 2^-16 part of the triangle of one, a place so far inside, so that rays do not
+/// start on an edge. The normal is kept.
 SurfacePoint inset(const Mesh& mesh, const SurfacePoint& x);
 
 } // namespace difusa
