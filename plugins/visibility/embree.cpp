@@ -100,7 +100,7 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
 /// released: releasing the last device lets TBB's workers end in the background, where nobody can wait for them, and a
 /// process that ends meanwhile takes their memory from under them.
 RTCDevice the_device() {
-    static RTCDevice const device = rtcNewDevice("threads=1,set_affinity=0");
+    static auto* const device = rtcNewDevice("threads=1,set_affinity=0");
     return device;
 }
 

@@ -156,7 +156,7 @@ struct Projection::Map::Inverse final : Map {
 struct Projection::Map::Correction final : Map {
     Matrix Z;
     int sweeps;
-    Correction(Matrix collocation, int count) : Z(std::move(collocation)), sweeps(count) {}
+    Correction(const Matrix& collocation, int count) : Z(collocation), sweeps(count) {}
     Eigen::VectorXd apply(const Eigen::VectorXd& values) const override {
         Eigen::VectorXd b = values;
         for (int k = 0; k < sweeps; ++k) {

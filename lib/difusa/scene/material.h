@@ -15,7 +15,7 @@ struct Material {
     Rgb emission = Rgb::Zero();           ///< E, emitted radiosity in W/m², any value >= 0
     bool vertex_colours = false;          ///< rho is interpolated from Mesh::corner_reflectance instead
     /// A factor >= 0 on the emission by place; null: 1 everywhere.
-    std::function<double(const Vec3& position)> emission_pattern;
+    std::function<double(const Vec3& position)> emission_pattern = {};
 };
 
 } // namespace difusa
