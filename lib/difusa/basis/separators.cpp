@@ -244,9 +244,16 @@ bool Separators::hides(Index site, const SurfacePoint& x) const {
     const BoxTree& tree = trees_[tree_[sites_->patch[site]]];
     const Vec3 away = x.position - p.position;
     const double least = 0x1p-6 * support_[site];
-    const double up_p = lift(tree, p.position, p.normal, least + 0.5 * std::max(0.0, -away.dot(p.normal)));
-    const double up_x = lift(tree, x.position, x.normal, least + 0.5 * std::max(0.0, away.dot(x.normal)));
-    const Vec3 a = p.position + up_p * p.normal, b = x.position + up_x * x.normal;
+    const double wanted_p = least + 0.5 * std::max(0.0, -away.dot(p.normal));
+    const double wanted_x = least + 0.5 * std::max(0.0, away.dot(x.normal));
+    // Most pairs have none in the box around them.
+    Box around(p.position);
+    around.extend(x.position).extend(p.position + wanted_p * p.normal).extend(x.position + wanted_x * x.normal);
+    if (!tree.visit(around, [](Index, const Box&) { return true; })) {
+        return false;
+    }
+    const Vec3 a = p.position + lift(tree, p.position, p.normal, wanted_p) * p.normal;
+    const Vec3 b = x.position + lift(tree, x.position, x.normal, wanted_x) * x.normal;
     return tree.visit(Box(a).extend(b), [&](Index triangle, const Box&) {
         double t = 0.0;
         return crosses(triangle, a, b, t);
