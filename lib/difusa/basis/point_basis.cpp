@@ -61,6 +61,7 @@ void PointBasis::bind(const Mesh& mesh, const SiteSet& sites) {
     std::vector<double> reach(sites.size());
     std::transform(sites.radius.begin(), sites.radius.end(), reach.begin(), [this](double r) { return support(r); });
     grid_ = SupportGrid(mesh, sites, reach);
+    separators_ = Separators(mesh, sites, reach);
     nearest_ = std::make_unique<NearestSite>(mesh, sites);
 }
 
@@ -74,8 +75,9 @@ Index PointBasis::nearest(const SurfacePoint& x) const {
     std::array<std::uint32_t, 16> found{};
     std::array<double, 16> squared{};
     const std::size_t count = group.tree.knnSearch(x.position.data(), found.size(), found.data(), squared.data());
-    Index nearest = group.cloud.members[found[0]];
-    double least = std::numeric_limits<double>::infinity();
+    const bool parted = separators_.any(patch);
+    Index nearest = group.cloud.members[found[0]], in_sight = none;
+    double least = std::numeric_limits<double>::infinity(), least_in_sight = least;
     for (std::size_t k = 0; k < count; ++k) {
         const Index i = group.cloud.members[found[k]];
         const double d = site_distance(x.position, x.normal, patch, sites_->points[i].position,
@@ -84,8 +86,12 @@ Index PointBasis::nearest(const SurfacePoint& x) const {
             least = d;
             nearest = i;
         }
+        if (parted && d < least_in_sight && !separators_.hides(i, x)) {
+            least_in_sight = d;
+            in_sight = i;
+        }
     }
-    return nearest;
+    return in_sight != none ? in_sight : nearest;
 }
 
 void PointBasis::evaluate(const SurfacePoint& x, BasisRow& row) const {
@@ -134,6 +140,21 @@ void PointBasis::evaluate_among(const SurfacePoint& x, std::span<const Index> ca
         cosine[count] = cosine_here;
         radius[count] = c.radius;
         count += static_cast<std::size_t>((squared < c.support_squared) & (cosine_here > perpendicular));
+    }
+    if (separators_.any()) {
+        std::size_t kept = 0;
+        for (std::size_t i = 0; i < count; ++i) {
+            const Index site = row.element[i];
+            if (separators_.near(site) && separators_.hides(site, x)) {
+                continue;
+            }
+            row.element[kept] = site;
+            distance[kept] = distance[i];
+            cosine[kept] = cosine[i];
+            radius[kept] = radius[i];
+            ++kept;
+        }
+        count = kept;
     }
     row.element.resize(count);
     row.weight.resize(count);

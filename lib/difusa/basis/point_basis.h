@@ -4,6 +4,7 @@
 #pragma once
 
 #include <difusa/basis/basis.h>
+#include <difusa/basis/separators.h>
 #include <difusa/basis/support_grid.h>
 
 #include <memory>
@@ -28,8 +29,9 @@ class PointBasis : public Basis {
     void bind(const Mesh& mesh, const SiteSet& sites) final;
     std::size_t size() const final;
 
-    /// Elements at x. A basis that sums to one and has no support there gives all weight to the nearest site of the
-    /// patch: of the 16 nearest in space the one at the smallest site distance, or the nearest in space if all face
+    /// Elements at x; those of sites that a separator hides from x (separators.h) vanish. A basis that sums to one and
+    /// has no support there gives all weight to the nearest site of the patch: of the 16 nearest in space the one at
+    /// the smallest site distance that is not hidden; of all 16 if each is hidden; or the nearest in space if all face
     /// away. On a patch without sites it is the nearest of all.
     void evaluate(const SurfacePoint& x, BasisRow& row) const final;
     void evaluate(std::span<const SurfacePoint> x, std::span<BasisRow> rows) const final;
@@ -54,6 +56,7 @@ class PointBasis : public Basis {
     const SiteSet* sites_ = nullptr;
     bool normalise_ = false;
     SupportGrid grid_;
+    Separators separators_;
     std::unique_ptr<NearestSite> nearest_;
 };
 

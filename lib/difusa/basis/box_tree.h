@@ -1,0 +1,64 @@
+// Boxes in space, found by the box they overlap.
+#pragma once
+
+#include <difusa/core/types.h>
+
+#include <Eigen/Geometry>
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+namespace difusa {
+
+/// A binary tree of boxes, halved at the median along the longest side. Boxes are closed: those that touch overlap.
+class BoxTree {
+  public:
+    using Box = Eigen::AlignedBox3d;
+
+    BoxTree() = default;
+
+    /// boxes[i] has the number items[i].
+    BoxTree(std::vector<Box> boxes, std::vector<Index> items);
+
+    bool empty() const { return nodes_.empty(); }
+
+    /// Calls `act(item, box)` for each box that overlaps `with`, until it returns true. True if it did.
+    template <class Act> bool visit(const Box& with, const Act& act) const {
+        if (nodes_.empty()) {
+            return false;
+        }
+        std::array<Index, 64> open; // NOLINT: filled before use; the depth is at most 32, one waits at each
+        std::size_t count = 0;
+        open[count++] = 0;
+        while (count > 0) {
+            const Node& node = nodes_[open[--count]];
+            if (!node.box.intersects(with)) {
+                continue;
+            }
+            if (node.right == none) {
+                for (Index i = node.first; i < node.last; ++i) {
+                    if (boxes_[i].intersects(with) && act(items_[i], boxes_[i])) {
+                        return true;
+                    }
+                }
+                continue;
+            }
+            open[count++] = node.right;
+            open[count++] = static_cast<Index>(&node - nodes_.data()) + 1; // the left one follows
+        }
+        return false;
+    }
+
+  private:
+    struct Node {
+        Box box;
+        Index first = 0, last = 0; ///< its boxes
+        Index right = none;        ///< none: a leaf
+    };
+    std::vector<Node> nodes_; ///< each before its children, the left one at once
+    std::vector<Box> boxes_;
+    std::vector<Index> items_;
+};
+
+} // namespace difusa
