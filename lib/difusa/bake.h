@@ -33,8 +33,8 @@ struct BakeOptions {
     std::string visibility = "cgal";
     std::string solver = "krylov";
     std::string projection = "natural"; ///< basis/projection.h
-    /// The light of suns and lamps: "exact", computed where it is wanted, or "interpolated" as a part of the unknown, as
-    /// in the dissertation.
+    /// The light of suns and lamps: "exact", computed where it is wanted, or "interpolated" as a part of the unknown,
+    /// as in the dissertation.
     std::string direct = "exact";
     /// The light of suns and lamps after one reflection: "gathered" where rays hit, or "interpolated" between the sites
     /// (cheaper; the only way of pairwise transport). Empty: gathered where that is possible.

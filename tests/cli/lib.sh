@@ -38,7 +38,7 @@ expect_no_text() {
     fi
 }
 
-# expect_refusal CODE TEXT PROGRAM ARGUMENT...: ends with the code and one line on standard error that names the program
+# expect_refusal CODE TEXT PROGRAM ARGUMENT...: ends with the code and one line on standard error that names a program
 # and holds the text, after lines of progress at most; leaves no file that was not there.
 expect_refusal() {
     local code=$1 text=$2
@@ -51,7 +51,9 @@ expect_refusal() {
     cmp -s before after || fail "the files have changed: $(diff before after)"
     [ ! -s stdout ] || fail "standard output is not empty: $*"
     tail -n 1 stderr >message
-    expect_text message "$(basename "$1"): " "$text"
+    grep -qE '^(bake_radiosity|compare_fields|inspect_basis|measure_accuracy): ' message ||
+        fail "the message does not name its program: $(cat message)"
+    expect_text message "$text"
 }
 
 # The number (or word) of the first entry of this name in a report.

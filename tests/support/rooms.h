@@ -39,6 +39,16 @@ inline Mesh l_room() {
     return make_mesh(std::move(points), std::move(triangles));
 }
 
+/// In the L-shaped room: the straight line does not pass through the walls x = 1, y > 1 and y = 1, x > 1. Points of
+/// these walls are in them up to rounding.
+inline bool see_in_l_room(const Vec3& p, const Vec3& q) {
+    const auto passes = [&](int across, int along) {
+        return (p[across] - 1.0) * (q[across] - 1.0) < -1e-20 &&
+               p[along] + (1.0 - p[across]) / (q[across] - p[across]) * (q[along] - p[along]) > 1.0;
+    };
+    return !passes(0, 1) && !passes(1, 0);
+}
+
 /// The unit cube seen from inside, with a block in the middle of it seen from outside.
 inline Mesh room_with_block() {
     return together(box(1.0, 1, true), moved(box(Vec3(0.3, 0.2, 0.4)), 1.0, Vec3(0.35, 0.45, 0.25)));

@@ -29,22 +29,12 @@ struct Case {
     bool in_sight(const Vec3& p, const Vec3& q) const { return !see || see(p, q); }
 };
 
-/// In the L-shaped room: the straight line does not pass through the walls x = 1, y > 1 and y = 1, x > 1. Points of
-/// these walls are in them up to rounding.
-bool see_around_the_corner(const Vec3& p, const Vec3& q) {
-    const auto passes = [&](int across, int along) {
-        return (p[across] - 1.0) * (q[across] - 1.0) < -1e-20 &&
-               p[along] + (1.0 - p[across]) / (q[across] - p[across]) * (q[along] - p[along]) > 1.0;
-    };
-    return !passes(0, 1) && !passes(1, 0);
-}
-
 std::vector<Case> cases() {
     std::vector<Case> all;
     all.push_back({"cube", test::box(1.0), 0.12});
     all.push_back({"sphere", test::icosphere(2, 1.0, true), 0.25});
     all.push_back({"sphere of few facets", test::icosphere(0), 0.2});
-    all.push_back({"room", test::l_room(), 0.25, see_around_the_corner});
+    all.push_back({"room", test::l_room(), 0.25, test::see_in_l_room});
     all.push_back({"thin wall", test::thin_wall(1e-9), 0.12});
     all.push_back({"needles", test::needles(60), 0.1});
     all.push_back({"shelf over table", test::shelf_over_table(1e-6), 0.1});

@@ -61,7 +61,7 @@ struct Twin {
     bool unguarded() const { return least > 0.0041 && delta < 3.99; }
 };
 
-Twin twin(const Mesh& mesh, const SiteSet& sites, const SurfacePoint& x, double width) {
+Twin twin(const Mesh& mesh, const SiteSet& sites, const SurfacePoint& x, double width, bool l_room = false) {
     const auto n = static_cast<Eigen::Index>(sites.size());
     Eigen::VectorXd w = Eigen::VectorXd::Zero(n);
     Eigen::MatrixXd p = Eigen::MatrixXd::Ones(n, 3);
@@ -71,7 +71,8 @@ Twin twin(const Mesh& mesh, const SiteSet& sites, const SurfacePoint& x, double 
         const auto site = static_cast<std::size_t>(i);
         const Vec3 away = sites.points[site].position - x.position;
         const double R = width * sites.radius[site], q = away.norm() / R, c = x.normal.dot(sites.points[site].normal);
-        if (sites.patch[site] == mesh.patch[x.face] && q < 1.0 && c > perpendicular) {
+        const bool seen = !l_room || test::see_in_l_room(x.position, sites.points[site].position);
+        if (sites.patch[site] == mesh.patch[x.face] && q < 1.0 && c > perpendicular && seen) {
             w[i] = (2.0 * q * q * q - 3.0 * q * q + 1.0) * c;
             H_squared += w[i] * R * R;
         }
@@ -131,7 +132,7 @@ TEST(MovingLeastSquares, AgreesWithThePrintedFormulaWhereItsMatrixIsGood) {
             const double tolerance = 100.0 * eps / 0.004 * std::max(1.0, c.mesh.magnitude() / c.spacing);
             double worst = 0.0;
             for (const SurfacePoint& x : probes) {
-                const Twin exact = twin(c.mesh, sites, x, width);
+                const Twin exact = twin(c.mesh, sites, x, width, c.name == "room");
                 if (!exact.unguarded()) {
                     continue;
                 }
