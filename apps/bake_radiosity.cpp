@@ -146,8 +146,8 @@ void declare(CLI::App& app, Arguments& a) {
         ->group(transport)
         ->type_name("NAME")
         ->capture_default_str();
-    add_parsed(app, "--tolerance", a.bake.solve.tolerance, "largest residual, relative to the direct light",
-               parse_positive)
+    add_parsed(app, "--tolerance", a.bake.solve.tolerance,
+               "largest residual, relative to the light that is not reflected yet", parse_positive)
         ->group(transport)
         ->type_name("T")
         ->default_str(shown(a.bake.solve.tolerance));
@@ -185,16 +185,18 @@ void declare(CLI::App& app, Arguments& a) {
                "longest edge of the output mesh (default: the site spacing)", parse_positive)
         ->group(output)
         ->type_name("D");
-    add_whole<std::size_t>(app, "--final-gather", a.bake.final_gather, 1,
-                           "gather the light at each output vertex with so many rays, instead of evaluating the basis: "
-                           "slower, and far more accurate")
+    add_whole<std::size_t>(
+        app, "--final-gather", a.bake.final_gather, 1,
+        "gather the light at each output vertex with so many rays (an even number), instead of evaluating the basis: "
+        "slower, and far more accurate")
         ->group(output)
         ->type_name("N");
-    add_parsed(app, "--error-points", a.bake.error_points,
-               "surface points at which the error is estimated (default: an eighth of the sites; 0: no estimate)",
-               [](const std::string& option, const std::string& text) {
-                   return difusa::parse_whole<std::size_t>(option, text, 0);
-               })
+    add_parsed(
+        app, "--error-points", a.bake.error_points,
+        "surface points at which the error is estimated (default: an eighth of the sites, 128 to 4096; 0: no estimate)",
+        [](const std::string& option, const std::string& text) {
+            return difusa::parse_whole<std::size_t>(option, text, 0);
+        })
         ->group(output)
         ->type_name("N");
     app.add_option("--sites-output", a.files.sites, "write the sites as points, .vtp or .ply")

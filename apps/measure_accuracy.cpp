@@ -182,6 +182,20 @@ double relative_rms(const std::vector<double>& curve, const std::vector<double>&
     return size > 0.0 ? std::sqrt(error / size) : 0.0;
 }
 
+/// Chapter 7 has its own scene, transports and way of judging.
+void refuse_for_chapter7(const Arguments& a) {
+    const std::vector<std::pair<bool, std::string>> given{{!a.plan.cases.empty(), "--case"},
+                                                          {!a.plan.projections.empty(), "--projection"},
+                                                          {!a.plan.transports.empty(), "--transport"},
+                                                          {!a.plan.final_gathers.empty(), "--final-gather"},
+                                                          {a.plan.rays.size() > 1, "a second --rays"}};
+    for (const auto& [is, name] : given) {
+        if (is) {
+            throw UsageError("--chapter7 does not take " + name);
+        }
+    }
+}
+
 void chapter7(Arguments& a, const difusa::Registry& registry, const difusa::Execution& execution) {
     fill(a.plan.bases, {"radial", "normalized-radial", "shepard"});
     fill(a.plan.spacings, {3.0, 1.0});
@@ -255,6 +269,9 @@ void run(Arguments& a) {
     }
     for (const std::string& basis : a.plan.bases) {
         registry.describe("basis", basis);
+    }
+    if (a.chapter7) {
+        refuse_for_chapter7(a);
     }
     registry.describe("visibility", a.plan.common.visibility);
     std::string text;

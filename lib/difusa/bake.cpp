@@ -124,6 +124,10 @@ void check_options(const BakeOptions& options) {
     if (options.rays < 1 || options.rays > (std::size_t{1} << 24U)) {
         refuse("--rays", "must be from 1 to 16777216");
     }
+    if (options.error_points && *options.error_points != 0 &&
+        (*options.error_points < 16 || *options.error_points > (std::size_t{1} << 24U))) {
+        refuse("--error-points", "must be 0, for no estimate, or from 16 to 16777216");
+    }
     if (options.final_gather > (std::size_t{1} << 24U)) {
         refuse("--final-gather", "must be at most 16777216");
     }
@@ -147,6 +151,36 @@ void check_options(const BakeOptions& options) {
     }
     if (options.output_spacing < 0.0 || !std::isfinite(options.output_spacing)) {
         refuse("--output-spacing", "must be a positive length");
+    }
+}
+
+/// Refuses a scene made by a program that reading a file would not have let pass.
+void check_scene(const Scene& scene, const std::string& name) {
+    const auto refuse = [&](const std::string& why) { throw InputError(name + ": " + why); };
+    const Mesh& mesh = scene.mesh;
+    if (mesh.triangles.empty() || mesh.normals.size() != mesh.triangles.size() ||
+        mesh.material.size() != mesh.triangles.size()) {
+        refuse("the mesh is empty, not derived (Mesh::derive), or has no material for each triangle");
+    }
+    for (const Index material : mesh.material) {
+        if (material >= scene.materials.size()) {
+            refuse("a triangle has the material " + std::to_string(material) + " of " +
+                   std::to_string(scene.materials.size()));
+        }
+    }
+    for (const Material& material : scene.materials) {
+        if (!((material.reflectance >= 0.0) && (material.reflectance <= 1.0)).all() ||
+            !((material.emission >= 0.0) && (material.emission < 1e300)).all()) {
+            refuse("the material " + material.name +
+                   " has a reflectance outside [0,1], or an emission that is negative "
+                   "or not finite");
+        }
+    }
+    for (const Sun& sun : scene.suns) {
+        if (!(std::abs(sun.towards.norm() - 1.0) < 1e-6) ||
+            !((sun.irradiance >= 0.0) && (sun.irradiance < 1e300)).all()) {
+            refuse("a sun has a direction that is not of unit length, or an irradiance that is negative or not finite");
+        }
     }
 }
 
@@ -206,6 +240,7 @@ class Bake {
         result_.file = name;
         result_.diagnosis.file_faces = scene.mesh.triangles.size();
         result_.diagnosis.file_points = scene.mesh.points.size();
+        check_scene(scene, name);
         result_.scene = std::make_shared<Scene>(std::move(scene));
         light();
     }
@@ -435,6 +470,7 @@ class Bake {
         start("estimate error");
         result_.error = estimate_error(*result_.field, points, std::max<std::size_t>(1, result_.options.rays / 2),
                                        result_.options.seed, execution_);
+        bound_evaluated_ = result_.error->bound_largest;
         if (!(result_.error->largest_reflectance < 1.0)) {
             note("some surface absorbs nothing (reflectance 1): the residual is measured, but no bound of the error "
                  "follows from it");
@@ -480,11 +516,13 @@ class Bake {
         // B = E + rho H, with E and rho of the very point: their edges stay sharp whatever the basis.
         result_.B = result_.vertex_E + result_.vertex_rho.cwiseProduct(result_.H);
         if (result_.error) {
-            const ErrorEstimate& error = *result_.error;
-            result_.residual = spread_residual(error, *tools_.basis, vertices, execution_);
-            const double everywhere = error.bound_largest;
+            result_.residual = spread_residual(*result_.error, *tools_.basis, vertices, execution_);
+            // What arrives may be wrong by the largest error anywhere, of which the point reflects rho; where rho is 0,
+            // nothing, even if there is no bound.
+            const Eigen::ArrayXd rho = result_.vertex_rho.rowwise().maxCoeff().array();
+            const Eigen::ArrayXd reflected = (rho > 0.0).select(rho * bound_evaluated_, 0.0);
             result_.error_bound =
-                (result_.residual.array() + result_.vertex_rho.rowwise().maxCoeff().array() * everywhere).matrix();
+                (reflected + (options.final_gather == 0 ? result_.residual : noise_).array()).matrix();
         }
     }
 
@@ -510,6 +548,7 @@ class Bake {
     void judge_gathered(const Values& noise) {
         ErrorEstimate& error = *result_.error;
         const double rho = error.largest_reflectance;
+        noise_ = noise.rowwise().norm();
         error.noise = std::sqrt(noise.rowwise().squaredNorm().mean());
         error.factor *= rho;
         error.bound_rms = rho * error.bound_rms + error.noise;
@@ -678,6 +717,8 @@ class Bake {
     std::shared_ptr<DirectLight> direct_;
     std::vector<SurfacePoint> points_; ///< of the projection: the sites first
     std::unique_ptr<Projection> projection_;
+    double bound_evaluated_ = 0.0; ///< of the error of the field as its basis gives it, anywhere
+    Values noise_;                 ///< #V by 1: of a gathered output, W/m²
     std::string phase_;
     std::chrono::steady_clock::time_point began_;
 };

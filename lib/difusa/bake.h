@@ -46,7 +46,7 @@ struct BakeOptions {
     std::size_t rays = 512;                  ///< a site
     SolveOptions solve;                      ///< tolerance, iterations
     std::size_t final_gather = 0;            ///< rays from each output vertex; 0: the basis is evaluated
-    std::optional<std::size_t> error_points; ///< of the error estimate; 0: none; absent: an eighth of the sites
+    std::optional<std::size_t> error_points; ///< of the error estimate; 0: none; absent: #S / 8 in 128..4096
     Rgb reflectance = Rgb::Constant(0.5);    ///< of faces without a colour
     std::optional<Rgb> sky; ///< irradiance of an unshaded surface, W/m²; absent: 1 if there is no other light, else 0
     std::vector<Sun> suns;  ///< added to those of the scene
@@ -100,7 +100,8 @@ struct BakeResult {
     OutputMesh mesh;
     Values B, H, H_direct, H_indirect, vertex_rho, vertex_E;
     Values residual;    ///< #V by 1: rms of the residual around the vertex, W/m²; empty without an error estimate
-    Values error_bound; ///< #V by 1: residual + rho_max bound_largest, a bound of the error of B there; likewise
+    Values error_bound; ///< #V by 1: estimated bound of the error of B there: residual + rho times the largest error
+                        ///< anywhere; of a gathered output noise + that; likewise
 
     std::vector<std::pair<std::string, double>> seconds; ///< wall time of each phase, in order
 };

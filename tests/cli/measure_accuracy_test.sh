@@ -19,7 +19,7 @@ expect_exit 0 "$measure" --output study --case sphere --basis shepard --basis ra
 expect_text stdout "sphere, shepard, spacing 0.8" "does not converge" "written: study"
 [ "$(wc -l <study/measurements.csv)" = 9 ] || fail "eight measurements and a header were expected"
 expect_text study/measurements.json '"schema": "difusa-accuracy-study"' '"bound_over_error"'
-expect_text study/sphere.md "| shepard, corrected | 0.6 |"
+expect_text study/sphere.md "| shepard, corrected | 0.6 | 16 |"
 expect_text study/sphere_error_against_time.svg "<svg" "shepard"
 expect_text study/sphere_error_against_sites.svg "</svg>"
 

@@ -21,11 +21,11 @@ struct ErrorEstimate {
     // that the noise of the rays does not count as error; `low` and `high` are the ends of the 95 % confidence
     // interval.
     double rms = 0.0, low = 0.0, high = 0.0;
-    double largest = 0.0; ///< seen at the points: the larger of noise and residual
+    double largest = 0.0; ///< seen at the points, of the mean of both estimates
 
     double largest_reflectance = 0.0; ///< rho_max
     double factor = 0.0;              ///< rho_max / (1 - rho_max) if the output was gathered, else 1 / (1 - rho_max)
-    double noise = 0.0;               ///< rms of the noise of a gathered output, W/m²; else 0
+    double noise = 0.0;               ///< rms over the vertices of a gathered output of its noise, W/m²; else 0
 
     // Bounds of the error of the output, W/m²; infinite if some surface absorbs nothing.
     double bound_rms = 0.0;     ///< factor · high + noise

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <limits>
 #include <memory>
 
@@ -26,10 +27,17 @@ double making(const BakeResult& result) {
 
 Judge::Judge(ReferenceCase the_case, const MeasureOptions& how, const Execution& execution)
     : reference(std::move(the_case)) {
-    for (SurfacePoint x : even_points(reference.scene.mesh, how.places, RandomStream(how.seed, "places"))) {
-        if (!reference.judged || reference.judged(x.position)) {
-            x.normal = reference.normal ? reference.normal(x) : x.normal;
-            places.push_back(x);
+    if (how.places < 1) {
+        throw UsageError("--places: must be at least 1");
+    }
+    // Where a part of the surface is judged, more are drawn until enough are in it.
+    for (std::size_t drawn = how.places; places.size() < how.places; drawn *= 2) {
+        places.clear();
+        for (SurfacePoint x : even_points(reference.scene.mesh, drawn, RandomStream(how.seed, "places"))) {
+            if (!reference.judged || reference.judged(x.position)) {
+                x.normal = reference.normal ? reference.normal(x) : x.normal;
+                places.push_back(x);
+            }
         }
     }
     std::vector<ReferenceLight> light(places.size());
@@ -69,6 +77,10 @@ Measurement measure(const Registry& registry, const Judge& judge, const BakeOpti
         m.failed = true;
         m.failure = error.what();
         return m;
+    } catch (const ResourceError& error) {
+        m.failed = true;
+        m.failure = error.what();
+        return m;
     }
     m.options = result->options;
     m.options.final_gather = options.final_gather;
@@ -78,9 +90,20 @@ Measurement measure(const Registry& registry, const Judge& judge, const BakeOpti
     m.iterations = result->solve.iterations;
 
     const auto begin = std::chrono::steady_clock::now();
-    const Irradiance H = options.final_gather == 0
-                             ? result->field->evaluate(places, options.seed, "judged", execution)
-                             : result->field->gather(places, options.final_gather, options.seed, "judged", execution);
+    Irradiance H;
+    double noise = 0.0;
+    if (options.final_gather == 0) {
+        H = result->field->evaluate(places, options.seed, "judged", execution);
+    } else { // in two halves, as for the output of a bake
+        const std::size_t half = (options.final_gather + 1) / 2;
+        H = result->field->gather(places, half, options.seed, "judged, first", execution);
+        const Irradiance other = result->field->gather(places, half, options.seed, "judged, second", execution);
+        const Values difference = 0.5 * (result->field->radiosity(places, H.direct + H.indirect) -
+                                         result->field->radiosity(places, other.direct + other.indirect));
+        noise = std::sqrt(difference.squaredNorm() / static_cast<double>(places.size()));
+        H.direct = 0.5 * (H.direct + other.direct);
+        H.indirect = 0.5 * (H.indirect + other.indirect);
+    }
     m.seconds_output = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     std::vector<double> B, exact_B, indirect, exact_indirect;
     for (std::size_t i = 0; i < places.size(); ++i) {
@@ -98,7 +121,7 @@ Measurement measure(const Registry& registry, const Judge& judge, const BakeOpti
     if (result->error) {
         const ErrorEstimate& error = *result->error;
         m.residual_rms = error.rms;
-        m.bound_rms = options.final_gather == 0 ? error.bound_rms : error.largest_reflectance * error.bound_rms;
+        m.bound_rms = options.final_gather == 0 ? error.bound_rms : error.largest_reflectance * error.bound_rms + noise;
     }
     return m;
 }

@@ -44,7 +44,8 @@ struct Judge {
 };
 
 /// Bakes the case and compares B = E + rho H with the exact one at the judge's places. `options.final_gather` rays are
-/// used there too. A bake that ends with NotConverged is a result: `failed`.
+/// used there too. A bake that ends with NotConverged or
+/// ResourceError is a result: `failed`.
 Measurement measure(const Registry& registry, const Judge& judge, const BakeOptions& options, const MeasureOptions& how,
                     const Execution& execution);
 

@@ -1,5 +1,6 @@
 #include <difusa/analysis/study.h>
 
+#include <difusa/core/error.h>
 #include <difusa/core/text.h>
 #include <difusa/io/chart.h>
 
@@ -104,11 +105,14 @@ std::string chart(const std::vector<Measurement>& measurements, const std::strin
     std::vector<std::string> order;
     std::map<std::string, ChartSeries> lines;
     std::map<std::string, int> colours;
+    const bool many_rays = std::any_of(measurements.begin(), measurements.end(), [&](const Measurement& m) {
+        return m.options.rays != measurements.front().options.rays;
+    });
     for (const Measurement& m : measurements) {
         if (m.case_name != case_name || m.failed) {
             continue;
         }
-        const std::string method = method_of(m);
+        const std::string method = method_of(m) + (many_rays ? ", " + std::to_string(m.options.rays) + " rays" : "");
         ChartSeries& line = lines[method];
         if (line.name.empty()) {
             order.push_back(method);
@@ -116,7 +120,7 @@ std::string chart(const std::vector<Measurement>& measurements, const std::strin
             line.markers = true;
             // A basis has one colour; what is done with it tells the dashes.
             line.colour = colours.try_emplace(m.options.basis, static_cast<int>(colours.size())).first->second;
-            line.dashed = method != m.options.basis;
+            line.dashed = method_of(m) != m.options.basis;
         }
         line.x.push_back(x(m));
         line.y.push_back(m.total.l2.relative().value_or(0.0));
@@ -167,6 +171,10 @@ std::vector<Measurement> run_study(const Registry& registry, const StudyPlan& pl
             }
         }
     }
+    if (measurements.empty()) {
+        throw UsageError("none of these choices can be combined: projections that need light at more points than the "
+                         "sites, and --first-bounce gathered, are for --transport gather");
+    }
     return measurements;
 }
 
@@ -212,13 +220,15 @@ std::string json_of(const std::vector<Measurement>& measurements) {
 }
 
 std::string markdown_of(const std::vector<Measurement>& measurements, const std::string& case_name) {
-    std::string table = "| method | spacing | sites | seconds | L2 total | L2 indirect | largest | bound / error |\n"
-                        "|---|---|---|---|---|---|---|---|\n";
+    std::string table =
+        "| method | spacing | rays | sites | seconds | L2 total | L2 indirect | largest | bound / error |\n"
+        "|---|---|---|---|---|---|---|---|---|\n";
     for (const Measurement& m : measurements) {
         if (m.case_name != case_name) {
             continue;
         }
-        table += "| " + method_of(m) + " | " + text_of(m.options.spacing) + " | ";
+        table +=
+            "| " + method_of(m) + " | " + text_of(m.options.spacing) + " | " + std::to_string(m.options.rays) + " | ";
         if (m.failed) {
             table += "– | – | does not converge | | | |\n";
             continue;

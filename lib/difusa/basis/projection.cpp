@@ -106,9 +106,13 @@ Eigen::VectorXd quadrature_weights(const SiteSet& sites, std::span<const Surface
         owner[q] = q < sites.size() ? q : found[0];
         ++members[owner[q]];
     }
+    // Elements of a basis that is no partition of unity may have no area of their own: then an average one.
+    const double mean =
+        std::accumulate(integrals.begin(), integrals.end(), 0.0) / static_cast<double>(integrals.size());
     Eigen::VectorXd weight(static_cast<Eigen::Index>(points.size()));
     for (std::size_t q = 0; q < points.size(); ++q) {
-        weight[static_cast<Eigen::Index>(q)] = integrals[owner[q]] / static_cast<double>(members[owner[q]]);
+        weight[static_cast<Eigen::Index>(q)] =
+            (integrals[owner[q]] > 1e-3 * mean ? integrals[owner[q]] : mean) / static_cast<double>(members[owner[q]]);
     }
     return weight;
 }

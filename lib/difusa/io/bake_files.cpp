@@ -62,6 +62,22 @@ std::vector<FieldNote> notes_of(const BakeResult& result) {
     number("sites", static_cast<double>(result.sites->size()));
     number("neighbours", options.neighbours);
     number("rays_per_site", static_cast<double>(options.rays));
+    notes.push_back({"direct", options.direct});
+    notes.push_back({"first_bounce", options.first_bounce});
+    number("final_gather", static_cast<double>(options.final_gather));
+    number("error_points", static_cast<double>(options.error_points.value_or(0)));
+    number("crease_angle", options.crease_angle);
+    std::vector<double> suns; // direction towards it and irradiance, six numbers each
+    for (const Sun& sun : result.scene->suns) {
+        suns.insert(suns.end(), sun.towards.data(), sun.towards.data() + 3);
+        suns.insert(suns.end(), sun.irradiance.data(), sun.irradiance.data() + 3);
+    }
+    if (!suns.empty()) {
+        notes.push_back({"suns", suns});
+    }
+    if (result.error) {
+        number("bound", result.error->bound_rms);
+    }
     notes.push_back({"default_reflectance", as_vector(options.reflectance)});
     notes.push_back({"sky", as_vector(result.scene->sky)});
     number("output_spacing", options.output_spacing);

@@ -73,7 +73,8 @@ class Axis {
             const std::vector<double> digits = decades > 4.0   ? std::vector<double>{1.0}
                                                : decades > 1.5 ? std::vector<double>{1.0, 3.0}
                                                                : std::vector<double>{1.0, 2.0, 5.0};
-            for (double power = std::pow(10.0, std::floor(std::log10(low_))); power <= high_; power *= 10.0) {
+            for (double power = std::pow(10.0, std::floor(std::log10(std::max(low_, 1e-300)))); power <= high_;
+                 power *= 10.0) {
                 for (const double digit : digits) {
                     if (digit * power >= low_ && digit * power <= high_) {
                         result.push_back(digit * power);
@@ -87,8 +88,9 @@ class Axis {
                                      : rough / power < 3.5 ? 2.0
                                      : rough / power < 7.5 ? 5.0
                                                            : 10.0);
-        for (double k = std::ceil(low_ / step); k * step <= high_; k += 1.0) {
-            result.push_back(k * step);
+        const double first = std::ceil(low_ / step);
+        for (int k = 0; k < 20 && (first + k) * step <= high_; ++k) {
+            result.push_back((first + k) * step);
         }
         return result;
     }
@@ -128,10 +130,11 @@ std::string svg_of(const Chart& chart) {
         named += series.name.empty() ? 0 : 1;
     }
     const double legend = named == 0 ? 16.0 : 48.0 + 7.0 * static_cast<double>(longest);
-    const double left = 76.0, right = chart.width - legend, top = 40.0, bottom = chart.height - 52.0;
+    const int width = std::max(chart.width, static_cast<int>(legend) + 300);
+    const double left = 76.0, right = width - legend, top = 40.0, bottom = chart.height - 52.0;
     const Axis x(chart, false, left, right), y(chart, true, bottom, top);
-    std::string svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + std::to_string(chart.width) +
-                      "\" height=\"" + std::to_string(chart.height) +
+    std::string svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + std::to_string(width) + "\" height=\"" +
+                      std::to_string(chart.height) +
                       "\" font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" "
                       "fill=\"#ffffff\"/>\n";
     svg += text_at(0.5 * (left + right), 22.0, "middle", chart.title, " font-size=\"14\"");

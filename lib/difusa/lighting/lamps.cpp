@@ -157,23 +157,32 @@ Lamps::Choice Lamps::choose(const SurfacePoint& x, RandomStream& stream, Worker&
 
 Rgb Lamps::sample(const SurfacePoint& x, RandomStream& stream, Worker& worker) const {
     const Choice choice = choose(x, stream, worker);
-    const double root = std::sqrt(stream.uniform()), part = stream.uniform();
     if (choice.triangle == none || choice.triangle == x.face || !(choice.probability > 0.0)) {
         return Rgb::Zero();
     }
-    const SurfacePoint y = scene_.mesh.at(choice.triangle, root * (1.0 - part), root * part);
-    const Vec3 way = y.position - x.position;
-    const double cosine_x = x.normal.dot(way), cosine_y = -y.normal.dot(way);
+    const Mesh& mesh = scene_.mesh;
+    const Vec3 &a = mesh.corner(choice.triangle, 0), &b = mesh.corner(choice.triangle, 1),
+               &c = mesh.corner(choice.triangle, 2);
+    // Far away the point-to-point kernel hardly varies over the lamp. Near by it is not bounded: there the closed form
+    // takes its place, and the shadow ray goes to a place above the horizon.
+    const double size = std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
+    const bool near = ((a + b + c) / 3.0 - x.position).squaredNorm() < 9.0 * size;
+    SurfacePoint y;
+    double cosine_x = 0.0, cosine_y = 0.0, r2 = 1.0;
+    for (int attempt = 0; attempt < (near ? 32 : 1) && !(cosine_x > 0.0); ++attempt) {
+        const double root = std::sqrt(stream.uniform()), part = stream.uniform();
+        y = mesh.at(choice.triangle, root * (1.0 - part), root * part);
+        const Vec3 way = y.position - x.position;
+        cosine_x = x.normal.dot(way);
+        cosine_y = -y.normal.dot(way);
+        r2 = way.squaredNorm();
+    }
     if (!(cosine_x > 0.0 && cosine_y > 0.0)) {
         return Rgb::Zero();
     }
-    const double r2 = way.squaredNorm(), area = scene_.mesh.areas[y.face];
-    // Far away the point-to-point kernel hardly varies over the lamp. Near by it is not bounded: there the closed form
-    // takes its place, or 1, which no form factor exceeds.
-    double F = cosine_x * cosine_y / (std::numbers::pi * r2 * r2) * area;
-    if (r2 < 4.0 * area) {
-        F = choice.form_factor >= 0.0 ? choice.form_factor : std::min(F, 1.0);
-    }
+    const double F = !near ? cosine_x * cosine_y / (std::numbers::pi * r2 * r2) * mesh.areas[y.face]
+                     : choice.form_factor >= 0.0 ? choice.form_factor
+                                                 : lambert_form_factor(x.position, x.normal, a, b, c);
     const Segment segment{x.position, y.position, x.face, y.face};
     std::uint8_t blocked = 0;
     visibility_.occluded(std::span(&segment, 1), std::span(&blocked, 1));

@@ -45,7 +45,7 @@ class Lamps {
                                Worker& worker) const;
 
     /// Writes an estimate of the irradiance in W/m² that all lamps send to x, made with one shadow ray. Its mean is the
-    /// irradiance, except where a lamp is nearer than its own size and partly hidden.
+    /// irradiance, but for a lamp nearer than three times its size that is partly hidden.
     Rgb sample(const SurfacePoint& x, RandomStream& stream, Worker& worker) const;
 
   private:

@@ -22,7 +22,7 @@ Mesh box(const Vec3& low, const Vec3& high, int n, Front front);
 Mesh disc(double radius, int rings);
 
 /// The part of the sphere around the origin within `half_angle` of its lowest point,
-/// in `rings` rings as a disc (on a closed sphere, half_angle pi, the last ring ends in a point).
+/// in `rings` rings as a disc; half_angle in (0, pi).
 Mesh spherical_cap(double radius, double half_angle, int rings, Front front);
 
 /// The sphere around the origin: an icosahedron, `halvings` times cut in four and put on the sphere.
