@@ -1,5 +1,6 @@
 #include <difusa/bake.h>
 
+#include <difusa/analysis/nearest_surface.h>
 #include <difusa/basis/basis.h>
 #include <difusa/basis/element_integrals.h>
 #include <difusa/basis/projection.h>
@@ -8,6 +9,7 @@
 #include <difusa/core/random.h>
 #include <difusa/core/text.h>
 #include <difusa/field/evaluate.h>
+#include <difusa/lighting/dark_patches.h>
 #include <difusa/lighting/direct_light.h>
 #include <difusa/plugin/choice.h>
 #include <difusa/scene/reader.h>
@@ -33,7 +35,7 @@ namespace {
 
 constexpr std::size_t default_sites = 4000;
 constexpr double pooled_directions = 32.0; ///< sets of directions in a DirectionPool
-constexpr std::size_t lamp_samples = 64;   ///< shadow rays a site
+constexpr std::size_t lamp_samples = 64;   ///< shadow rays of a round
 constexpr std::size_t most_sites = std::size_t{1} << 30U;
 /// A spectral radius that is not below 1 by more than rounding counts as 1.
 constexpr double contraction = 1.0 - 1e-9;
@@ -108,6 +110,23 @@ Tools make_tools(const Registry& registry, const BakeOptions& options, BakeResul
     return tools;
 }
 
+bool is_unit(const Vec3& v) {
+    return std::abs(v.norm() - 1.0) < 1e-6;
+}
+
+bool is_light(const Rgb& c) {
+    return ((c >= 0.0) && (c < 1e300)).all(); // false for NaN
+}
+
+bool is_sound(const Sun& sun) {
+    return is_unit(sun.towards) && is_light(sun.irradiance);
+}
+
+bool is_sound(const PointLight& light) {
+    return light.position.allFinite() && is_unit(light.direction) && is_light(light.intensity) &&
+           light.cos_outer >= -1.0 && light.cos_outer <= light.cos_inner && light.cos_inner <= 1.0;
+}
+
 void check_options(const BakeOptions& options) {
     const auto refuse = [](const std::string& option, const std::string& why) {
         throw UsageError(option + ": " + why);
@@ -132,9 +151,13 @@ void check_options(const BakeOptions& options) {
         refuse("--final-gather", "must be at most 16777216");
     }
     for (const Sun& sun : options.suns) {
-        if (!(std::abs(sun.towards.norm() - 1.0) < 1e-6) ||
-            !((sun.irradiance >= 0.0) && (sun.irradiance < 1e300)).all()) {
+        if (!is_sound(sun)) {
             refuse("--sun", "needs a direction, and an irradiance that is not negative");
+        }
+    }
+    for (const PointLight& light : options.point_lights) {
+        if (!is_sound(light)) {
+            refuse("--point-light", "needs a place, and an intensity that is not negative");
         }
     }
     if (!(options.solve.tolerance > 0.0) || options.solve.tolerance >= 1.0) {
@@ -143,10 +166,10 @@ void check_options(const BakeOptions& options) {
     if (options.solve.max_iterations < 0) {
         refuse("--max-iterations", "must not be negative");
     }
-    if (!((options.reflectance >= 0.0) && (options.reflectance <= 1.0)).all()) {
+    if (options.reflectance && !((*options.reflectance >= 0.0) && (*options.reflectance <= 1.0)).all()) {
         refuse("--reflectance", "must be from 0 to 1");
     }
-    if (options.sky && !((*options.sky >= 0.0) && (*options.sky < 1e300)).all()) {
+    if (options.sky && !is_light(*options.sky)) {
         refuse("--sky", "must not be negative");
     }
     if (options.output_spacing < 0.0 || !std::isfinite(options.output_spacing)) {
@@ -169,20 +192,33 @@ void check_scene(const Scene& scene, const std::string& name) {
         }
     }
     for (const Material& material : scene.materials) {
-        if (!((material.reflectance >= 0.0) && (material.reflectance <= 1.0)).all() ||
-            !((material.emission >= 0.0) && (material.emission < 1e300)).all()) {
+        if (!((material.reflectance >= 0.0) && (material.reflectance <= 1.0)).all() || !is_light(material.emission)) {
             refuse("the material " + material.name +
                    " has a reflectance outside [0,1], or an emission that is negative "
                    "or not finite");
         }
     }
     for (const Sun& sun : scene.suns) {
-        if (!(std::abs(sun.towards.norm() - 1.0) < 1e-6) ||
-            !((sun.irradiance >= 0.0) && (sun.irradiance < 1e300)).all()) {
+        if (!is_sound(sun)) {
             refuse("a sun has a direction that is not of unit length, or an irradiance that is negative or not finite");
         }
     }
+    for (const PointLight& light : scene.point_lights) {
+        if (!is_sound(light)) {
+            refuse(
+                "a point light has a place that is not finite, an axis that is not of unit length, an intensity that "
+                "is negative or not finite, or an inner cone wider than the outer one");
+        }
+    }
 }
+
+/// The light of one group, or of all.
+struct Part {
+    LightGroup group;
+    std::shared_ptr<const DirectLight> direct;
+    Values soft;  ///< #points by #channels, W/m²: from the sky and emitters that are no lamps
+    Values sharp; ///< from suns, point lights and lamps
+};
 
 /// Runs the steps of a bake on one result, and times them.
 class Bake {
@@ -218,18 +254,26 @@ class Bake {
         Scene& scene = *result_.scene;
         scene.mesh = std::move(diagnosed.mesh);
         scene.materials = soup.materials;
+        scene.suns = soup.lights.suns;
+        scene.point_lights = soup.lights.points;
+        scene.sky = soup.lights.sky.value_or(Rgb::Zero());
+        scene.dome = soup.lights.dome;
+        result_.camera = soup.camera;
+        if (soup.default_reflectance && !result_.options.reflectance) {
+            result_.options.reflectance = soup.default_reflectance;
+        }
         const auto default_material = static_cast<Index>(soup.materials.size());
         const bool used = std::find(scene.mesh.material.begin(), scene.mesh.material.end(), default_material) !=
                           scene.mesh.material.end();
         if (used) {
             Material material;
             material.name = scene.mesh.corner_reflectance.empty() ? "default" : "vertex colours";
-            material.reflectance = result_.options.reflectance;
+            material.reflectance = result_.options.reflectance.value_or(material.reflectance);
+            result_.options.reflectance = material.reflectance;
             material.vertex_colours = !scene.mesh.corner_reflectance.empty();
             scene.materials.push_back(material);
             if (!material.vertex_colours) {
-                note("faces without a colour have the reflectance " + list(result_.options.reflectance) +
-                     " (--reflectance)");
+                note("faces without a colour have the reflectance " + list(material.reflectance) + " (--reflectance)");
             }
         }
         light();
@@ -250,7 +294,23 @@ class Bake {
         const Mesh& mesh = result_.scene->mesh;
         start("build visibility");
         tools_.visibility->build(mesh);
-        direct_ = std::make_shared<DirectLight>(*result_.scene, *tools_.visibility);
+        const Scene& scene = *result_.scene;
+        all_ = std::make_shared<DirectLight>(scene, *tools_.visibility);
+        if (result_.options.light_groups) {
+            for (LightGroup& group : difusa::light_groups(scene)) {
+                auto direct = std::make_shared<DirectLight>(*all_, group);
+                parts_.push_back({std::move(group), std::move(direct), {}, {}});
+            }
+        }
+        if (parts_.empty()) {
+            parts_.push_back({all_lights(scene), all_, {}, {}});
+        }
+        start("look for dark surfaces");
+        const std::vector<char> dark = dark_patches(scene, *all_, *tools_.visibility, result_.options.seed, execution_);
+        double lit_area = 0.0;
+        for (Index t = 0; t < mesh.triangles.size(); ++t) {
+            lit_area += dark[mesh.patch[t]] == 0 ? mesh.areas[t] : 0.0;
+        }
         start("place sites");
         const Visibility* rays = tools_.sampler->needs_visibility() ? tools_.visibility.get() : nullptr;
         BakeOptions& options = result_.options;
@@ -262,10 +322,23 @@ class Bake {
                 throw ResourceError(std::to_string(options.sites) + " sites are asked for, and memory is there for " +
                                     std::to_string(limit) + ": give fewer --sites");
             }
-            options.spacing = spacing_for_count(*tools_.sampler, mesh, rays, options.sites, options.seed, execution_);
+            // Sites are wanted where there is light; those of the rest will be left out.
+            const double more = lit_area > 0.0 && rays == nullptr ? mesh.area / lit_area : 1.0;
+            const double count = std::min(static_cast<double>(limit), more * static_cast<double>(options.sites));
+            options.spacing = spacing_for_count(*tools_.sampler, mesh, rays, static_cast<std::size_t>(count),
+                                                options.seed, execution_);
         }
         std::vector<SurfacePoint> points =
             tools_.sampler->sample(mesh, rays, options.spacing, limit, RandomStream(options.seed, "sites"), execution_);
+        if (lit_area > 0.0) {
+            const std::size_t all = points.size();
+            std::erase_if(points, [&](const SurfacePoint& x) { return dark[mesh.patch[x.face]] != 0; });
+            if (points.size() < all) {
+                save("sites",
+                     text_of(100.0 * (1.0 - lit_area / mesh.area)) + " % of the surface sees nothing that sends light",
+                     "sites", static_cast<double>(all - points.size()));
+            }
+        }
         result_.sites = std::make_shared<SiteSet>(
             make_site_set(mesh, std::move(points), options.spacing, options.neighbours, execution_));
         if (result_.options.output_spacing == 0.0) {
@@ -304,9 +377,11 @@ class Bake {
             estimate.transport_bytes =
                 static_cast<double>(points) * std::min(n, rays * estimate.elements_per_ray) * entry;
         }
-        estimate.segments += points * direct_->rays_per_point(lamp_samples);
-        if (result_.options.first_bounce == "gathered") {
-            estimate.segments += estimate.rays * direct_->rays_per_point(1);
+        for (const Part& part : parts_) {
+            estimate.segments += points * part.direct->rays_per_point(lamp_samples);
+            if (result_.options.first_bounce == "gathered") {
+                estimate.segments += estimate.rays * part.direct->rays_per_point(1);
+            }
         }
         // Directions are pooled; each thread holds the rays, hits and rows of one site.
         const double scratch = rays * (pooled_directions * 4.0 * sizeof(double) +
@@ -363,21 +438,23 @@ class Bake {
         start("transport");
         if (tools_.pairwise) {
             transport_ = pairwise(scene, sites, integrals_, *tools_.visibility, *tools_.kernel, execution_);
-            if (direct_->has_lamps()) { // which light the sites apart
+            if (all_->has_lamps()) { // which light the sites apart
                 transport_.L = SparseRows(sites.size(), scene.materials.size());
             }
             start("sky"); // and, for the energy balance, what escapes
             gather_sky(scene, points_, *tools_.visibility, *tools_.directions, options.rays, options.seed, execution_,
                        transport_);
         } else {
-            const FirstBounce bounce{direct_.get(), result_.channels};
-            transport_ = gather(scene, points_, *tools_.basis, *tools_.visibility, *tools_.directions, options.rays,
-                                options.seed, execution_, options.first_bounce == "gathered" ? &bounce : nullptr);
-            if (direct_->has_lamps()) {
-                transport_.L = SparseRows(points_.size(), scene.materials.size());
+            Sources sources{!all_->has_lamps(), {}, result_.channels};
+            for (const Part& part : parts_) {
+                if (options.first_bounce == "gathered" && all_->any()) {
+                    sources.bounce.push_back(part.direct.get());
+                }
             }
+            transport_ = gather(scene, points_, *tools_.basis, *tools_.visibility, *tools_.directions, options.rays,
+                                options.seed, execution_, sources);
         }
-        result_.lamps = direct_->lamp_count();
+        result_.lamps = all_->lamp_count();
         result_.nonzeros = transport_.S.nonzeros();
         result_.rays = transport_.rays;
         const auto count = static_cast<double>(points_.size());
@@ -398,15 +475,18 @@ class Bake {
         const Scene& scene = *result_.scene;
         const SiteSet& sites = *result_.sites;
         const auto n = static_cast<Eigen::Index>(sites.size());
-        Values soft = direct_irradiance(scene, transport_, result_.channels, execution_);
-        Values sharp = direct_->irradiance(points_, result_.channels, lamp_samples, result_.options.seed, "lamps",
-                                           execution_, transport_.segments);
-        result_.segments = transport_.segments;
-        const bool in_basis = result_.options.direct == "interpolated";
-        if (in_basis) {
-            soft += sharp;
-            sharp.setZero();
+        DirectLight::Effort effort;
+        Values soft = Values::Zero(static_cast<Eigen::Index>(points_.size()), result_.channels), sharp = soft;
+        for (Part& part : parts_) {
+            part.soft = direct_irradiance(scene, part.group, transport_, result_.channels, execution_);
+            part.sharp = part.direct->irradiance(points_, result_.channels, lamp_samples, result_.options.seed, "lamps",
+                                                 execution_, effort);
+            soft += part.soft;
+            sharp += part.sharp;
         }
+        result_.segments = transport_.segments + effort.segments;
+        clear_ += effort.clear;
+        const bool in_basis = result_.options.direct == "interpolated";
         const double brightest = (soft + sharp).maxCoeff();
         if (!(brightest > 0.0) && !scene.has_emitters()) {
             throw InputError(result_.file + ": no light reaches the front of any face: the sky is shut out, no sun "
@@ -416,24 +496,27 @@ class Bake {
         if (!(brightest > 0.0)) {
             note("the faces that emit light no other surface: they face away from everything");
         }
-        Values rho(soft.rows(), result_.channels);
-        for (Eigen::Index j = 0; j < rho.rows(); ++j) {
-            const SurfacePoint& x = points_[static_cast<std::size_t>(j)];
-            rho.row(j) = scene.reflectance(x).head(result_.channels).matrix().transpose();
-        }
+        const Values rho = reflectances();
         const TransportOperator K(transport_.S, *projection_);
         start("check convergence");
         check_contraction(K, rho);
         start("solve");
-        Values source = soft;
-        if (transport_.bounce.rows() > 0) {
-            source += transport_.bounce;
-        } else if (direct_->any() && !in_basis) {
-            Values reflected;
-            K.apply(rho.cwiseProduct(sharp), reflected, execution_);
-            source += reflected;
+        // One set of channels for each part, beside each other.
+        const auto c = static_cast<Eigen::Index>(result_.channels), count = static_cast<Eigen::Index>(parts_.size());
+        Values source(rho.rows(), count * c);
+        for (Eigen::Index g = 0; g < count; ++g) {
+            const Part& part = parts_[static_cast<std::size_t>(g)];
+            Values own = in_basis ? Values(part.soft + part.sharp) : part.soft;
+            if (!transport_.bounce.empty()) {
+                own += transport_.bounce[static_cast<std::size_t>(g)];
+            } else if (part.direct->any() && !in_basis) {
+                Values reflected;
+                K.apply(rho.cwiseProduct(part.sharp), reflected, execution_);
+                own += reflected;
+            }
+            source.middleCols(g * c, c) = own;
         }
-        const SolveProblem problem{&K, rho, source};
+        const SolveProblem problem{&K, rho.replicate(1, count), source};
         result_.solve = tools_.solver->solve(problem, result_.options.solve, execution_);
         if (!result_.solve.converged()) {
             throw NotConverged("the solver " + result_.options.solver + " " + result_.solve.sentence() +
@@ -441,7 +524,7 @@ class Bake {
                                text_of(result_.spectral_radius) +
                                ": allow more --max-iterations, a larger --tolerance, or another --solver");
         }
-        DIFUSA_REQUIRE(result_.solve.h.rows() == rho.rows() && result_.solve.h.cols() == result_.channels);
+        DIFUSA_REQUIRE(result_.solve.h.rows() == rho.rows() && result_.solve.h.cols() == count * c);
         Values residual;
         for (const double miss : relative_residual(problem, result_.solve.h, residual, execution_)) {
             if (!(miss <= 10.0 * result_.options.solve.tolerance)) {
@@ -449,14 +532,42 @@ class Bake {
                                    text_of(miss) + ": use another --solver");
             }
         }
-        const Values h = std::move(result_.solve.h);
+        const Values all = std::move(result_.solve.h);
+        Values h = Values::Zero(rho.rows(), c);
+        for (Eigen::Index g = 0; g < count; ++g) {
+            h += all.middleCols(g * c, c);
+        }
         result_.rho = rho.topRows(n);
-        result_.irradiance = (h + sharp).topRows(n);
+        const Values lit = in_basis ? h : Values(h + sharp);
+        result_.irradiance = lit.topRows(n);
         result_.irradiance_direct = (soft + sharp).topRows(n);
-        result_.field = std::make_shared<Field>(
-            FieldParts{result_.scene, result_.sites, tools_.basis, tools_.visibility, tools_.directions, direct_,
-                       projection_->coefficients(soft), projection_->coefficients(h), lamp_samples, in_basis});
-        balance(rho, h + sharp);
+        const auto field = [&](const Part& part, const Values& part_h) {
+            return std::make_shared<Field>(FieldParts{
+                result_.scene, result_.sites, tools_.basis, tools_.visibility, tools_.directions, part.direct,
+                part.group, projection_->coefficients(in_basis ? Values(part.soft + part.sharp) : part.soft),
+                projection_->coefficients(part_h), lamp_samples, in_basis});
+        };
+        result_.field = field({all_lights(scene), all_, soft, sharp}, h);
+        result_.solution.field = result_.field;
+        for (Eigen::Index g = 0; g < count && result_.options.light_groups; ++g) {
+            result_.solution.groups.push_back(field(parts_[static_cast<std::size_t>(g)], all.middleCols(g * c, c)));
+        }
+        balance(rho, lit);
+    }
+
+    /// At the points of the projection. A site stands for its whole element, so where a texture makes the reflectance
+    /// change within elements their means are taken, unless the basis is fitted to further points.
+    Values reflectances() const {
+        const Scene& scene = *result_.scene;
+        if (integrals_.reflectance.rows() == static_cast<Eigen::Index>(points_.size())) {
+            return integrals_.reflectance.leftCols(result_.channels);
+        }
+        Values rho(static_cast<Eigen::Index>(points_.size()), result_.channels);
+        for (Eigen::Index j = 0; j < rho.rows(); ++j) {
+            const SurfacePoint& x = points_[static_cast<std::size_t>(j)];
+            rho.row(j) = scene.reflectance(x).head(result_.channels).matrix().transpose();
+        }
+        return rho;
     }
 
     // 8. Judge: how far is this from the solution?
@@ -486,62 +597,119 @@ class Bake {
         result_.mesh =
             refine(scene.mesh, options.output_spacing, options.crease_angle, available_memory() / 500, execution_);
         start("evaluate");
-        std::vector<SurfacePoint> vertices = result_.mesh.vertices;
-        for (SurfacePoint& vertex : vertices) {
-            vertex = inset(scene.mesh, vertex);
+        const std::vector<SurfacePoint>& vertices = result_.mesh.vertices;
+        result_.output = values_at(vertices, "output");
+        if (options.final_gather > 0 && result_.error) {
+            judge_gathered(result_.output.noise);
         }
-        Irradiance H;
-        if (options.final_gather == 0) {
-            H = result_.field->evaluate(vertices, options.seed, "output", execution_);
-        } else {
-            H = gather_output(vertices);
-        }
-        result_.output_rays = H.rays;
-        result_.output_segments = H.segments;
-        const auto count = static_cast<Eigen::Index>(vertices.size());
-        const auto three = [](const Values& values) -> Values {
-            return values.cols() == 3 ? values : Values(values.replicate(1, 3));
-        };
-        result_.H_direct = three(H.direct);
-        result_.H_indirect = three(H.indirect);
-        result_.H = result_.H_direct + result_.H_indirect;
-        result_.vertex_rho.resize(count, 3);
-        result_.vertex_E.resize(count, 3);
-        for (Eigen::Index v = 0; v < count; ++v) {
-            const SurfacePoint& x = vertices[static_cast<std::size_t>(v)];
-            result_.vertex_rho.row(v) =
-                scene.reflectance(result_.mesh.vertices[static_cast<std::size_t>(v)]).matrix().transpose();
-            result_.vertex_E.row(v) = scene.emission(x).matrix().transpose();
-        }
-        // B = E + rho H, with E and rho of the very point: their edges stay sharp whatever the basis.
-        result_.B = result_.vertex_E + result_.vertex_rho.cwiseProduct(result_.H);
         if (result_.error) {
             result_.residual = spread_residual(*result_.error, *tools_.basis, vertices, execution_);
             // What arrives may be wrong by the largest error anywhere, of which the point reflects rho; where rho is 0,
             // nothing, even if there is no bound.
-            const Eigen::ArrayXd rho = result_.vertex_rho.rowwise().maxCoeff().array();
+            const Eigen::ArrayXd rho = result_.output.rho.rowwise().maxCoeff().array();
             const Eigen::ArrayXd reflected = (rho > 0.0).select(rho * bound_evaluated_, 0.0);
             result_.error_bound =
                 (reflected + (options.final_gather == 0 ? result_.residual : noise_).array()).matrix();
         }
+        if (options.face_centres) {
+            std::vector<SurfacePoint> centres;
+            for (std::size_t f = 0; f < result_.mesh.triangles.size(); ++f) {
+                centres.push_back(centre_of(f));
+            }
+            result_.centres = values_at(centres, "centres");
+        }
+        if (!options.at.empty()) {
+            evaluate_listed();
+        }
+        list_savings();
     }
 
-    /// Light gathered at the vertices in two independent halves, whose difference tells the noise.
-    Irradiance gather_output(const std::vector<SurfacePoint>& vertices) {
-        const BakeOptions& options = result_.options;
-        const std::size_t half = (options.final_gather + 1) / 2;
-        Irradiance H = result_.field->gather(vertices, half, options.seed, "output, first", execution_);
-        const Irradiance other = result_.field->gather(vertices, half, options.seed, "output, second", execution_);
-        if (result_.error) {
-            const Values noise = 0.5 * (result_.field->radiosity(vertices, H.direct + H.indirect) -
-                                        result_.field->radiosity(vertices, other.direct + other.indirect));
-            judge_gathered(noise);
+    /// Of a triangle of the output; with the mean of its corners' normals.
+    SurfacePoint centre_of(std::size_t f) const {
+        const Mesh& mesh = result_.scene->mesh;
+        const Index face = result_.mesh.face[f];
+        Vec3 position = Vec3::Zero(), normal = Vec3::Zero();
+        for (const Index v : result_.mesh.triangles[f]) {
+            position += result_.mesh.vertices[v].position / 3.0;
+            normal += result_.mesh.vertices[v].normal;
         }
-        H.direct = 0.5 * (H.direct + other.direct);
-        H.indirect = 0.5 * (H.indirect + other.indirect);
-        H.rays += other.rays;
-        H.segments += other.segments;
-        return H;
+        const std::array<double, 3> weight =
+            nearest_on_triangle(position, mesh.corner(face, 0), mesh.corner(face, 1), mesh.corner(face, 2));
+        SurfacePoint centre = mesh.at(face, weight[1], weight[2]);
+        centre.normal = normal.norm() > 0.5 ? Vec3(normal.normalized()) : centre.normal;
+        return centre;
+    }
+
+    PointValues values_at(const std::vector<SurfacePoint>& x, const std::string& purpose) {
+        PointValues values =
+            result_.solution.at(x, result_.options.final_gather, result_.options.seed, purpose, execution_);
+        result_.output_rays += values.rays;
+        result_.output_segments += values.segments;
+        clear_ += values.clear;
+        return values;
+    }
+
+    /// The nearest surface points to a user's list of places.
+    void evaluate_listed() {
+        const Mesh& mesh = result_.scene->mesh;
+        const BakeOptions& options = result_.options;
+        const NearestSurface surface(mesh.points, mesh.triangles);
+        std::size_t far = 0;
+        for (std::size_t i = 0; i < options.at.size(); ++i) {
+            const ListedPoint& wanted = options.at[i];
+            const Vec3& p = wanted.position;
+            // Without a normal, any: of a direction and its opposite every triangle faces one or the other.
+            NearestSurface::Place place;
+            for (const Vec3& n : wanted.normal ? std::vector<Vec3>{*wanted.normal}
+                                               : std::vector<Vec3>{Vec3(0.36, 0.48, 0.8), Vec3(-0.36, -0.48, -0.8)}) {
+                const NearestSurface::Place found = surface.nearest({p, n, p + n * options.spacing});
+                if (found.triangle != none && (place.triangle == none || found.distance < place.distance)) {
+                    place = found;
+                }
+            }
+            if (place.triangle == none) {
+                throw InputError("--at: no surface faces the way of the normal of place " + std::to_string(i) +
+                                 " (counting from 0): turn the normal, or leave it out");
+            }
+            result_.listed.push_back(mesh.at(place.triangle, place.weight[1], place.weight[2]));
+            result_.listed_distance.push_back(place.distance);
+            far += place.distance > options.spacing ? 1 : 0;
+        }
+        if (far > 0) {
+            note(
+                std::to_string(far) + " of the " + std::to_string(options.at.size()) +
+                " places of --at are farther from the surface than the spacing of the sites: what is told is the light "
+                "at the nearest surface point");
+        }
+        result_.listed_values = values_at(result_.listed, "listed");
+    }
+
+    /// What this scene did not need.
+    void list_savings() {
+        const Scene& scene = *result_.scene;
+        const auto points = static_cast<double>(points_.size());
+        const auto rays = static_cast<double>(result_.rays);
+        if (result_.channels == 1) {
+            save("two of three channels", "all reflectances and lights are grey", "unknowns",
+                 2.0 * points * static_cast<double>(parts_.size()));
+        }
+        if (!all_->any()) {
+            save("direct light by shadow rays", "there is no sun, no point light and no lamp", "rays",
+                 result_.options.first_bounce == "gathered" ? rays : points);
+        }
+        if (!scene.has_sky()) {
+            save("sky", "it is dark", "values", points);
+        }
+        if (scene.mesh.convex && tools_.pairwise) {
+            save("shadow rays between sites", "the room is convex and empty", "rays", 0.5 * points * (points - 1.0));
+        }
+        if (clear_ > 0) {
+            save("shadow rays to lamps", "nothing can come between", "rays",
+                 static_cast<double>(clear_ * lamp_samples));
+        }
+        if (scene.mesh.convex && all_->lamp_count() > 0 && result_.options.first_bounce == "gathered") {
+            save("shadow rays of reflected lamps", "the room is convex and empty", "rays", rays);
+        }
     }
 
     /// One reflection leaves at most rho_max of the error; the noise of the rays comes on top.
@@ -576,6 +744,10 @@ class Bake {
         }
     }
 
+    void save(const std::string& what, const std::string& because, const std::string& unit, double amount) {
+        result_.savings.push_back({what, because, unit, amount});
+    }
+
     void note(const std::string& what) {
         result_.notes.push_back(what);
         if (execution_.progress != nullptr) {
@@ -588,10 +760,15 @@ class Bake {
     void light() {
         Scene& scene = *result_.scene;
         scene.suns.insert(scene.suns.end(), result_.options.suns.begin(), result_.options.suns.end());
+        scene.point_lights.insert(scene.point_lights.end(), result_.options.point_lights.begin(),
+                                  result_.options.point_lights.end());
         const bool sunny = std::any_of(scene.suns.begin(), scene.suns.end(),
-                                       [](const Sun& sun) { return (sun.irradiance > 0.0).any(); });
-        if (result_.options.sky) {
+                                       [](const Sun& sun) { return (sun.irradiance > 0.0).any(); }) ||
+                           std::any_of(scene.point_lights.begin(), scene.point_lights.end(),
+                                       [](const PointLight& light) { return (light.intensity > 0.0).any(); });
+        if (result_.options.sky) { // in place of the scene's
             scene.sky = *result_.options.sky;
+            scene.dome = nullptr;
         } else if (!scene.has_emitters() && !sunny && !scene.has_sky()) {
             scene.sky = Rgb::Ones();
             note("nothing emits light: a uniform sky of irradiance 1 W/m^2 is assumed (--sky)");
@@ -680,6 +857,14 @@ class Bake {
                 scene.materials[m].emission.head(result_.channels).matrix().transpose();
         }
         integrals_.share.multiply(E, result_.emission, execution_);
+        if (integrals_.uneven[0].rows() > 0) {
+            const Values ones = Values::Ones(static_cast<Eigen::Index>(scene.materials.size()), 1);
+            Values column;
+            for (int c = 0; c < result_.channels; ++c) {
+                integrals_.uneven[static_cast<std::size_t>(c)].multiply(ones, column, execution_);
+                result_.emission.col(c) += column;
+            }
+        }
         // A site stands for its whole element; further points for themselves.
         Values emission(rho.rows(), result_.channels), sun;
         emission.topRows(n) = result_.emission;
@@ -687,13 +872,13 @@ class Bake {
             emission.row(j) =
                 scene.emission(points_[static_cast<std::size_t>(j)]).head(result_.channels).matrix().transpose();
         }
-        if (!scene.suns.empty()) {
+        if (!scene.suns.empty() || !scene.point_lights.empty()) {
             sun.resize(rho.rows(), result_.channels);
             parallel_for(points_.size(), 64, execution_, [&](std::size_t begin, std::size_t end, unsigned) {
                 DirectLight::Worker worker;
                 for (std::size_t j = begin; j < end; ++j) {
                     sun.row(static_cast<Eigen::Index>(j)) =
-                        direct_->from_suns(points_[j], worker).head(result_.channels).matrix().transpose();
+                        all_->from_outside(points_[j], worker).head(result_.channels).matrix().transpose();
                 }
             });
         }
@@ -714,8 +899,10 @@ class Bake {
     Tools tools_;
     ElementIntegrals integrals_;
     Transport transport_;
-    std::shared_ptr<DirectLight> direct_;
-    std::vector<SurfacePoint> points_; ///< of the projection: the sites first
+    std::shared_ptr<const DirectLight> all_; ///< the sharp light of all groups
+    std::vector<Part> parts_;                ///< the groups if they are to be kept apart, else one of all light
+    std::size_t clear_ = 0;                  ///< points whose lamps nothing could hide
+    std::vector<SurfacePoint> points_;       ///< of the projection: the sites first
     std::unique_ptr<Projection> projection_;
     double bound_evaluated_ = 0.0; ///< of the error of the field as its basis gives it, anywhere
     Values noise_;                 ///< #V by 1: of a gathered output, W/m²

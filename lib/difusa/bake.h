@@ -7,6 +7,7 @@
 #include <difusa/core/progress.h>
 #include <difusa/field/field.h>
 #include <difusa/field/output_mesh.h>
+#include <difusa/field/solution.h>
 #include <difusa/plugin/registry.h>
 #include <difusa/scene/diagnosis.h>
 #include <difusa/scene/scene.h>
@@ -23,6 +24,20 @@
 
 namespace difusa {
 
+/// A place where a user wants to know the light: the nearest point of the surface is evaluated.
+struct ListedPoint {
+    Vec3 position = Vec3::Zero();
+    std::optional<Vec3> normal; ///< only surface whose front turns from it by less than 90° counts; absent: all
+};
+
+/// Something that the scene does not need and that was therefore not done.
+struct Saving {
+    std::string what;    ///< "shadow rays"
+    std::string because; ///< "the room is convex and empty"
+    std::string unit;    ///< "rays"
+    double amount = 0.0; ///< what it would have taken
+};
+
 /// What a user may choose. Plugins are named as on the command line, "name" or "name:parameter=value,...".
 struct BakeOptions {
     std::string basis = "normalized-radial";
@@ -33,11 +48,11 @@ struct BakeOptions {
     std::string visibility = "cgal";
     std::string solver = "krylov";
     std::string projection = "natural"; ///< basis/projection.h
-    /// The light of suns and lamps: "exact", computed where it is wanted, or "interpolated" as a part of the unknown,
-    /// as in the dissertation.
+    /// The light of suns, point lights and lamps: "exact", computed where it is wanted, or "interpolated" as a part of
+    /// the unknown, as in the dissertation.
     std::string direct = "exact";
-    /// The light of suns and lamps after one reflection: "gathered" where rays hit, or "interpolated" between the sites
-    /// (cheaper; the only way of pairwise transport). Empty: gathered where that is possible.
+    /// The same light after one reflection: "gathered" where rays hit, or "interpolated" between the sites (cheaper;
+    /// the only way of pairwise transport). Empty: gathered where that is possible.
     std::string first_bounce;
 
     double spacing = 0.0;                    ///< unit of the scene; 0: from `sites`
@@ -47,9 +62,13 @@ struct BakeOptions {
     SolveOptions solve;                      ///< tolerance, iterations
     std::size_t final_gather = 0;            ///< rays from each output vertex; 0: the basis is evaluated
     std::optional<std::size_t> error_points; ///< of the error estimate; 0: none; absent: #S / 8 in 128..4096
-    Rgb reflectance = Rgb::Constant(0.5);    ///< of faces without a colour
+    std::optional<Rgb> reflectance;          ///< of faces without a colour; absent: what the scene says, or else 0.5
     std::optional<Rgb> sky; ///< irradiance of an unshaded surface, W/m²; absent: 1 if there is no other light, else 0
     std::vector<Sun> suns;  ///< added to those of the scene
+    std::vector<PointLight> point_lights;     ///< likewise
+    bool light_groups = false;                ///< keep the light of each group apart (scene/light_groups.h)
+    bool face_centres = false;                ///< evaluate at the centres of the output's triangles too
+    std::vector<ListedPoint> at;              ///< evaluate at these places too
     double output_spacing = 0.0;              ///< longest edge of the output; 0: the site spacing
     double crease_angle = 0.6981317007977318; ///< 40°: sharper edges are not shaded smoothly
     std::uint64_t seed = 1;
@@ -73,6 +92,7 @@ struct BakeResult {
     std::vector<std::pair<std::string, std::string>> plugins; ///< kind and choice with all parameters
     bool dry_run = false;                                     ///< nothing below `estimate` is filled in
     unsigned threads = 1;
+    std::optional<Camera> camera;   ///< that of the scene's file
     std::vector<std::string> notes; ///< what the user should know
     int channels = 3;               ///< 1 for a grey scene
 
@@ -81,7 +101,8 @@ struct BakeResult {
     std::size_t rays = 0, segments = 0;               ///< cast for transport and direct light
     std::size_t output_rays = 0, output_segments = 0; ///< cast for the output's vertices
     std::size_t lamps = 0;                            ///< emitting triangles whose light was computed in closed form
-    double largest_row_sum = 0.0;                     ///< of the transport matrix, reflectance not counted
+    std::vector<Saving> savings;
+    double largest_row_sum = 0.0;          ///< of the transport matrix, reflectance not counted
     double constant_error = 0.0;           ///< rms by which the basis misses the function 1 at random surface points
     double condition = 1.0;                ///< of the matrix the projection inverts
     std::size_t projection_points = 0;     ///< points at which light was gathered: the sites, or more
@@ -92,13 +113,17 @@ struct BakeResult {
     Values irradiance;                     ///< #S by #channels, at the sites
     Values irradiance_direct;              ///< likewise
     std::shared_ptr<const Field> field;    ///< the solution, to be evaluated anywhere
+    Solution solution;                     ///< the same, and its groups
     Values rho, emission;                  ///< at the sites; emission is the element's mean
     EnergyBalance energy;
     std::optional<ErrorEstimate> error;
 
-    // On the output mesh, #V by 3:
     OutputMesh mesh;
-    Values B, H, H_direct, H_indirect, vertex_rho, vertex_E;
+    PointValues output;                  ///< at its vertices
+    std::optional<PointValues> centres;  ///< at the centres of its triangles
+    std::vector<SurfacePoint> listed;    ///< the surface points nearest to BakeOptions::at
+    std::vector<double> listed_distance; ///< from there to them
+    PointValues listed_values;
     Values residual;    ///< #V by 1: rms of the residual around the vertex, W/m²; empty without an error estimate
     Values error_bound; ///< #V by 1: estimated bound of the error of B there: residual + rho times the largest error
                         ///< anywhere; of a gathered output noise + that; likewise

@@ -38,6 +38,6 @@ expect_text out.json '"error": null'
 
 # Two suns, on a scene that has no other light: no sky is made up.
 expect_exit 0 "$bake" "$DIFUSA_DATA/ball_over_disc.obj" out.vtp $small --sun 0,0,1,0.9 --sun 1,0,1,1,0.5,0.2 --report out.json
-expect_text stdout "from suns"
+expect_text stdout "from suns and point lights"
 expect_no_text stdout "uniform sky"
 expect_text out.json '"towards"'

@@ -55,7 +55,8 @@ std::vector<double> numbers(const BakeResult& result) {
     const auto add = [&](const Values& values) { all.insert(all.end(), values.data(), values.data() + values.size()); };
     for (const Values* values :
          {&result.irradiance, &result.irradiance_direct, &result.field->parts().smooth, &result.rho, &result.emission,
-          &result.B, &result.H, &result.H_direct, &result.H_indirect, &result.vertex_rho, &result.vertex_E}) {
+          &result.output.B, &result.output.H, &result.output.H_direct, &result.output.H_indirect, &result.output.rho,
+          &result.output.E}) {
         add(*values);
     }
     for (const SurfacePoint& x : result.sites->points) {
@@ -134,7 +135,7 @@ TEST(Bake, HasTheSameBitsInUnitsOfLengthThatArePowersOfTwo) {
                 ASSERT_EQ(a.sites->size(), b.sites->size());
                 EXPECT_EQ(a.irradiance, b.irradiance) << engine << " " << basis;
                 EXPECT_EQ(a.irradiance_direct, b.irradiance_direct) << engine << " " << basis;
-                EXPECT_EQ(a.B, b.B);
+                EXPECT_EQ(a.output.B, b.output.B);
                 EXPECT_EQ(a.solve.residual_history, b.solve.residual_history);
                 for (std::size_t j = 0; j < a.sites->size(); ++j) {
                     EXPECT_EQ(scale * a.sites->points[j].position, b.sites->points[j].position);

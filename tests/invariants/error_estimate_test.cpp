@@ -126,7 +126,7 @@ TEST(ErrorEstimate, HasTheSameBitsForAnyNumberOfThreads) {
     const BakeResult three = bake(test::registry(), scene, "scene", options, Execution{3, nullptr});
     EXPECT_EQ(one.error->rms, three.error->rms);
     EXPECT_EQ(one.error->bound_rms, three.error->bound_rms);
-    EXPECT_EQ(one.B, three.B);
+    EXPECT_EQ(one.output.B, three.output.B);
     EXPECT_EQ(one.error_bound, three.error_bound);
 }
 

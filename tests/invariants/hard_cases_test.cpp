@@ -94,7 +94,7 @@ void expect_furnace(const Mesh& mesh, BakeOptions options, double rho = 0.5) {
     const BakeResult result = baked(test::uniform_scene(mesh, rho, 1.0), options);
     const double bound = (rounding + 10.0 * options.solve.tolerance) * exact * exact;
     EXPECT_LE(deviation(result.irradiance, exact), bound) << "at the sites";
-    EXPECT_LE(deviation(result.B, exact), bound) << "at the vertices";
+    EXPECT_LE(deviation(result.output.B, exact), bound) << "at the vertices";
     EXPECT_EQ(result.mean_back, 0.0) << "backs are seen";
     ASSERT_TRUE(result.energy.escaped);
     EXPECT_EQ(result.energy.escaped->maxCoeff(), 0.0) << "light escapes";
@@ -138,7 +138,7 @@ TEST(HardCases, ParallelPlatesWithAGapThatGoesToZero) {
             ++closed;
             for (std::size_t v = 0; v < result.mesh.vertices.size(); ++v) {
                 const double exact = result.mesh.vertices[v].normal.z() > 0.0 ? B_1 : B_2;
-                EXPECT_NEAR(result.B(static_cast<Eigen::Index>(v), 0), exact, 100 * rounding);
+                EXPECT_NEAR(result.output.B(static_cast<Eigen::Index>(v), 0), exact, 100 * rounding);
             }
         }
     }
@@ -306,7 +306,7 @@ TEST(HardCases, AWallBetweenALitAndADarkRoomLetsNothingThrough) {
             for (std::size_t f = 0; f < result.mesh.triangles.size(); ++f) { // faces 0 to 11 are those of the lit room
                 for (const Index v : result.mesh.triangles[f]) {
                     double& room = result.mesh.face[f] < 12 ? lit : dark;
-                    room = std::max(room, result.H(static_cast<Eigen::Index>(v), 0));
+                    room = std::max(room, result.output.H(static_cast<Eigen::Index>(v), 0));
                 }
             }
             EXPECT_GT(lit, 0.5);
@@ -336,7 +336,7 @@ TEST(HardCases, AWallThatStandsOnAFloorLetsNothingThrough) {
         double lit = 0.0, dark = 0.0;
         for (std::size_t v = 0; v < result.mesh.vertices.size(); ++v) {
             const double x = result.mesh.vertices[v].position.x();
-            const double H = result.H(static_cast<Eigen::Index>(v), 0);
+            const double H = result.output.H(static_cast<Eigen::Index>(v), 0);
             (x < 1.0 ? lit : dark) = std::max(x < 1.0 ? lit : dark, x < 1.0 || x > far + 1e-7 ? H : 0.0);
         }
         EXPECT_GT(lit, 0.04); // the lamp alone, straight above: about area / (pi distance²) = 0.05
@@ -369,7 +369,7 @@ TEST(HardCases, AShelfJustAboveATable) {
             EXPECT_GT(under, 20U);
             for (std::size_t v = 0; v < result.mesh.vertices.size(); ++v) {
                 if (result.mesh.vertices[v].position.z() > 0.0) {
-                    EXPECT_NEAR(result.H(static_cast<Eigen::Index>(v), 0), 1.0, rounding)
+                    EXPECT_NEAR(result.output.H(static_cast<Eigen::Index>(v), 0), 1.0, rounding)
                         << "the table's shade on the shelf";
                 }
             }
@@ -384,7 +384,7 @@ TEST(HardCases, FacesThatLieInOnePlace) {
         sheets = test::together(sheets, test::moved(test::grid(3, 1), 0.5, Vec3(0.3, 0.2, 0)));
         const BakeResult open = baked(under_the_sky(sheets, 0.5), coarse(0.1, engine));
         EXPECT_LE(deviation(open.irradiance, 1.0), rounding) << engine;
-        EXPECT_LE(deviation(open.H, 1.0), rounding) << engine;
+        EXPECT_LE(deviation(open.output.H, 1.0), rounding) << engine;
         // A closed box with a second floor on part of its floor, and with every face twice.
         const Mesh box = test::box(1.0, 1, true);
         expect_furnace(test::together(box, test::moved(test::grid(2, 2), 0.5, Vec3(0.2, 0.3, 0))),
@@ -405,7 +405,7 @@ TEST(HardCases, FacesGivenTwiceCountOnce) {
     const BakeOptions options = coarse(0.1);
     const BakeResult a = bake(test::registry(), once, options, Execution{1, nullptr});
     const BakeResult b = bake(test::registry(), twice, options, Execution{1, nullptr});
-    EXPECT_EQ(a.B, b.B);
+    EXPECT_EQ(a.output.B, b.output.B);
     EXPECT_EQ(b.scene->mesh.triangles.size(), 2U);
 }
 
@@ -435,7 +435,7 @@ TEST(HardCases, OneTriangle) {
         for (const double spacing : {0.05, 0.5, 100.0}) {
             const Mesh mesh = test::make_mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}});
             const BakeResult result = baked(under_the_sky(mesh, 0.25), coarse(spacing, engine));
-            EXPECT_LE(deviation(result.B, 0.25), rounding) << engine << " " << spacing;
+            EXPECT_LE(deviation(result.output.B, 0.25), rounding) << engine << " " << spacing;
             if (spacing > 2.0) {
                 EXPECT_EQ(result.sites->size(), 1U);
             }
@@ -528,11 +528,11 @@ TEST(HardCases, AMobiusStrip) {
     // than under the open sky: H <= sky (row sums and what the sky adds are at most 1), and none is negative.
     for (const std::string& engine : engines()) {
         const BakeResult result = baked(under_the_sky(test::mobius(60), 0.9), coarse(0.12, engine));
-        EXPECT_GE(result.H.minCoeff(), 0.0);
-        EXPECT_LE(result.H.maxCoeff(), 1.0 + rounding);
+        EXPECT_GE(result.output.H.minCoeff(), 0.0);
+        EXPECT_LE(result.output.H.maxCoeff(), 1.0 + rounding);
         EXPECT_GT(result.mean_back, 0.0);
         // Almost flat where it turns over (its width is small beside the circle): most of it sees most of the sky.
-        EXPECT_GT(result.H.mean(), 0.5);
+        EXPECT_GT(result.output.H.mean(), 0.5);
     }
 }
 

@@ -127,16 +127,16 @@ TEST(BakeFiles, FieldHoldsTheBake) {
 
     vtkPointData* points = mesh->GetPointData();
     EXPECT_EQ(points->GetNumberOfArrays(), 11);
-    expect_values(points, "radiosity", result.B);
-    expect_values(points, "irradiance", result.H);
-    expect_values(points, "irradiance_direct", result.H_direct);
-    expect_values(points, "irradiance_indirect", result.H_indirect);
-    expect_values(points, "emission", result.vertex_E);
-    expect_values(points, "reflectance", result.vertex_rho, false);
-    expect_values(points, "luminance", result.B * Eigen::Vector3d(0.2126, 0.7152, 0.0722));
+    expect_values(points, "radiosity", result.output.B);
+    expect_values(points, "irradiance", result.output.H);
+    expect_values(points, "irradiance_direct", result.output.H_direct);
+    expect_values(points, "irradiance_indirect", result.output.H_indirect);
+    expect_values(points, "emission", result.output.E);
+    expect_values(points, "reflectance", result.output.rho, false);
+    expect_values(points, "luminance", result.output.B * Eigen::Vector3d(0.2126, 0.7152, 0.0722));
     expect_values(points, "residual", result.residual);
     expect_values(points, "error_bound", result.error_bound);
-    EXPECT_TRUE(result.B.allFinite());
+    EXPECT_TRUE(result.output.B.allFinite());
     EXPECT_TRUE((result.error_bound.array() >= result.residual.array()).all());
 
     auto* display = vtkUnsignedCharArray::SafeDownCast(points->GetScalars());
@@ -147,7 +147,7 @@ TEST(BakeFiles, FieldHoldsTheBake) {
     const std::vector<double> exposure = number_note(mesh, "display_exposure");
     ASSERT_THAT(exposure, ElementsAre(display_exposure(result)));
     for (vtkIdType i = 0; i < display->GetNumberOfValues(); ++i) {
-        ASSERT_EQ(display->GetValue(i), std::lround(255.0 * srgb(exposure[0] * result.B.data()[i])));
+        ASSERT_EQ(display->GetValue(i), std::lround(255.0 * srgb(exposure[0] * result.output.B.data()[i])));
     }
     ASSERT_NE(points->GetNormals(), nullptr);
     EXPECT_STREQ(points->GetNormals()->GetName(), "Normals");
@@ -379,9 +379,9 @@ TEST(BakeFiles, VertexColoursOfAFileReachTheField) {
     EXPECT_EQ(result.channels, 3);
     for (std::size_t v = 0; v < result.mesh.vertices.size(); ++v) {
         const auto row = static_cast<Eigen::Index>(v);
-        EXPECT_NEAR(result.vertex_rho(row, 0), result.mesh.vertices[v].position[0], 1e-15);
-        EXPECT_NEAR(result.vertex_rho(row, 1), 0.5, 1e-15);
-        EXPECT_NEAR(result.vertex_rho(row, 2), 0.25, 1e-15);
+        EXPECT_NEAR(result.output.rho(row, 0), result.mesh.vertices[v].position[0], 1e-15);
+        EXPECT_NEAR(result.output.rho(row, 1), 0.5, 1e-15);
+        EXPECT_NEAR(result.output.rho(row, 2), 0.25, 1e-15);
     }
 }
 

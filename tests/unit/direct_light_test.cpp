@@ -69,7 +69,7 @@ TEST(DirectLight, ASunBelowTheHorizonOrBehindTheSurfaceIsDark) {
     const Lit lit(floor_with_screen(), {{Vec3(1, 0, 0), Rgb::Ones()}, {-Vec3::UnitZ(), Rgb::Ones()}});
     const DirectLight light(lit.scene, lit.visibility);
     DirectLight::Worker worker;
-    EXPECT_TRUE((light.from_suns(lit.scene.mesh.at(0, 0.2, 0.2), worker) == 0.0).all());
+    EXPECT_TRUE((light.from_outside(lit.scene.mesh.at(0, 0.2, 0.2), worker) == 0.0).all());
 }
 
 /// A ball of facets with the normals of the sphere: the sun's irradiance is the cosine all over the lit half, also
@@ -85,7 +85,7 @@ TEST(DirectLight, ShadingNormalsFaceSunsThatTheirFacetsDoNot) {
         x.normal = x.position.normalized();
         const double cosine = x.normal.dot(s);
         grazing += cosine > 0.0 && facet.dot(s) < 0.0 ? 1 : 0;
-        EXPECT_EQ(light.from_suns(x, worker)[0], cosine > 0.0 ? cosine : 0.0);
+        EXPECT_EQ(light.from_outside(x, worker)[0], cosine > 0.0 ? cosine : 0.0);
     }
     EXPECT_GT(grazing, 10);
 }

@@ -14,12 +14,15 @@ double largest_reflectance(const Scene& scene, int channels) {
     double largest = 0.0;
     for (Index t = 0; t < mesh.triangles.size(); ++t) {
         const Material& material = scene.materials[mesh.material[t]];
+        const Rgb factor = material.reflectance_texture ? material.reflectance_texture->brightest() : Rgb(Rgb::Ones());
         if (material.vertex_colours) {
             for (const Rgb& rho : mesh.corner_reflectance[t]) {
-                largest = std::max(largest, rho.head(channels).maxCoeff());
+                const Rgb product = factor * rho;
+                largest = std::max(largest, channels == 1 ? product[0] : product.maxCoeff());
             }
         } else {
-            largest = std::max(largest, material.reflectance.head(channels).maxCoeff());
+            const Rgb product = factor * material.reflectance;
+            largest = std::max(largest, channels == 1 ? product[0] : product.maxCoeff());
         }
     }
     return largest;

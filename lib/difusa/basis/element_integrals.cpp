@@ -52,14 +52,25 @@ template <class Act> void for_each_node(const Mesh& mesh, Index t, double longes
 struct Block {
     SparseRows::Row area;
     std::map<std::pair<Index, Index>, double> share; ///< (site, material)
+    std::map<std::pair<Index, Index>, Rgb> uneven;
+    std::map<Index, Rgb> reflectance; ///< site
     double uncovered = 0.0;
 };
+
+template <class Key, class Value> void add(std::map<Key, Value>& sums, const Key& key, const Value& value) {
+    const auto [place, is_new] = sums.try_emplace(key, value);
+    if (!is_new) {
+        place->second += value;
+    }
+}
 
 } // namespace
 
 ElementIntegrals element_integrals(const Scene& scene, const Basis& basis, double spacing, const Execution& execution) {
     const Mesh& mesh = scene.mesh;
     const std::vector<char> emits = emitting_materials(scene);
+    const bool textured = std::any_of(scene.materials.begin(), scene.materials.end(),
+                                      [](const Material& m) { return m.reflectance_texture != nullptr; });
     // Blocks of a fixed number of triangles, each summed by itself, then added in order: the same bits for any number
     // of threads.
     const std::size_t block_size = std::max<std::size_t>(1, mesh.triangles.size() / 256);
@@ -87,10 +98,20 @@ ElementIntegrals element_integrals(const Scene& scene, const Basis& basis, doubl
                     if (row.element.empty()) {
                         block.uncovered += area;
                     }
+                    const bool even = !scene.materials[material].emits_unevenly();
+                    const Rgb rho = textured ? scene.reflectance(x) : Rgb(Rgb::Zero());
+                    const Rgb E = emits[material] != 0 && !even ? scene.emission(x) : Rgb(Rgb::Zero());
                     for (std::size_t i = 0; i < row.element.size(); ++i) {
-                        sums[worker]->add(row.element[i], area * row.weight[i]);
-                        if (emits[material] != 0) {
-                            block.share[{row.element[i], material}] += area * row.weight[i] * scene.emission_factor(x);
+                        const Index site = row.element[i];
+                        const double part = area * row.weight[i];
+                        sums[worker]->add(site, part);
+                        if (emits[material] != 0 && even) {
+                            add(block.share, {site, material}, part);
+                        } else if (emits[material] != 0) {
+                            add(block.uneven, {site, material}, Rgb(part * E));
+                        }
+                        if (textured) {
+                            add(block.reflectance, site, Rgb(part * rho));
                         }
                     }
                 });
@@ -101,22 +122,44 @@ ElementIntegrals element_integrals(const Scene& scene, const Basis& basis, doubl
 
     ElementIntegrals integrals;
     integrals.area.assign(basis.size(), 0.0);
-    integrals.share = SparseRows(basis.size(), scene.materials.size());
-    std::map<std::pair<Index, Index>, double> share;
+    Block sum;
     for (const Block& block : blocks) {
         integrals.uncovered += block.uncovered;
         for (std::size_t k = 0; k < block.area.column.size(); ++k) {
             integrals.area[block.area.column[k]] += block.area.value[k];
         }
         for (const auto& [key, value] : block.share) {
-            share[key] += value;
+            add(sum.share, key, value);
+        }
+        for (const auto& [key, value] : block.uneven) {
+            add(sum.uneven, key, value);
+        }
+        for (const auto& [site, value] : block.reflectance) {
+            add(sum.reflectance, site, value);
         }
     }
-    for (const auto& [key, value] : share) {
+    const auto put = [&](SparseRows& rows, const std::pair<Index, Index>& key, double value) {
         if (integrals.area[key.first] != 0.0) {
-            SparseRows::Row& row = integrals.share.row(key.first);
-            row.column.push_back(key.second);
-            row.value.push_back(value / integrals.area[key.first]);
+            rows.row(key.first).column.push_back(key.second);
+            rows.row(key.first).value.push_back(value / integrals.area[key.first]);
+        }
+    };
+    integrals.share = SparseRows(basis.size(), scene.materials.size());
+    for (const auto& [key, value] : sum.share) {
+        put(integrals.share, key, value);
+    }
+    for (std::size_t c = 0; c < 3 && has_uneven_emitters(scene); ++c) {
+        integrals.uneven[c] = SparseRows(basis.size(), scene.materials.size());
+        for (const auto& [key, value] : sum.uneven) {
+            put(integrals.uneven[c], key, value[static_cast<Eigen::Index>(c)]);
+        }
+    }
+    if (textured) {
+        integrals.reflectance.setZero(static_cast<Eigen::Index>(basis.size()), 3);
+        for (const auto& [site, value] : sum.reflectance) {
+            if (integrals.area[site] != 0.0) {
+                integrals.reflectance.row(site) = (value / integrals.area[site]).matrix().transpose();
+            }
         }
     }
     return integrals;

@@ -2,7 +2,7 @@
 // of a table, a board stuck through a panel. Elements do not reach through it.
 #pragma once
 
-#include <difusa/basis/box_tree.h>
+#include <difusa/core/box_tree.h>
 #include <difusa/scene/mesh.h>
 #include <difusa/sites/site_set.h>
 

@@ -19,7 +19,10 @@ Irradiance Field::evaluate(std::span<const SurfacePoint> x, std::uint64_t seed, 
     H.direct = h.leftCols(c);
     H.indirect = h.rightCols(c) - H.direct;
     if (!parts_.direct_in_basis) {
-        H.direct += parts_.direct->irradiance(x, channels(), parts_.lamp_samples, seed, purpose, execution, H.segments);
+        DirectLight::Effort effort;
+        H.direct += parts_.direct->irradiance(x, channels(), parts_.lamp_samples, seed, purpose, execution, effort);
+        H.segments = effort.segments;
+        H.clear = effort.clear;
     }
     return H;
 }
@@ -40,7 +43,8 @@ Irradiance Field::gather(std::span<const SurfacePoint> x, std::size_t rays, std:
     const std::uint64_t own_seed = RandomStream(seed, purpose).bits();
     const DirectionPool pool(*parts_.directions, rays, own_seed);
     Irradiance result;
-    result.direct = light.irradiance(x, channels(), parts_.lamp_samples, seed, purpose, execution, result.segments);
+    DirectLight::Effort effort;
+    result.direct = light.irradiance(x, channels(), parts_.lamp_samples, seed, purpose, execution, effort);
     result.indirect.setZero(static_cast<Eigen::Index>(x.size()), channel_count);
     result.rays = x.size() * pool.count();
     std::vector<std::unique_ptr<Worker>> workers(execution.threads);
@@ -64,7 +68,11 @@ Irradiance Field::gather(std::span<const SurfacePoint> x, std::size_t rays, std:
             } else {
                 light.sample(met, stream, std::span(work.H).first(met.size()), work.light);
             }
-            Eigen::RowVectorXd direct = work.around.sky() * scene.sky.head(channel_count).matrix().transpose();
+            Rgb sky = Rgb::Zero();
+            if (parts_.group.sky) {
+                sky = work.around.sky() * scene.sky + dome_irradiance(scene, work.around);
+            }
+            Eigen::RowVectorXd direct = sky.head(channel_count).matrix().transpose();
             Eigen::RowVectorXd indirect = Eigen::RowVectorXd::Zero(channel_count);
             Eigen::RowVectorXd H(channel_count);
             for (std::size_t p = 0; p < met.size(); ++p) {
@@ -76,7 +84,8 @@ Irradiance Field::gather(std::span<const SurfacePoint> x, std::size_t rays, std:
                 const Rgb rho = scene.reflectance(met[p]);
                 indirect += weight[p] * H.cwiseProduct(rho.head(channel_count).matrix().transpose());
                 if (emits) {
-                    direct += weight[p] * scene.emission(met[p]).head(channel_count).matrix().transpose();
+                    direct +=
+                        weight[p] * emission(scene, parts_.group, met[p]).head(channel_count).matrix().transpose();
                 }
             }
             result.direct.row(static_cast<Eigen::Index>(i)) += direct;
@@ -84,8 +93,12 @@ Irradiance Field::gather(std::span<const SurfacePoint> x, std::size_t rays, std:
         }
     });
     for (const auto& worker : workers) {
-        result.segments += worker ? worker->light.cast + worker->light.lamps.cast : 0;
+        if (worker) {
+            effort.add(worker->light);
+        }
     }
+    result.segments = effort.segments;
+    result.clear = effort.clear;
     return result;
 }
 
@@ -93,7 +106,7 @@ Values Field::radiosity(std::span<const SurfacePoint> x, const Values& H) const 
     Values B(H.rows(), H.cols());
     for (Eigen::Index i = 0; i < H.rows(); ++i) {
         const SurfacePoint& point = x[static_cast<std::size_t>(i)];
-        const Eigen::ArrayXd E = parts_.scene->emission(point).head(H.cols());
+        const Eigen::ArrayXd E = emission(*parts_.scene, parts_.group, point).head(H.cols());
         const Eigen::ArrayXd rho = parts_.scene->reflectance(point).head(H.cols());
         B.row(i) = (E + rho * H.row(i).transpose().array()).matrix().transpose();
     }

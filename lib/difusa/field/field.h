@@ -20,21 +20,24 @@ struct FieldParts {
     std::shared_ptr<const Basis> basis;           ///< bound to them
     std::shared_ptr<const Visibility> visibility; ///< built
     std::shared_ptr<const Directions> directions;
-    std::shared_ptr<const DirectLight> direct; ///< suns and lamps, whose light no basis carries
+    std::shared_ptr<const DirectLight> direct; ///< sharp sources, whose light no basis carries
+    LightGroup group;                          ///< whose light this is; `direct` is of the same
     Values soft_direct; ///< #S by #channels: coefficients of the direct light of sky and of emitters that are no lamps
-    Values smooth;      ///< likewise: coefficients of h, which is all light but that of suns and lamps
-    std::size_t lamp_samples = 64; ///< shadow rays to the lamps of a material, at a point
-    bool direct_in_basis = false;  ///< the coefficients hold the light of suns and lamps too
+    Values smooth;      ///< likewise: coefficients of h, which is all light but that of sharp sources
+    std::size_t lamp_samples = 64; ///< shadow rays of a round (Lamps::irradiance)
+    bool direct_in_basis = false;  ///< the coefficients hold the light of sharp sources too
 };
 
 /// Irradiance at points, in W/m²: #points by #channels each.
 struct Irradiance {
     Values direct, indirect;
     std::size_t rays = 0, segments = 0; ///< cast
+    std::size_t clear = 0;              ///< points that needed no shadow rays to lamps (Lamps::Worker::clear)
 };
 
 ///     B(x) = E(x) + rho(x) H(x),   H(x) = H_sharp(x) + h(x),
-/// where H_sharp, the light of suns and lamps, is computed at x, and h is either sum_i c_i phi_i(x) (`evaluate`) or
+/// where H_sharp, the light of suns, point lights and lamps, is computed at x, and h is either sum_i c_i phi_i(x)
+/// (`evaluate`) or
 /// gathered anew from the surroundings of x (`gather`): the iterated projection (Sloan 1976), in graphics
 /// "final gather".
 ///

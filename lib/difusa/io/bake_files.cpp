@@ -2,6 +2,7 @@
 
 #include <difusa/core/memory.h>
 #include <difusa/io/field_writers.h>
+#include <difusa/io/point_list.h>
 #include <difusa/version.h>
 
 #include <algorithm>
@@ -42,6 +43,22 @@ std::vector<double> as_vector(const Rgb& c) {
     return {c[0], c[1], c[2]};
 }
 
+std::vector<FieldArray> arrays_of(const PointValues& values) {
+    return {colour("radiosity", flux, values.B),
+            colour("irradiance", flux, values.H),
+            colour("irradiance_direct", flux, values.H_direct),
+            colour("irradiance_indirect", flux, values.H_indirect),
+            colour("reflectance", "", values.rho),
+            colour("emission", flux, values.E)};
+}
+
+void add_groups(const PointValues& values, std::vector<FieldArray>& arrays) {
+    for (const GroupValues& group : values.groups) {
+        arrays.push_back(colour("radiosity_" + group.name, flux, group.B));
+        arrays.push_back(colour("irradiance_" + group.name, flux, group.H));
+    }
+}
+
 /// Options and results that every file of a bake carries.
 std::vector<FieldNote> notes_of(const BakeResult& result) {
     std::vector<FieldNote> notes;
@@ -75,10 +92,27 @@ std::vector<FieldNote> notes_of(const BakeResult& result) {
     if (!suns.empty()) {
         notes.push_back({"suns", suns});
     }
+    std::vector<double> point_lights; // position, intensity, axis and the cosines of the cone, eleven numbers each
+    for (const PointLight& light : result.scene->point_lights) {
+        for (const Vec3& v : {light.position, Vec3(light.intensity), light.direction}) {
+            point_lights.insert(point_lights.end(), v.begin(), v.end());
+        }
+        point_lights.insert(point_lights.end(), {light.cos_inner, light.cos_outer});
+    }
+    if (!point_lights.empty()) {
+        notes.push_back({"point_lights", point_lights});
+    }
+    if (!result.solution.groups.empty()) {
+        std::string names;
+        for (const auto& group : result.solution.groups) {
+            names += (names.empty() ? "" : "\n") + group->parts().group.name;
+        }
+        notes.push_back({"light_groups", names});
+    }
     if (result.error) {
         number("bound", result.error->bound_rms);
     }
-    notes.push_back({"default_reflectance", as_vector(options.reflectance)});
+    notes.push_back({"default_reflectance", as_vector(options.reflectance.value_or(Material{}.reflectance))});
     notes.push_back({"sky", as_vector(result.scene->sky)});
     number("output_spacing", options.output_spacing);
     number("tolerance", options.solve.tolerance);
@@ -127,7 +161,7 @@ double display_exposure(const BakeResult& result) {
                                  .norm() /
                              6.0;
         for (const Index v : triangle) {
-            if ((result.vertex_E.row(static_cast<Eigen::Index>(v)).array() == 0.0).all()) {
+            if ((result.output.E.row(static_cast<Eigen::Index>(v)).array() == 0.0).all()) {
                 area[v] += third;
                 total += third;
             }
@@ -136,7 +170,7 @@ double display_exposure(const BakeResult& result) {
     std::vector<std::pair<double, double>> shares; // luminance, area
     for (std::size_t v = 0; v < count; ++v) {
         if (area[v] > 0.0) {
-            shares.emplace_back(result.B.row(static_cast<Eigen::Index>(v)).dot(luminance_weights), area[v]);
+            shares.emplace_back(result.output.B.row(static_cast<Eigen::Index>(v)).dot(luminance_weights), area[v]);
         }
     }
     std::sort(shares.begin(), shares.end());
@@ -160,23 +194,18 @@ FieldFile field_of(const BakeResult& result) {
     }
     field.triangles = result.mesh.triangles;
 
-    const Values luminance = result.B * luminance_weights;
+    const Values luminance = result.output.B * luminance_weights;
     const double exposure = display_exposure(result);
     std::vector<std::uint8_t> display(static_cast<std::size_t>(3 * count));
     for (Eigen::Index v = 0; v < count; ++v) {
         for (Eigen::Index c = 0; c < 3; ++c) {
             display[static_cast<std::size_t>(3 * v + c)] =
-                static_cast<std::uint8_t>(std::lround(255.0 * srgb(exposure * result.B(v, c))));
+                static_cast<std::uint8_t>(std::lround(255.0 * srgb(exposure * result.output.B(v, c))));
         }
     }
-    field.point_arrays = {colour("radiosity", flux, result.B),
-                          colour("irradiance", flux, result.H),
-                          colour("irradiance_direct", flux, result.H_direct),
-                          colour("irradiance_indirect", flux, result.H_indirect),
-                          colour("reflectance", "", result.vertex_rho),
-                          colour("emission", flux, result.vertex_E),
-                          {"luminance", flux, {}, luminance},
-                          {"display_rgb", "", rgb, std::move(display)}};
+    field.point_arrays = arrays_of(result.output);
+    field.point_arrays.push_back({"luminance", flux, {}, luminance});
+    field.point_arrays.push_back({"display_rgb", "", rgb, std::move(display)});
     std::vector<std::int32_t> face(result.mesh.face.size()), material(result.mesh.face.size());
     for (std::size_t f = 0; f < face.size(); ++f) {
         face[f] = static_cast<std::int32_t>(result.scene->mesh.original_face[result.mesh.face[f]]);
@@ -187,6 +216,12 @@ FieldFile field_of(const BakeResult& result) {
         field.point_arrays.push_back({"error_bound", flux, {}, result.error_bound});
     }
     field.cell_arrays = {numbers("original_face_id", std::move(face)), numbers("material_id", std::move(material))};
+    add_groups(result.output, field.point_arrays);
+    if (result.centres) {
+        const std::vector<FieldArray> centres = arrays_of(*result.centres);
+        field.cell_arrays.insert(field.cell_arrays.end(), centres.begin(), centres.end());
+        add_groups(*result.centres, field.cell_arrays);
+    }
     field.notes = notes_of(result);
     field.notes.push_back({"display_exposure", std::vector<double>{exposure}});
     field.active_colours = "display_rgb";
@@ -256,6 +291,7 @@ void write_bake(const BakeResult& result, const BakeFiles& files, const Executio
     };
     write(files.field, [&](WholeFile& file) { write_field(field_of(result), files.field, file); });
     write(files.sites, [&](WholeFile& file) { write_field(sites_of(result), files.sites, file); });
+    write(files.listed, [&](WholeFile& file) { file.write(point_table(result)); });
     write(files.report, [&](WholeFile& file) { file.write(report_of(result)); });
     for (const std::unique_ptr<WholeFile>& file : written) {
         file->commit();
@@ -307,11 +343,15 @@ std::string summary_of(const BakeResult& result) {
     text << "transport: " << result.rays << " rays, " << result.segments << " segments, " << result.nonzeros
          << " nonzeros; spectral radius " << (result.spectral_radius_is_bound ? "at most " : "about ")
          << result.spectral_radius << "\n";
+    for (const Saving& saving : result.savings) {
+        text << "not needed: " << saving.what << ", since " << saving.because << " (" << saving.amount << " "
+             << saving.unit << " saved)\n";
+    }
     text << "solve: " << result.solve.sentence() << "\n";
     const EnergyBalance& energy = result.energy;
     text << std::setprecision(4) << "energy (W, mean of the channels): emitted " << energy.emitted.mean()
-         << ", from suns " << energy.from_suns.mean() << ", from the sky " << energy.from_sky.mean() << ", absorbed "
-         << energy.absorbed.mean();
+         << ", from suns and point lights " << energy.from_lights.mean() << ", from the sky " << energy.from_sky.mean()
+         << ", absorbed " << energy.absorbed.mean();
     if (energy.escaped) {
         text << ", escaped " << energy.escaped->mean() << ", ended on backs " << energy.blocked->mean()
              << "; imbalance at most " << std::setprecision(2) << 100.0 * energy.imbalance->abs().maxCoeff() << " %";

@@ -106,12 +106,26 @@ std::string report_of(const BakeResult& result) {
     chosen["first_bounce"] = options.first_bounce;
     chosen["final_gather"] = options.final_gather;
     chosen["error_points"] = options.error_points ? Json(*options.error_points) : Json(nullptr);
-    chosen["reflectance"] = list(options.reflectance);
+    chosen["reflectance"] = list(options.reflectance.value_or(Material{}.reflectance));
     chosen["sky"] = list(result.scene->sky);
     chosen["suns"] = Json::array();
     for (const Sun& sun : result.scene->suns) {
         chosen["suns"].push_back({{"towards", list(Rgb(sun.towards))}, {"irradiance", list(sun.irradiance)}});
     }
+    chosen["point_lights"] = Json::array();
+    for (const PointLight& light : result.scene->point_lights) {
+        chosen["point_lights"].push_back({{"position", list(Rgb(light.position))},
+                                          {"intensity", list(light.intensity)},
+                                          {"direction", list(Rgb(light.direction))},
+                                          {"cos_inner", light.cos_inner},
+                                          {"cos_outer", light.cos_outer}});
+    }
+    chosen["sky_dome"] = result.scene->dome != nullptr;
+    chosen["light_groups"] = Json::array();
+    for (const auto& group : result.solution.groups) {
+        chosen["light_groups"].push_back(group->parts().group.name);
+    }
+    chosen["face_centres"] = options.face_centres;
     chosen["output_spacing"] = options.output_spacing;
     chosen["seed"] = options.seed;
     chosen["threads"] = result.threads;
@@ -141,10 +155,15 @@ std::string report_of(const BakeResult& result) {
                            {"residual", result.solve.residual},
                            {"residual_history", result.solve.residual_history}};
         const EnergyBalance& energy = result.energy;
-        report["energy"] = {{"unit", "W, one number a channel"},      {"emitted", list(energy.emitted)},
-                            {"from_suns", list(energy.from_suns)},    {"from_sky", list(energy.from_sky)},
-                            {"absorbed", list(energy.absorbed)},      {"escaped", list(energy.escaped)},
-                            {"ended_on_backs", list(energy.blocked)}, {"imbalance", list(energy.imbalance)}};
+        report["energy"] = {{"unit", "W, one number a channel"},       {"emitted", list(energy.emitted)},
+                            {"from_lights", list(energy.from_lights)}, {"from_sky", list(energy.from_sky)},
+                            {"absorbed", list(energy.absorbed)},       {"escaped", list(energy.escaped)},
+                            {"ended_on_backs", list(energy.blocked)},  {"imbalance", list(energy.imbalance)}};
+        report["not_needed"] = Json::array();
+        for (const Saving& saving : result.savings) {
+            report["not_needed"].push_back(
+                {{"what", saving.what}, {"because", saving.because}, {"saved", saving.amount}, {"unit", saving.unit}});
+        }
         report["error"] = result.error ? error_of(*result.error) : Json(nullptr);
         report["output"] = {{"vertices", result.mesh.vertices.size()},
                             {"triangles", result.mesh.triangles.size()},

@@ -6,64 +6,110 @@
 
 namespace difusa {
 
+namespace {
+
+std::vector<Index> lamps_of(const Scene& scene, const LightGroup& group, std::vector<Index> lamps) {
+    std::erase_if(lamps, [&](Index t) { return group.materials[scene.mesh.material[t]] == 0; });
+    return lamps;
+}
+
+std::shared_ptr<const Shafts> shafts_for(const Scene& scene, const std::vector<Index>& lamps) {
+    return lamps.empty() || scene.mesh.convex ? nullptr : std::make_shared<Shafts>(scene.mesh);
+}
+
+} // namespace
+
 DirectLight::DirectLight(const Scene& scene, const Visibility& visibility)
-    : visibility_(visibility), reach_(2.0 * scene.mesh.diameter()), lamps_(scene, lamp_triangles(scene), visibility),
-      scene_(scene) {
-    std::copy_if(scene.suns.begin(), scene.suns.end(), std::back_inserter(suns_),
-                 [](const Sun& sun) { return (sun.irradiance > 0.0).any(); });
+    : scene_(scene), visibility_(visibility), reach_(2.0 * scene.mesh.diameter()),
+      lamp_triangles_(lamp_triangles(scene)), shafts_(shafts_for(scene, lamp_triangles_)),
+      lamps_(scene, lamp_triangles_, visibility, shafts_) {
+    add_lights(all_lights(scene));
 }
 
-std::size_t DirectLight::lamp_count() const {
-    std::size_t count = 0;
-    for (const Lamps::Group& group : lamps_.groups()) {
-        count += group.triangles.size();
+DirectLight::DirectLight(const DirectLight& all, const LightGroup& group)
+    : scene_(all.scene_), visibility_(all.visibility_), reach_(all.reach_), lamp_triangles_(all.lamp_triangles_),
+      shafts_(all.shafts_), lamps_(scene_, lamps_of(scene_, group, lamp_triangles_), visibility_, shafts_) {
+    add_lights(group);
+}
+
+void DirectLight::add_lights(const LightGroup& group) {
+    for (std::size_t i = 0; i < scene_.suns.size(); ++i) {
+        if (group.suns[i] != 0 && (scene_.suns[i].irradiance > 0.0).any()) {
+            suns_.push_back(scene_.suns[i]);
+        }
     }
-    return count;
+    for (std::size_t i = 0; i < scene_.point_lights.size(); ++i) {
+        if (group.points[i] != 0 && (scene_.point_lights[i].intensity > 0.0).any()) {
+            points_.push_back(scene_.point_lights[i]);
+        }
+    }
 }
 
-Segment DirectLight::towards(const SurfacePoint& x, const Sun& sun) const {
-    // A shading normal may face a sun that is below the plane of the face, or in it: then the face and those beside it
-    // do not hide it.
+Segment DirectLight::shadow_ray(const SurfacePoint& x, const Vec3& direction, double length) const {
+    // A shading normal may face a light that is below the plane of the face, or in it: then the face and those beside
+    // it do not hide it.
     const Vec3& n = scene_.mesh.normals[x.face];
-    const double height = n.dot(sun.towards);
-    Vec3 way = sun.towards;
+    const double height = n.dot(direction);
+    Vec3 way = direction;
     if (x.normal != n && height < 0x1p-30) {
         way += (std::max(-height, 0x1p-30) - height) * n;
     }
-    return {x.position, x.position + way * reach_, x.face, none};
+    return {x.position, x.position + way * length, x.face, none};
 }
 
-Rgb DirectLight::from_suns(const SurfacePoint& x, Worker& worker) const {
-    Rgb H = Rgb::Zero();
+void DirectLight::add_outside(const SurfacePoint& x, Index owner, Worker& worker) const {
+    const auto add = [&](const Segment& segment, const Rgb& light) {
+        worker.segments.push_back(segment);
+        worker.light.push_back(light);
+        worker.owner.push_back(owner);
+    };
     for (const Sun& sun : suns_) {
         const double cosine = x.normal.dot(sun.towards);
         if (cosine > 0.0) {
-            const Segment segment = towards(x, sun);
-            std::uint8_t blocked = 0;
-            visibility_.occluded(std::span(&segment, 1), std::span(&blocked, 1));
-            ++worker.cast;
-            H += blocked != 0 ? Rgb(Rgb::Zero()) : Rgb(cosine * sun.irradiance);
+            add(shadow_ray(x, sun.towards, reach_), cosine * sun.irradiance);
         }
+    }
+    for (const PointLight& light : points_) {
+        const Vec3 way = light.position - x.position;
+        const double distance = way.norm();
+        const Vec3 towards = way / distance;
+        const double cosine = x.normal.dot(towards);
+        const double falloff = cosine > 0.0 ? light.falloff(-towards) : 0.0;
+        if (falloff > 0.0) {
+            add(shadow_ray(x, towards, distance), cosine * falloff / (distance * distance) * light.intensity);
+        }
+    }
+}
+
+Rgb DirectLight::from_outside(const SurfacePoint& x, Worker& worker) const {
+    Rgb H = Rgb::Zero();
+    if (suns_.empty() && points_.empty()) {
+        return H;
+    }
+    worker.segments.clear();
+    worker.light.clear();
+    worker.owner.clear();
+    add_outside(x, 0, worker);
+    worker.blocked.resize(worker.segments.size());
+    visibility_.occluded(worker.segments, worker.blocked);
+    worker.cast += worker.segments.size();
+    for (std::size_t k = 0; k < worker.light.size(); ++k) {
+        H += worker.blocked[k] == 0 ? worker.light[k] : Rgb(Rgb::Zero());
     }
     return H;
 }
 
 Rgb DirectLight::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker) const {
-    Rgb H = from_suns(x, worker);
-    for (const Lamps::Group& group : lamps_.groups()) {
-        H += scene_.materials[group.material].emission *
-             lamps_.visible_form_factor(x, group, samples, stream, worker.lamps);
-    }
-    return H;
+    return from_outside(x, worker) + lamps_.irradiance(x, samples, stream, worker.lamps);
 }
 
 Values DirectLight::irradiance(std::span<const SurfacePoint> x, int channels, std::size_t samples, std::uint64_t seed,
-                               std::string_view purpose, const Execution& execution, std::size_t& cast) const {
+                               std::string_view purpose, const Execution& execution, Effort& effort) const {
     Values H = Values::Zero(static_cast<Eigen::Index>(x.size()), channels);
     if (!any()) {
         return H;
     }
-    std::vector<std::size_t> counts(execution.threads, 0);
+    std::vector<Effort> efforts(execution.threads);
     parallel_for(x.size(), 64, execution, [&](std::size_t begin, std::size_t end, unsigned number) {
         Worker worker;
         for (std::size_t i = begin; i < end; ++i) {
@@ -71,10 +117,11 @@ Values DirectLight::irradiance(std::span<const SurfacePoint> x, int channels, st
             H.row(static_cast<Eigen::Index>(i)) =
                 irradiance(x[i], samples, stream, worker).head(channels).matrix().transpose();
         }
-        counts[number] += worker.cast + worker.lamps.cast;
+        efforts[number].add(worker);
     });
-    for (const std::size_t count : counts) {
-        cast += count;
+    for (const Effort& each : efforts) {
+        effort.segments += each.segments;
+        effort.clear += each.clear;
     }
     return H;
 }
@@ -82,29 +129,22 @@ Values DirectLight::irradiance(std::span<const SurfacePoint> x, int channels, st
 void DirectLight::sample(std::span<const SurfacePoint> x, RandomStream& stream, std::span<Rgb> H,
                          Worker& worker) const {
     std::fill(H.begin(), H.end(), Rgb(Rgb::Zero()));
-    for (const Sun& sun : suns_) {
-        worker.segments.clear();
-        worker.owner.clear();
-        for (std::size_t i = 0; i < x.size(); ++i) {
-            if (x[i].normal.dot(sun.towards) > 0.0) {
-                worker.segments.push_back(towards(x[i], sun));
-                worker.owner.push_back(static_cast<Index>(i));
-            }
-        }
-        worker.blocked.resize(worker.segments.size());
-        visibility_.occluded(worker.segments, worker.blocked);
-        worker.cast += worker.segments.size();
-        for (std::size_t k = 0; k < worker.owner.size(); ++k) {
-            if (worker.blocked[k] == 0) {
-                const Index i = worker.owner[k];
-                H[i] += x[i].normal.dot(sun.towards) * sun.irradiance;
-            }
+    worker.segments.clear();
+    worker.light.clear();
+    worker.owner.clear();
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        add_outside(x[i], static_cast<Index>(i), worker);
+    }
+    worker.blocked.resize(worker.segments.size());
+    visibility_.occluded(worker.segments, worker.blocked);
+    worker.cast += worker.segments.size();
+    for (std::size_t k = 0; k < worker.owner.size(); ++k) {
+        if (worker.blocked[k] == 0) {
+            H[worker.owner[k]] += worker.light[k];
         }
     }
-    if (has_lamps()) {
-        for (std::size_t i = 0; i < x.size(); ++i) {
-            H[i] += lamps_.sample(x[i], stream, worker.lamps);
-        }
+    for (std::size_t i = 0; i < x.size() && lamps_.count() > 0; ++i) {
+        H[i] += lamps_.sample(x[i], stream, worker.lamps);
     }
 }
 

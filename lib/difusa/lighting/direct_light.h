@@ -1,9 +1,10 @@
-// Light that comes straight from sources that cast shadows with edges: suns, and lamps. It is computed at the very
-// point where it is wanted and is no part of the unknown, so that no basis smooths its shadows (T chapter 8).
+// Light that comes straight from sources that cast shadows with edges: suns, point lights and lamps. It is computed at
+// the very point where it is wanted and is no part of the unknown, so that no basis smooths its shadows (T chapter 8).
 #pragma once
 
 #include <difusa/core/progress.h>
 #include <difusa/lighting/lamps.h>
+#include <difusa/scene/light_groups.h>
 
 #include <span>
 #include <string_view>
@@ -13,49 +14,74 @@ namespace difusa {
 
 class DirectLight {
   public:
-    /// Keeps references.
+    /// All lights of the scene. Keeps references to scene and visibility.
     DirectLight(const Scene& scene, const Visibility& visibility);
 
+    /// Those of `group` alone.
+    DirectLight(const DirectLight& all, const LightGroup& group);
+
     /// False: there is no such light, and nothing below casts a ray.
-    bool any() const { return !suns_.empty() || !lamps_.groups().empty(); }
+    bool any() const { return !suns_.empty() || !points_.empty() || lamps_.count() > 0; }
 
-    /// True if the emission of faces is counted here, so that the rays of a gather must not count it again.
-    bool has_lamps() const { return !lamps_.groups().empty(); }
-    std::size_t lamp_count() const;
+    /// True if the emission of faces, of whatever group, is counted by a DirectLight, so that the rays of a gather must
+    /// not count it again.
+    bool has_lamps() const { return !lamp_triangles_.empty(); }
+    std::size_t lamp_count() const { return lamps_.count(); }
 
-    /// Shadow rays that `irradiance` casts for a point.
-    std::size_t rays_per_point(std::size_t samples) const { return suns_.size() + samples * lamps_.groups().size(); }
+    /// Shadow rays that `irradiance` casts for a point at most where they settle at once.
+    std::size_t rays_per_point(std::size_t samples) const {
+        return suns_.size() + points_.size() + (lamps_.count() > 0 ? samples : 0);
+    }
 
     struct Worker {
         Lamps::Worker lamps;
         std::vector<Segment> segments;
         std::vector<std::uint8_t> blocked;
         std::vector<Index> owner;
-        std::size_t cast = 0; ///< segments
+        std::vector<Rgb> light;
+        std::size_t cast = 0; ///< segments, without those of the lamps
     };
 
-    /// The part of `irradiance` that comes from suns.
-    Rgb from_suns(const SurfacePoint& x, Worker& worker) const;
+    /// What was cast, summed over threads.
+    struct Effort {
+        std::size_t segments = 0;
+        std::size_t clear = 0; ///< points that needed no shadow rays to lamps (Lamps::Worker::clear)
+        void add(const Worker& worker) {
+            segments += worker.cast + worker.lamps.cast;
+            clear += worker.lamps.clear;
+        }
+    };
 
-    /// Irradiance at x in W/m², per channel: one shadow ray for each sun, `samples` for the lamps of each material.
+    /// The part of `irradiance` that comes from suns and point lights.
+    Rgb from_outside(const SurfacePoint& x, Worker& worker) const;
+
+    /// Irradiance at x in W/m², per channel: one shadow ray for each sun and point light, `samples` and more for the
+    /// lamps (Lamps::irradiance).
     Rgb irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker) const;
 
-    /// The same at many points, #x by `channels`; point i draws from the stream (seed, purpose, i). Adds the segments
-    /// cast to `cast`.
+    /// The same at many points, #x by `channels`; point i draws from the stream (seed, purpose, i).
     Values irradiance(std::span<const SurfacePoint> x, int channels, std::size_t samples, std::uint64_t seed,
-                      std::string_view purpose, const Execution& execution, std::size_t& cast) const;
+                      std::string_view purpose, const Execution& execution, Effort& effort) const;
 
-    /// Estimates with one shadow ray for each sun and one for all lamps together: H[i] at x[i]. Exact for suns; in the
-    /// mean for lamps (Lamps::sample).
+    /// Estimates with one shadow ray for each sun and point light and one for all lamps together: H[i] at x[i]. Exact
+    /// but for lamps; of these in the mean (Lamps::sample).
     void sample(std::span<const SurfacePoint> x, RandomStream& stream, std::span<Rgb> H, Worker& worker) const;
 
   private:
-    Segment towards(const SurfacePoint& x, const Sun& sun) const;
-    const Visibility& visibility_;
-    std::vector<Sun> suns_; ///< those that shine
-    double reach_;          ///< a length that leads out of the scene from any point of it
-    Lamps lamps_;
+    void add_lights(const LightGroup& group);
+
+    /// Collects the shadow rays of x; `owner` is its number.
+    void add_outside(const SurfacePoint& x, Index owner, Worker& worker) const;
+    Segment shadow_ray(const SurfacePoint& x, const Vec3& direction, double length) const;
+
     const Scene& scene_;
+    const Visibility& visibility_;
+    std::vector<Sun> suns_;             ///< those that shine
+    std::vector<PointLight> points_;    ///< likewise
+    double reach_;                      ///< a length that leads out of the scene from any point of it
+    std::vector<Index> lamp_triangles_; ///< of all groups
+    std::shared_ptr<const Shafts> shafts_;
+    Lamps lamps_;
 };
 
 } // namespace difusa

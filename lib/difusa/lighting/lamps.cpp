@@ -5,21 +5,23 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
-#include <set>
+#include <utility>
 
 namespace difusa {
 
 namespace {
 
 constexpr double largest_share = 0.1;
-constexpr std::size_t most_triangles = 4096;
-constexpr std::size_t most_materials = 32;
 
-/// Up to so many lamps are chosen among by their form factors, which is exact where nothing blocks; more of them by
-/// their power.
-constexpr std::size_t few = 16;
+/// Lamps up to so many are all evaluated; more of them stand for each other where they are seen under this angle.
+constexpr std::size_t few = 32;
+constexpr double opening = 0.15;
+
+/// Up to so many lamps it is asked whether anything can hide them; for more of them that costs more than rays.
+constexpr std::size_t few_shafts = 8;
+
+constexpr int most_rounds = 8;
 
 /// Fractional parts of i times the powers of the plastic number's inverse: an even sequence in the square (Roberts).
 double even_u(std::size_t i) {
@@ -37,132 +39,161 @@ double fraction(double x) {
 std::vector<Index> lamp_triangles(const Scene& scene) {
     const std::vector<char> emits = emitting_materials(scene);
     std::vector<Index> lamps;
-    std::set<Index> materials;
     double area = 0.0;
-    bool patterned = false;
+    bool uneven = false;
     for (Index t = 0; t < scene.mesh.triangles.size(); ++t) {
         const Index material = scene.mesh.material[t];
         if (emits[material] != 0) {
             lamps.push_back(t);
-            materials.insert(material);
             area += scene.mesh.areas[t];
-            patterned = patterned || scene.materials[material].emission_pattern;
+            uneven = uneven || scene.materials[material].emits_unevenly();
         }
     }
-    if (patterned || area > largest_share * scene.mesh.area || lamps.size() > most_triangles ||
-        materials.size() > most_materials) {
+    if (uneven || area > largest_share * scene.mesh.area) {
         lamps.clear();
     }
     return lamps;
 }
 
-Lamps::Lamps(const Scene& scene, const std::vector<Index>& triangles, const Visibility& visibility)
-    : scene_(scene), visibility_(visibility), triangles_(triangles) {
-    std::map<Index, Group> groups;
-    double power = 0.0;
-    for (const Index t : triangles) {
-        Group& group = groups[scene.mesh.material[t]];
-        group.material = scene.mesh.material[t];
-        group.triangles.push_back(t);
-        power += scene.mesh.areas[t] * scene.materials[group.material].emission.mean();
-        power_.push_back(power);
+Lamps::Lamps(const Scene& scene, std::vector<Index> triangles, const Visibility& visibility,
+             std::shared_ptr<const Shafts> shafts)
+    : scene_(scene), visibility_(visibility), triangles_(std::move(triangles)), shafts_(std::move(shafts)) {
+    if (triangles_.empty()) {
+        return;
     }
-    for (auto& [material, group] : groups) {
-        groups_.push_back(std::move(group));
+    std::vector<double> power;
+    power.reserve(triangles_.size());
+    for (const Index t : triangles_) {
+        power.push_back(scene.mesh.areas[t] * emission(t).mean());
+    }
+    tree_.emplace(scene.mesh, triangles_, power);
+}
+
+double Lamps::form_factor(const SurfacePoint& x, Index t) const {
+    const Mesh& mesh = scene_.mesh;
+    return t == x.face
+               ? 0.0
+               : lambert_form_factor(x.position, x.normal, mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2));
+}
+
+/// The lamps that send light to x as if nothing blocked, each with what it stands for.
+void Lamps::collect(const SurfacePoint& x, RandomStream& stream, Worker& worker) const {
+    worker.parts.clear();
+    double mean = 0.0;
+    const auto add = [&](Index triangle, double weight) {
+        const double F = form_factor(x, triangle);
+        if (F > 0.0) {
+            mean += weight * F * emission(triangle).mean();
+            worker.parts.push_back({triangle, F, weight, mean});
+        }
+    };
+    if (triangles_.size() <= few) {
+        for (const Index triangle : triangles_) {
+            add(triangle, 1.0);
+        }
+        return;
+    }
+    tree_->cut(x.position, x.normal, opening, worker.nodes);
+    for (const Index node : worker.nodes) {
+        if (const auto pick = tree_->pick(node, x.position, x.normal, stream.uniform())) {
+            add(triangles_[pick->light], 1.0 / pick->probability);
+        }
     }
 }
 
-double Lamps::visible_form_factor(const SurfacePoint& x, const Group& group, std::size_t samples, RandomStream& stream,
-                                  Worker& worker) const {
-    const Mesh& mesh = scene_.mesh;
-    worker.form_factor.clear();
-    double F = 0.0;
-    for (const Index t : group.triangles) {
-        F += t == x.face
-                 ? 0.0
-                 : lambert_form_factor(x.position, x.normal, mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2));
-        worker.form_factor.push_back(F); // running sum
+bool Lamps::may_be_hidden(const SurfacePoint& x, const Worker& worker) const {
+    if (!shafts_) {
+        return false;
     }
-    if (!(F > 0.0)) {
-        return 0.0;
+    return worker.parts.size() > few_shafts ||
+           std::any_of(worker.parts.begin(), worker.parts.end(),
+                       [&](const Worker::Part& part) { return shafts_->may_be_blocked(x, part.triangle); });
+}
+
+/// Sample s goes to the lamp that holds the share (s + shift) / samples of the light, to an even place on it.
+void Lamps::cast_round(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker, Rgb& seen,
+                       Rgb& all) const {
+    worker.segments.clear();
+    worker.light.clear();
+    const double whole = worker.parts.back().mean_below;
+    const double shift = stream.uniform(), shift_u = stream.uniform(), shift_v = stream.uniform();
+    auto part = worker.parts.begin();
+    for (std::size_t s = 0; s < samples; ++s) {
+        const double share = whole * (static_cast<double>(s) + shift) / static_cast<double>(samples);
+        while (part + 1 != worker.parts.end() && part->mean_below <= share) {
+            ++part;
+        }
+        const double root = std::sqrt(fraction(even_u(s) + shift_u)), along = fraction(even_v(s) + shift_v);
+        const SurfacePoint y = scene_.mesh.at(part->triangle, root * (1.0 - along), root * along);
+        const Vec3 way = y.position - x.position;
+        const double cosine = x.normal.dot(way), cosines = cosine * -y.normal.dot(way);
+        const double r2 = way.squaredNorm();
+        if (cosine > 0.0 && cosines > 0.0) {
+            // Lamps are chosen by their mean light, places on them by area; the kernel varies over the lamp.
+            const double kernel = cosines / (r2 * r2) * scene_.mesh.areas[y.face] / part->form_factor;
+            worker.segments.push_back({x.position, y.position, x.face, y.face});
+            worker.light.emplace_back(kernel / emission(y.face).mean() * emission(y.face));
+        }
     }
-    place_samples(x, group, F, samples, stream, worker);
     worker.blocked.resize(worker.segments.size());
     visibility_.occluded(worker.segments, worker.blocked);
-    double seen = 0.0, all = 0.0;
-    for (std::size_t s = 0; s < worker.segments.size(); ++s) {
-        all += worker.weight[s];
-        seen += worker.blocked[s] == 0 ? worker.weight[s] : 0.0;
-    }
     worker.cast += worker.segments.size();
-    return all > 0.0 ? F * seen / all : F; // grazing: every sample fell below the horizon
-}
-
-/// Sample s goes to the lamp that holds the share (s + shift) / samples of the form factor, to an even place on it.
-void Lamps::place_samples(const SurfacePoint& x, const Group& group, double F, std::size_t samples,
-                          RandomStream& stream, Worker& worker) const {
-    const std::vector<double>& below = worker.form_factor;
-    worker.segments.clear();
-    worker.weight.clear();
-    const double shift = stream.uniform(), shift_u = stream.uniform(), shift_v = stream.uniform();
-    for (std::size_t s = 0; s < samples; ++s) {
-        const double share = F * (static_cast<double>(s) + shift) / static_cast<double>(samples);
-        const auto place = std::upper_bound(below.begin(), below.end(), share);
-        const std::size_t lamp = std::min(static_cast<std::size_t>(place - below.begin()), below.size() - 1);
-        const double own = below[lamp] - (lamp == 0 ? 0.0 : below[lamp - 1]);
-        if (!(own > 0.0)) {
-            continue;
-        }
-        const double root = std::sqrt(fraction(even_u(s) + shift_u)), part = fraction(even_v(s) + shift_v);
-        const SurfacePoint y = scene_.mesh.at(group.triangles[lamp], root * (1.0 - part), root * part);
-        const Vec3 way = y.position - x.position;
-        const double cosines = x.normal.dot(way) * -y.normal.dot(way);
-        const double r2 = way.squaredNorm();
-        if (x.normal.dot(way) > 0.0 && cosines > 0.0) {
-            worker.segments.push_back({x.position, y.position, x.face, y.face});
-            worker.weight.push_back(cosines / (r2 * r2) * scene_.mesh.areas[y.face] / own);
-        }
+    seen = all = Rgb::Zero();
+    for (std::size_t s = 0; s < worker.segments.size(); ++s) {
+        all += worker.light[s];
+        seen += worker.blocked[s] == 0 ? worker.light[s] : Rgb(Rgb::Zero());
     }
 }
 
-Lamps::Choice Lamps::choose(const SurfacePoint& x, RandomStream& stream, Worker& worker) const {
-    const Mesh& mesh = scene_.mesh;
-    const double at = stream.uniform();
-    const auto pick = [&](const std::vector<double>& below) {
-        const auto place = std::upper_bound(below.begin(), below.end(), at * below.back());
-        const std::size_t lamp = std::min(static_cast<std::size_t>(place - below.begin()), below.size() - 1);
-        const double own = below[lamp] - (lamp == 0 ? 0.0 : below[lamp - 1]);
-        return std::pair(lamp, own / below.back());
-    };
-    if (triangles_.size() > few) {
-        const auto [lamp, probability] = pick(power_);
-        return {triangles_[lamp], probability, -1.0};
+Rgb Lamps::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker) const {
+    if (triangles_.empty()) {
+        return Rgb::Zero();
     }
-    worker.form_factor.clear();
-    double sum = 0.0;
-    for (const Index t : triangles_) {
-        const double F = t == x.face ? 0.0
-                                     : lambert_form_factor(x.position, x.normal, mesh.corner(t, 0), mesh.corner(t, 1),
-                                                           mesh.corner(t, 2));
-        sum += F * scene_.materials[mesh.material[t]].emission.mean();
-        worker.form_factor.push_back(sum);
+    collect(x, stream, worker);
+    if (worker.parts.empty()) {
+        return Rgb::Zero();
     }
-    if (!(sum > 0.0)) {
-        return {};
+    Rgb H = Rgb::Zero();
+    for (const Worker::Part& part : worker.parts) {
+        H += part.weight * part.form_factor * emission(part.triangle);
     }
-    const auto [lamp, probability] = pick(worker.form_factor);
-    return {triangles_[lamp], probability,
-            probability * sum / scene_.materials[mesh.material[triangles_[lamp]]].emission.mean()};
+    if (!may_be_hidden(x, worker)) {
+        ++worker.clear;
+        return H;
+    }
+    Rgb seen = Rgb::Zero(), all = Rgb::Zero();
+    double sum = 0.0, squares = 0.0;
+    for (int round = 1; round <= most_rounds; ++round) {
+        Rgb seen_now, all_now;
+        cast_round(x, samples, stream, worker, seen_now, all_now);
+        seen += seen_now;
+        all += all_now;
+        const double share = all_now.sum() > 0.0 ? seen_now.sum() / all_now.sum() : 1.0;
+        sum += share;
+        squares += share * share;
+        if (round == 1 && (share == 0.0 || (seen_now == all_now).all())) {
+            break; // all or nothing
+        }
+        const double n = round;
+        if (round > 1 && (squares - sum * sum / n) / (n * (n - 1.0)) <= settled * settled) {
+            break;
+        }
+    }
+    // Grazing: every sample may have fallen below the horizon.
+    return (all > 0.0).select(H * (seen / all.max(std::numeric_limits<double>::min())), H);
 }
 
 Rgb Lamps::sample(const SurfacePoint& x, RandomStream& stream, Worker& worker) const {
-    const Choice choice = choose(x, stream, worker);
-    if (choice.triangle == none || choice.triangle == x.face || !(choice.probability > 0.0)) {
+    if (triangles_.empty()) {
+        return Rgb::Zero();
+    }
+    const auto pick = tree_->pick(LightTree::root, x.position, x.normal, stream.uniform());
+    if (!pick || triangles_[pick->light] == x.face) {
         return Rgb::Zero();
     }
     const Mesh& mesh = scene_.mesh;
-    const Vec3 &a = mesh.corner(choice.triangle, 0), &b = mesh.corner(choice.triangle, 1),
-               &c = mesh.corner(choice.triangle, 2);
+    const Index triangle = triangles_[pick->light];
+    const Vec3 &a = mesh.corner(triangle, 0), &b = mesh.corner(triangle, 1), &c = mesh.corner(triangle, 2);
     // Far away the point-to-point kernel hardly varies over the lamp. Near by it is not bounded: there the closed form
     // takes its place, and the shadow ray goes to a place above the horizon.
     const double size = std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
@@ -171,7 +202,7 @@ Rgb Lamps::sample(const SurfacePoint& x, RandomStream& stream, Worker& worker) c
     double cosine_x = 0.0, cosine_y = 0.0, r2 = 1.0;
     for (int attempt = 0; attempt < (near ? 32 : 1) && !(cosine_x > 0.0); ++attempt) {
         const double root = std::sqrt(stream.uniform()), part = stream.uniform();
-        y = mesh.at(choice.triangle, root * (1.0 - part), root * part);
+        y = mesh.at(triangle, root * (1.0 - part), root * part);
         const Vec3 way = y.position - x.position;
         cosine_x = x.normal.dot(way);
         cosine_y = -y.normal.dot(way);
@@ -180,17 +211,18 @@ Rgb Lamps::sample(const SurfacePoint& x, RandomStream& stream, Worker& worker) c
     if (!(cosine_x > 0.0 && cosine_y > 0.0)) {
         return Rgb::Zero();
     }
-    const double F = !near ? cosine_x * cosine_y / (std::numbers::pi * r2 * r2) * mesh.areas[y.face]
-                     : choice.form_factor >= 0.0 ? choice.form_factor
-                                                 : lambert_form_factor(x.position, x.normal, a, b, c);
-    const Segment segment{x.position, y.position, x.face, y.face};
-    std::uint8_t blocked = 0;
-    visibility_.occluded(std::span(&segment, 1), std::span(&blocked, 1));
-    ++worker.cast;
-    if (blocked != 0) {
-        return Rgb::Zero();
+    const double F =
+        near ? form_factor(x, triangle) : cosine_x * cosine_y / (std::numbers::pi * r2 * r2) * mesh.areas[triangle];
+    if (shafts_) {
+        const Segment segment{x.position, y.position, x.face, y.face};
+        std::uint8_t blocked = 0;
+        visibility_.occluded(std::span(&segment, 1), std::span(&blocked, 1));
+        ++worker.cast;
+        if (blocked != 0) {
+            return Rgb::Zero();
+        }
     }
-    return scene_.materials[scene_.mesh.material[y.face]].emission * (F / choice.probability);
+    return emission(triangle) * (F / pick->probability);
 }
 
 } // namespace difusa

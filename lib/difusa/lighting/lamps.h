@@ -5,63 +5,79 @@
 #pragma once
 
 #include <difusa/core/random.h>
+#include <difusa/lighting/light_tree.h>
+#include <difusa/lighting/shaft.h>
 #include <difusa/scene/scene.h>
 #include <difusa/visibility/visibility.h>
 
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 namespace difusa {
 
-/// The emitting triangles that are lamps: all of them, if they make at most a tenth of the surface, number at most
-/// 4096, have at most 32 materials and no pattern on them; else none.
+/// The emitting triangles that are lamps: all of them, if they make at most a tenth of the surface and emit evenly;
+/// else none.
 std::vector<Index> lamp_triangles(const Scene& scene);
 
-/// The lamps of a scene, by material, and the light they send to a point. Keeps references to scene and visibility.
+/// Some lamps of a scene, and the light they send to a point. Keeps references to scene and visibility.
 class Lamps {
   public:
-    Lamps(const Scene& scene, const std::vector<Index>& triangles, const Visibility& visibility);
+    /// `shafts`: of the scene's mesh; null where no face can block (Mesh::convex).
+    Lamps(const Scene& scene, std::vector<Index> triangles, const Visibility& visibility,
+          std::shared_ptr<const Shafts> shafts);
 
-    /// The lamps of one material.
-    struct Group {
-        Index material = none;
-        std::vector<Index> triangles;
-    };
-    const std::vector<Group>& groups() const { return groups_; } ///< by material, ascending
+    std::size_t count() const { return triangles_.size(); }
 
-    /// Scratch of one thread, and how many segments it cast.
+    /// Scratch of one thread, and what it did.
     struct Worker {
-        std::vector<double> form_factor, weight;
+        struct Part {
+            Index triangle;
+            double form_factor, weight; ///< weight: what this lamp stands for, 1 / its probability
+            double mean_below;          ///< running sum of the mean irradiance, as if nothing blocked
+        };
+        std::vector<Part> parts;
+        std::vector<Index> nodes;
         std::vector<Segment> segments;
+        std::vector<Rgb> light;
         std::vector<std::uint8_t> blocked;
-        std::size_t cast = 0;
+        std::size_t cast = 0;  ///< segments
+        std::size_t clear = 0; ///< points whose lamps nothing could hide, so that no shadow ray was needed
     };
 
-    /// The form factor from x to the lamps of the group times the share of them that x sees: what x receives from them
-    /// at unit radiosity. The form factor is exact (lighting/lambert.h); the share comes from `samples` shadow rays,
-    /// stratified over the lamps by their form factors and weighted by the integrand: exact where nothing blocks.
-    double visible_form_factor(const SurfacePoint& x, const Group& group, std::size_t samples, RandomStream& stream,
-                               Worker& worker) const;
+    /// Irradiance in W/m² that x receives from all lamps: form factors in closed form (lighting/lambert.h) times the
+    /// share that x sees.
+    ///
+    /// Many lamps: those of a group that x sees under a small angle are stood for by one of them, chosen at random
+    /// (LightTree::cut): right in the mean, and exact where each lamp is alone in its group.
+    ///
+    /// Share: none is hidden where no face reaches between x and them (Shafts). Else `samples` shadow rays are cast,
+    /// stratified over the lamps by what they send and weighted by the integrand, and again as many up to eight times
+    /// until the rounds agree on the share to `settled`. Exact where nothing blocks.
+    Rgb irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker) const;
 
-    /// Writes an estimate of the irradiance in W/m² that all lamps send to x, made with one shadow ray. Its mean is the
-    /// irradiance, but for a lamp nearer than three times its size that is partly hidden.
+    /// An estimate of the same with one shadow ray. Its mean is the irradiance, but for a lamp nearer than three times
+    /// its size that is partly hidden.
     Rgb sample(const SurfacePoint& x, RandomStream& stream, Worker& worker) const;
 
+    /// How far the shares of two rounds of shadow rays may be apart, in standard errors of their mean.
+    static constexpr double settled = 0.004;
+
   private:
-    struct Choice {
-        Index triangle = none;
-        double probability = 0.0, form_factor = -1.0; ///< form factor: below 0 if it was not needed
-    };
-    Choice choose(const SurfacePoint& x, RandomStream& stream, Worker& worker) const;
-    void place_samples(const SurfacePoint& x, const Group& group, double F, std::size_t samples, RandomStream& stream,
-                       Worker& worker) const;
+    double form_factor(const SurfacePoint& x, Index triangle) const;
+    const Rgb& emission(Index triangle) const { return scene_.materials[scene_.mesh.material[triangle]].emission; }
+    void collect(const SurfacePoint& x, RandomStream& stream, Worker& worker) const;
+    bool may_be_hidden(const SurfacePoint& x, const Worker& worker) const;
+    void cast_round(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker, Rgb& seen,
+                    Rgb& all) const;
 
     const Scene& scene_;
     const Visibility& visibility_;
-    std::vector<Group> groups_;
     std::vector<Index> triangles_;
-    std::vector<double> power_; ///< running sum over `triangles_` of area times mean emission
+    std::optional<LightTree> tree_;
+    std::shared_ptr<const Shafts> shafts_;
 };
 
 } // namespace difusa

@@ -31,6 +31,25 @@ class Sets {
     std::vector<Index> parent_;
 };
 
+/// See Mesh::convex. Looked into only where that takes well below a second; ends at the first point behind a plane.
+bool is_convex(const Mesh& mesh) {
+    constexpr double most_pairs = 2e8;
+    if (static_cast<double>(mesh.triangles.size()) * static_cast<double>(mesh.points.size()) > most_pairs) {
+        return false;
+    }
+    const double rounding = mesh.magnitude() * 0x1p-44;
+    for (Index t = 0; t < mesh.triangles.size(); ++t) {
+        const Vec3& n = mesh.normals[t];
+        const double height = n.dot(mesh.corner(t, 0)) - rounding;
+        for (const Vec3& point : mesh.points) {
+            if (n.dot(point) < height) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
 } // namespace
 
 void Mesh::derive() {
@@ -72,6 +91,7 @@ void Mesh::derive() {
         const Index root = sets.find(static_cast<Index>(t));
         patch[t] = root == t ? patch_count++ : patch[root];
     }
+    convex = is_convex(*this);
 }
 
 } // namespace difusa

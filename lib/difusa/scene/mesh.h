@@ -2,6 +2,7 @@
 #pragma once
 
 #include <difusa/core/types.h>
+#include <difusa/scene/texture.h>
 
 #include <array>
 #include <vector>
@@ -25,11 +26,12 @@ struct SurfacePoint {
 /// at one place. Edges and vertices need not be manifold. The front of a triangle is the side from which its
 /// corners run counterclockwise; light is received and sent by fronts only.
 struct Mesh {
-    std::vector<Vec3> points;                           ///< #P
-    std::vector<std::array<Index, 3>> triangles;        ///< #T
-    std::vector<Index> original_face;                   ///< #T, number of the face in the file, from 0
-    std::vector<Index> material;                        ///< #T, number in the scene's materials
-    std::vector<std::array<Rgb, 3>> corner_reflectance; ///< empty, or #T (see Material::vertex_colours)
+    std::vector<Vec3> points;                                      ///< #P
+    std::vector<std::array<Index, 3>> triangles;                   ///< #T
+    std::vector<Index> original_face;                              ///< #T, number of the face in the file, from 0
+    std::vector<Index> material;                                   ///< #T, number in the scene's materials
+    std::vector<std::array<Rgb, 3>> corner_reflectance;            ///< empty, or #T (see Material::vertex_colours)
+    std::vector<std::array<TextureCoordinates, 3>> corner_texture; ///< empty, or #T: where textures are looked up
 
     // Derived by `derive`:
     std::vector<Vec3> normals; ///< #T, unit
@@ -39,6 +41,8 @@ struct Mesh {
     Index patch_count = 0;
     double area = 0.0;                            ///< of the whole surface
     Vec3 low = Vec3::Zero(), high = Vec3::Zero(); ///< bounding box
+    bool convex = false; ///< known: all of the surface is before or in the plane of each triangle, as in an empty room,
+                         ///< so that nothing comes between two points of it
 
     /// Computes everything that follows from points and triangles.
     ///

@@ -2,10 +2,13 @@
 #pragma once
 
 #include <difusa/core/types.h>
+#include <difusa/scene/camera.h>
+#include <difusa/scene/lights.h>
 #include <difusa/scene/material.h>
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -23,6 +26,13 @@ struct PolygonSoup {
     std::vector<Material> materials;    ///< materials and distinct face colours of the file
     std::vector<Index> face_material;   ///< #F, number in `materials`, or `none` (the caller's default)
     std::vector<Rgb> point_reflectance; ///< empty, or #P: vertex colours as linear reflectance
+
+    /// Empty, or #C: texture coordinates of the corners.
+    std::vector<TextureCoordinates> corner_texture;
+
+    Lights lights;
+    std::optional<Camera> camera;
+    std::optional<Rgb> default_reflectance; ///< of faces without a material; absent: the caller's
 
     /// Where things stand in the file, for messages: line numbers from 1 (0 = unknown: binary files).
     std::vector<std::uint32_t> point_line; ///< empty, or #P

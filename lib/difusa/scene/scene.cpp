@@ -4,13 +4,44 @@
 
 namespace difusa {
 
+namespace {
+
+/// The texture's factor at x; 1 without a texture.
+Rgb factor(const Texture* texture, const Mesh& mesh, const SurfacePoint& x) {
+    if (texture == nullptr) {
+        return Rgb::Ones();
+    }
+    const std::array<TextureCoordinates, 3>& corner = mesh.corner_texture[x.face];
+    return texture->at((1.0 - x.u - x.v) * corner[0] + x.u * corner[1] + x.v * corner[2]);
+}
+
+bool grey(const Rgb& c) {
+    return c[0] == c[1] && c[1] == c[2];
+}
+
+bool grey(const Texture* texture) {
+    return texture == nullptr || texture->is_grey();
+}
+
+} // namespace
+
 Rgb Scene::reflectance(const SurfacePoint& x) const {
     const Material& material = materials[mesh.material[x.face]];
-    if (!material.vertex_colours) {
-        return material.reflectance;
+    Rgb rho = material.reflectance;
+    if (material.vertex_colours) {
+        const std::array<Rgb, 3>& corner = mesh.corner_reflectance[x.face];
+        rho = (1.0 - x.u - x.v) * corner[0] + x.u * corner[1] + x.v * corner[2];
     }
-    const std::array<Rgb, 3>& rho = mesh.corner_reflectance[x.face];
-    return (1.0 - x.u - x.v) * rho[0] + x.u * rho[1] + x.v * rho[2];
+    return material.reflectance_texture ? Rgb(rho * factor(material.reflectance_texture.get(), mesh, x)) : rho;
+}
+
+Rgb Scene::emission(const SurfacePoint& x) const {
+    const Material& material = materials[mesh.material[x.face]];
+    if (!material.emits_unevenly()) {
+        return material.emission;
+    }
+    const double pattern = material.emission_pattern ? material.emission_pattern(x.position) : 1.0;
+    return pattern * material.emission * factor(material.emission_texture.get(), mesh, x);
 }
 
 bool Scene::has_emitters() const {
@@ -19,8 +50,10 @@ bool Scene::has_emitters() const {
 }
 
 bool Scene::is_grey() const {
-    const auto grey = [](const Rgb& c) { return c[0] == c[1] && c[1] == c[2]; };
-    if (!grey(sky) || !std::all_of(suns.begin(), suns.end(), [&](const Sun& sun) { return grey(sun.irradiance); })) {
+    if (!grey(sky) || (dome && !dome->is_grey()) ||
+        !std::all_of(suns.begin(), suns.end(), [](const Sun& sun) { return grey(sun.irradiance); }) ||
+        !std::all_of(point_lights.begin(), point_lights.end(),
+                     [](const PointLight& light) { return grey(light.intensity); })) {
         return false;
     }
     std::vector<char> used(materials.size(), 0);
@@ -28,14 +61,17 @@ bool Scene::is_grey() const {
         used[m] = 1;
     }
     for (std::size_t m = 0; m < materials.size(); ++m) {
-        const bool rho_grey = materials[m].vertex_colours || grey(materials[m].reflectance);
-        if (used[m] != 0 && !(rho_grey && grey(materials[m].emission))) {
+        const Material& material = materials[m];
+        const bool rho_grey =
+            (material.vertex_colours || grey(material.reflectance)) && grey(material.reflectance_texture.get());
+        if (used[m] != 0 && !(rho_grey && grey(material.emission) && grey(material.emission_texture.get()))) {
             return false;
         }
     }
     for (std::size_t t = 0; t < mesh.corner_reflectance.size(); ++t) {
         if (materials[mesh.material[t]].vertex_colours &&
-            !std::all_of(mesh.corner_reflectance[t].begin(), mesh.corner_reflectance[t].end(), grey)) {
+            !std::all_of(mesh.corner_reflectance[t].begin(), mesh.corner_reflectance[t].end(),
+                         [](const Rgb& rho) { return grey(rho); })) {
             return false;
         }
     }

@@ -1,38 +1,37 @@
 // A scene: surface, materials, light.
 #pragma once
 
+#include <difusa/scene/lights.h>
 #include <difusa/scene/material.h>
 #include <difusa/scene/mesh.h>
 
+#include <memory>
+#include <numbers>
 #include <vector>
 
 namespace difusa {
-
-/// Light from one direction, infinitely far away.
-struct Sun {
-    Vec3 towards = Vec3::UnitZ(); ///< unit, from the surface to the sun
-    Rgb irradiance = Rgb::Zero(); ///< of a surface that faces it, W/m²
-};
 
 struct Scene {
     Mesh mesh;
     std::vector<Material> materials; ///< Mesh::material numbers them
     std::vector<Sun> suns;
-    Rgb sky = Rgb::Zero(); ///< irradiance in W/m² of a surface that sees nothing but sky (pi times its radiance)
+    std::vector<PointLight> point_lights;
+    Rgb sky =
+        Rgb::Zero(); ///< irradiance in W/m² of a surface that sees nothing but the even sky (pi times its radiance)
+    std::shared_ptr<const SkyDome> dome; ///< further light from the sky, by direction; null: none
 
     /// Reflectance rho at a surface point, per channel, in [0,1].
     Rgb reflectance(const SurfacePoint& x) const;
 
-    /// The factor of the material's pattern at a surface point; 1 where it has none.
-    double emission_factor(const SurfacePoint& x) const {
-        const Material& material = materials[mesh.material[x.face]];
-        return material.emission_pattern ? material.emission_pattern(x.position) : 1.0;
+    /// Emitted radiosity E at a surface point, W/m².
+    Rgb emission(const SurfacePoint& x) const;
+
+    /// Radiance that arrives from the unit direction `towards` where nothing is met, W/(m² sr).
+    Rgb sky_radiance(const Vec3& towards) const {
+        return sky * std::numbers::inv_pi + (dome ? dome->radiance(towards) : Rgb(Rgb::Zero()));
     }
 
-    /// Emitted radiosity E at a surface point, W/m².
-    Rgb emission(const SurfacePoint& x) const { return materials[mesh.material[x.face]].emission * emission_factor(x); }
-
-    bool has_sky() const { return (sky > 0.0).any(); }
+    bool has_sky() const { return dome != nullptr || (sky > 0.0).any(); }
 
     /// True if some face emits.
     bool has_emitters() const;

@@ -14,21 +14,23 @@
 
 namespace difusa {
 
-/// Light of sharp sources that reaches a point after one reflection, gathered with the rays of the transport: it is
-/// evaluated where they hit, with one shadow ray for each source, so that no shadow is smoothed by a basis.
-struct FirstBounce {
-    const DirectLight* light = nullptr;
-    int channels = 3;
+/// What is to be gathered besides what the surface reflects.
+struct Sources {
+    /// Emission of faces, into L and `uneven`; false where all of it is computed otherwise (DirectLight::has_lamps).
+    bool emission = true;
+    /// Sharp sources whose light is wanted after one reflection: it is evaluated where rays hit, with one shadow ray
+    /// for each sun or point light and one for all lamps, so that no shadow is smoothed by a basis. One column set of
+    /// Transport::bounce for each.
+    std::vector<const DirectLight*> bounce = {};
+    int channels = 3; ///< of `bounce`
 };
 
-/// `points`: where irradiance is wanted, the rows of S. `rays`: directions asked for per point. The emission of faces
-/// goes into L, unless `bounce` has lamps: then DirectLight accounts for it. With `bounce` Transport::bounce is filled.
+/// `points`: where irradiance is wanted, the rows of S. `rays`: directions asked for per point.
 Transport gather(const Scene& scene, std::span<const SurfacePoint> points, const Basis& basis,
                  const Visibility& visibility, const Directions& directions, std::size_t rays, std::uint64_t seed,
-                 const Execution& execution, const FirstBounce* bounce = nullptr);
+                 const Execution& execution, const Sources& sources = {});
 
-/// Only what escapes and what meets backs: Transport::sky and Transport::back of a transport that was made without
-/// rays.
+/// Only what escapes and what meets backs: Transport::sky, dome and back of a transport that was made without rays.
 void gather_sky(const Scene& scene, std::span<const SurfacePoint> points, const Visibility& visibility,
                 const Directions& directions, std::size_t rays, std::uint64_t seed, const Execution& execution,
                 Transport& transport);

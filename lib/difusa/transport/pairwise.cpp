@@ -13,6 +13,10 @@ Transport pairwise(const Scene& scene, const SiteSet& sites, const ElementIntegr
     Transport transport;
     transport.S = SparseRows(n, n);
     transport.L = SparseRows(n, scene.materials.size());
+    const bool any_uneven = integrals.uneven[0].rows() > 0;
+    if (any_uneven) {
+        transport.uneven.fill(transport.L);
+    }
 
     // Which pairs j < k exchange light: one segment a pair, whatever the kernel's asymmetry.
     std::vector<std::vector<Index>> sees(n);
@@ -33,9 +37,11 @@ Transport pairwise(const Scene& scene, const SiteSet& sites, const ElementIntegr
                     other.push_back(static_cast<Index>(k));
                 }
             }
-            blocked.resize(segments.size());
-            visibility.occluded(segments, blocked);
-            cast[j] = segments.size();
+            blocked.assign(segments.size(), 0);
+            if (!scene.mesh.convex) {
+                visibility.occluded(segments, blocked);
+                cast[j] = segments.size();
+            }
             for (std::size_t i = 0; i < segments.size(); ++i) {
                 if (blocked[i] == 0) {
                     sees[j].push_back(other[i]);
@@ -56,6 +62,7 @@ Transport pairwise(const Scene& scene, const SiteSet& sites, const ElementIntegr
     }
     parallel_for(n, 16, execution, [&](std::size_t begin, std::size_t end, unsigned) {
         RowAccumulator lamps(scene.materials.size());
+        std::vector<RowAccumulator> uneven(3, lamps);
         for (std::size_t j = begin; j < end; ++j) {
             SparseRows::Row& row = transport.S.row(j);
             row.column = std::move(seen_by[j]);
@@ -70,8 +77,17 @@ Transport pairwise(const Scene& scene, const SiteSet& sites, const ElementIntegr
                 for (std::size_t m = 0; m < share.column.size(); ++m) {
                     lamps.add(share.column[m], form_factor * share.value[m]);
                 }
+                for (std::size_t c = 0; any_uneven && c < 3; ++c) {
+                    const SparseRows::Row& E = integrals.uneven[c].row(k);
+                    for (std::size_t m = 0; m < E.column.size(); ++m) {
+                        uneven[c].add(E.column[m], form_factor * E.value[m]);
+                    }
+                }
             }
             lamps.take(transport.L.row(j));
+            for (std::size_t c = 0; any_uneven && c < 3; ++c) {
+                uneven[c].take(transport.uneven[c].row(j));
+            }
         }
     });
     return transport;

@@ -1,5 +1,7 @@
 #include <difusa/transport/surroundings.h>
 
+#include <numbers>
+
 namespace difusa {
 
 void Surroundings::look(const SurfacePoint& x, std::size_t number) {
@@ -14,11 +16,15 @@ void Surroundings::look(const SurfacePoint& x, std::size_t number) {
     visibility_.first_hits(rays_, hits_);
     points_.clear();
     weights_.clear();
+    escaped_.clear();
+    escaped_weights_.clear();
     sky_ = back_ = 0.0;
     for (std::size_t d = 0; d < hits_.size(); ++d) {
         const Hit& hit = hits_[d];
         if (hit.face == none) {
             sky_ += weight[d];
+            escaped_.push_back(rays_[d].direction);
+            escaped_weights_.push_back(weight[d]);
         } else if (!hit.front) {
             back_ += weight[d];
         } else {
@@ -26,6 +32,14 @@ void Surroundings::look(const SurfacePoint& x, std::size_t number) {
             weights_.push_back(weight[d]);
         }
     }
+}
+
+Rgb dome_irradiance(const Scene& scene, const Surroundings& around) {
+    Rgb sum = Rgb::Zero();
+    for (std::size_t d = 0; scene.dome && d < around.escaped().size(); ++d) {
+        sum += around.escaped_weights()[d] * scene.dome->radiance(around.escaped()[d]);
+    }
+    return std::numbers::pi * sum;
 }
 
 } // namespace difusa

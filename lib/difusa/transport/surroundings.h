@@ -1,6 +1,7 @@
 // What a surface point sees: the rays of one hemisphere, sorted by what they meet.
 #pragma once
 
+#include <difusa/scene/scene.h>
 #include <difusa/transport/direction_pool.h>
 #include <difusa/visibility/visibility.h>
 
@@ -23,7 +24,9 @@ class Surroundings {
     std::span<const SurfacePoint> points() const { return points_; } ///< what the rays met on a front
     std::span<const double> weights() const { return weights_; }     ///< the rays' weights, parallel to `points`
     double sky() const { return sky_; }                              ///< weight of the rays that escape
-    double back() const { return back_; }                            ///< of those that meet the back of a face
+    std::span<const Vec3> escaped() const { return escaped_; }       ///< their directions, unit
+    std::span<const double> escaped_weights() const { return escaped_weights_; } ///< parallel to `escaped`
+    double back() const { return back_; } ///< of those that meet the back of a face
 
   private:
     const Mesh& mesh_;
@@ -33,7 +36,12 @@ class Surroundings {
     std::vector<Hit> hits_;
     std::vector<SurfacePoint> points_;
     std::vector<double> weights_;
+    std::vector<Vec3> escaped_;
+    std::vector<double> escaped_weights_;
     double sky_ = 0.0, back_ = 0.0;
 };
+
+/// Irradiance from Scene::dome: pi times the mean of its radiance over the rays that escaped; 0 without one.
+Rgb dome_irradiance(const Scene& scene, const Surroundings& around);
 
 } // namespace difusa

@@ -1,4 +1,4 @@
-#include <difusa/basis/box_tree.h>
+#include <difusa/core/box_tree.h>
 
 #include <algorithm>
 #include <functional>

@@ -25,6 +25,17 @@ class BoxTree {
 
     /// Calls `act(item, box)` for each box that overlaps `with`, until it returns true. True if it did.
     template <class Act> bool visit(const Box& with, const Act& act) const {
+        const auto overlaps = [&](const Box& box) { return box.intersects(with); };
+        return visit_boxes(overlaps, act);
+    }
+
+    /// The same for each box of which `meets(box)` is true; it must be true of every box that holds such a box.
+    template <class Meets, class Act> bool visit_where(const Meets& meets, const Act& act) const {
+        return visit_boxes(meets, [&](Index item, const Box&) { return act(item); });
+    }
+
+  private:
+    template <class Meets, class Act> bool visit_boxes(const Meets& meets, const Act& act) const {
         if (nodes_.empty()) {
             return false;
         }
@@ -33,12 +44,12 @@ class BoxTree {
         open[count++] = 0;
         while (count > 0) {
             const Node& node = nodes_[open[--count]];
-            if (!node.box.intersects(with)) {
+            if (!meets(node.box)) {
                 continue;
             }
             if (node.right == none) {
                 for (Index i = node.first; i < node.last; ++i) {
-                    if (boxes_[i].intersects(with) && act(items_[i], boxes_[i])) {
+                    if (meets(boxes_[i]) && act(items_[i], boxes_[i])) {
                         return true;
                     }
                 }
@@ -50,7 +61,6 @@ class BoxTree {
         return false;
     }
 
-  private:
     struct Node {
         Box box;
         Index first = 0, last = 0; ///< its boxes

@@ -1,0 +1,19 @@
+// Surfaces on which no site would ever do anything: the outside of a closed room, the inside of a wall.
+#pragma once
+
+#include <difusa/core/progress.h>
+#include <difusa/lighting/direct_light.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace difusa {
+
+/// For each patch of the mesh 1 if it sees nothing that could send it light: rays from many places of it, at least one
+/// on each triangle, meet nothing but backs or leave to a sky without light, and no sun or point light shines on it.
+/// What sees nothing is seen by nothing, so such a patch plays no part. The rays are finite in number: a patch lit only
+/// through a hole that all of them miss counts as dark.
+std::vector<char> dark_patches(const Scene& scene, const DirectLight& lights, const Visibility& visibility,
+                               std::uint64_t seed, const Execution& execution);
+
+} // namespace difusa

@@ -1,0 +1,51 @@
+// The skies a scene file may ask for.
+#pragma once
+
+#include <difusa/scene/image.h>
+#include <difusa/scene/lights.h>
+
+#include <vector>
+
+namespace difusa {
+
+/// A sky that changes with the height above the horizon alone: from the horizon's radiance to the zenith's in the sine
+/// of the height, and the ground's below. On level ground without shade it gives the irradiance
+/// pi (horizon + 2 zenith) / 3.
+class GradientSky final : public SkyDome {
+  public:
+    /// Radiances in W/(m² sr), none negative; `up` is unit.
+    GradientSky(const Rgb& zenith, const Rgb& horizon, const Rgb& ground, const Vec3& up);
+
+    Rgb radiance(const Vec3& towards) const override;
+    bool is_grey() const override;
+
+  private:
+    Rgb zenith_, horizon_, ground_;
+    Vec3 up_;
+};
+
+/// An environment image in equirectangular (lat-long) layout: columns run through all azimuths, rows from straight up
+/// to straight down. The middle column lies towards `ahead`, columns to its right lie to the right of who looks there.
+/// Interpolated bilinearly.
+class ImageSky final : public SkyDome {
+  public:
+    /// Pixels times `scale` are radiances in W/(m² sr). `up` is unit; `ahead` is not parallel to it.
+    /// Throws std::invalid_argument for an empty image, and for pixels that are negative or not finite.
+    ImageSky(Image image, double scale, const Vec3& up, const Vec3& ahead);
+
+    Rgb radiance(const Vec3& towards) const override;
+    bool is_grey() const override;
+
+    /// What is far brighter than the rest, a sun above all, would make the light of a few hundred rays noisy: takes it
+    /// out of the image, and returns it as suns. A pixel is cut where it exceeds `limit` times the mean radiance of the
+    /// sphere; what is cut from pixels that touch, if they span no more than 0.01 sr, becomes one sun in the mean
+    /// direction, of the irradiance they gave to a surface that faced each of them.
+    std::vector<Sun> split_suns(double limit);
+
+  private:
+    Vec3 direction(double column, double row) const;
+    Image image_;
+    Vec3 up_, ahead_, right_;
+};
+
+} // namespace difusa

@@ -1,0 +1,64 @@
+#include <difusa/scene/texture.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+namespace difusa {
+
+namespace {
+
+/// Two neighbouring pixels along one axis, and the part the second has.
+struct Neighbours {
+    std::size_t first, second;
+    double part;
+};
+
+std::size_t wrapped(double pixel, std::size_t count, Texture::Wrap wrap) {
+    const auto n = static_cast<double>(count);
+    switch (wrap) {
+    case Texture::Wrap::repeat:
+        pixel -= n * std::floor(pixel / n);
+        break;
+    case Texture::Wrap::clamp:
+        break;
+    case Texture::Wrap::mirror:
+        pixel -= 2.0 * n * std::floor(pixel / (2.0 * n));
+        pixel = pixel < n ? pixel : 2.0 * n - 1.0 - pixel;
+        break;
+    }
+    return static_cast<std::size_t>(std::clamp(pixel, 0.0, n - 1.0));
+}
+
+Neighbours neighbours(double place, std::size_t count, Texture::Wrap wrap) {
+    const double at = place * static_cast<double>(count) - 0.5, pixel = std::floor(at);
+    return {wrapped(pixel, count, wrap), wrapped(pixel + 1.0, count, wrap), at - pixel};
+}
+
+Rgb colour(const std::array<float, 3>& pixel) {
+    return {static_cast<double>(pixel[0]), static_cast<double>(pixel[1]), static_cast<double>(pixel[2])};
+}
+
+} // namespace
+
+Texture::Texture(Image image, Wrap wrap_u, Wrap wrap_v) : image_(std::move(image)), wrap_u_(wrap_u), wrap_v_(wrap_v) {
+    if (image_.pixels.empty() || image_.pixels.size() != image_.width * image_.height) {
+        throw std::invalid_argument("a texture needs an image with pixels");
+    }
+    for (const std::array<float, 3>& pixel : image_.pixels) {
+        brightest_ = brightest_.max(colour(pixel));
+        grey_ = grey_ && pixel[0] == pixel[1] && pixel[1] == pixel[2];
+    }
+}
+
+Rgb Texture::at(const TextureCoordinates& place) const {
+    const Neighbours u = neighbours(place[0], image_.width, wrap_u_);
+    const Neighbours v = neighbours(1.0 - place[1], image_.height, wrap_v_); // rows run downwards
+    const auto along = [&](std::size_t row) -> Rgb {
+        return (1.0 - u.part) * colour(image_.at(u.first, row)) + u.part * colour(image_.at(u.second, row));
+    };
+    return (1.0 - v.part) * along(v.first) + v.part * along(v.second);
+}
+
+} // namespace difusa
