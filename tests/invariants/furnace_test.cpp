@@ -88,7 +88,7 @@ Eigen::MatrixXd dense(const LinearOperator& K) {
 void expect_furnace(const Furnace& furnace, const Transport& transport, double rho, double limit_at_points) {
     const Projection projection(*furnace.basis, furnace.sites, Execution{});
     const TransportOperator K(transport.S, projection);
-    const Values light = direct_irradiance(furnace.scene, transport, 1, Execution{});
+    const Values light = direct_irradiance(furnace.scene, all_lights(furnace.scene), transport, 1, Execution{});
     const Eigen::MatrixXd matrix = dense(K);
     const double norm = matrix.cwiseAbs().rowwise().sum().maxCoeff();
     const double closure = (matrix.rowwise().sum().array() - 1.0).abs().maxCoeff();

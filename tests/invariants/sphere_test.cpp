@@ -53,7 +53,7 @@ Solved solve(const Scene& scene, const SiteSet& sites, const std::string& basis_
                               1, Execution{});
     const Projection projection(*basis, sites, Execution{});
     const TransportOperator K(solved.transport.S, projection);
-    const Values light = direct_irradiance(scene, solved.transport, 1, Execution{});
+    const Values light = direct_irradiance(scene, all_lights(scene), solved.transport, 1, Execution{});
     solved.rho = Values::Constant(light.rows(), 1, rho);
     SolveOptions options;
     options.tolerance = 1e-12;

@@ -211,7 +211,7 @@ TEST(LightLeak, NoneGetsThroughTheThinnestWall) {
                 sites.area = integrals.area;
                 for (const Transport& transport :
                      {gathered(scene, sites, *basis, engine, 64), paired(scene, sites, integrals, engine, "disc")}) {
-                    const Values direct = direct_irradiance(scene, transport, 1, Execution{});
+                    const Values direct = direct_irradiance(scene, all_lights(scene), transport, 1, Execution{});
                     for (std::size_t j = 0; j < sites.size(); ++j) {
                         if (is_dark(j)) {
                             EXPECT_EQ(direct(static_cast<Eigen::Index>(j), 0), 0.0);

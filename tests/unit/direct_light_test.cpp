@@ -59,10 +59,10 @@ TEST(DirectLight, NothingIsCastWhereNoSuchLightIs) {
     const DirectLight light(lit.scene, lit.visibility);
     EXPECT_FALSE(light.any());
     EXPECT_EQ(light.rays_per_point(64), 0U);
-    std::size_t cast = 0;
+    DirectLight::Effort effort;
     const std::vector<SurfacePoint> points = even_points(lit.scene.mesh, 10, RandomStream(1, "points"));
-    EXPECT_EQ(light.irradiance(points, 3, 64, 1, "test", Execution{}, cast), Values::Zero(10, 3));
-    EXPECT_EQ(cast, 0U);
+    EXPECT_EQ(light.irradiance(points, 3, 64, 1, "test", Execution{}, effort), Values::Zero(10, 3));
+    EXPECT_EQ(effort.segments, 0U);
 }
 
 TEST(DirectLight, ASunBelowTheHorizonOrBehindTheSurfaceIsDark) {
@@ -101,11 +101,12 @@ TEST(DirectLight, SameBitsForAnyNumberOfThreads) {
     EXPECT_EQ(light.lamp_count(), 2U);
     EXPECT_EQ(light.rays_per_point(64), 65U);
     const std::vector<SurfacePoint> points = even_points(lit.scene.mesh, 300, RandomStream(1, "points"));
-    std::size_t cast = 0, cast_three = 0;
-    const Values one = light.irradiance(points, 3, 16, 1, "test", Execution{1, nullptr}, cast);
-    EXPECT_EQ(one, light.irradiance(points, 3, 16, 1, "test", Execution{3, nullptr}, cast_three));
-    EXPECT_EQ(cast, cast_three);
-    EXPECT_NE(one, light.irradiance(points, 3, 16, 2, "test", Execution{1, nullptr}, cast));
+    DirectLight::Effort effort, effort_of_three;
+    const Values one = light.irradiance(points, 3, 16, 1, "test", Execution{1, nullptr}, effort);
+    EXPECT_EQ(one, light.irradiance(points, 3, 16, 1, "test", Execution{3, nullptr}, effort_of_three));
+    EXPECT_EQ(effort.segments, effort_of_three.segments);
+    EXPECT_EQ(effort.clear, effort_of_three.clear);
+    EXPECT_NE(one, light.irradiance(points, 3, 16, 2, "test", Execution{1, nullptr}, effort));
 }
 
 /// A wall beside a floor in the sun: one reflection brings rho times the floor's irradiance times its form factor.
@@ -119,11 +120,12 @@ TEST(DirectLight, TheFirstBounceIsGatheredWhereRaysHit) {
     const SiteSet sites = test::poisson_sites(m, 0.5);
     const auto basis = test::plugin<Basis>("shepard");
     basis->bind(m, sites);
-    const FirstBounce bounce{&light, 3};
     constexpr std::size_t N = 4096;
-    const Transport transport = gather(lit.scene, sites.points, *basis, lit.visibility,
-                                       *test::plugin<Directions>("low-discrepancy"), N, 1, Execution{}, &bounce);
-    ASSERT_EQ(transport.bounce.rows(), std::ssize(sites.points));
+    const Transport transport =
+        gather(lit.scene, sites.points, *basis, lit.visibility, *test::plugin<Directions>("low-discrepancy"), N, 1,
+               Execution{}, {true, {&light}, 3});
+    ASSERT_EQ(transport.bounce.size(), 1U);
+    ASSERT_EQ(transport.bounce[0].rows(), std::ssize(sites.points));
     EXPECT_GT(transport.segments, 0U);
     for (std::size_t j = 0; j < sites.size(); ++j) {
         const SurfacePoint& x = sites.points[j];
@@ -134,10 +136,10 @@ TEST(DirectLight, TheFirstBounceIsGatheredWhereRaysHit) {
                      lambert_form_factor(x.position, x.normal, m.corner(t, 0), m.corner(t, 1), m.corner(t, 2));
         }
         // Not worse than independent rays: a mean of N values in [0, 1/2 cos].
-        EXPECT_NEAR(transport.bounce(static_cast<Eigen::Index>(j), 0), exact, 4.5 * 0.25 / std::sqrt(double(N)));
+        EXPECT_NEAR(transport.bounce[0](static_cast<Eigen::Index>(j), 0), exact, 4.5 * 0.25 / std::sqrt(double(N)));
         // Sums of N terms in another rounding.
-        EXPECT_NEAR(transport.bounce(static_cast<Eigen::Index>(j), 2),
-                    3.0 * transport.bounce(static_cast<Eigen::Index>(j), 0), N * 0x1p-53);
+        EXPECT_NEAR(transport.bounce[0](static_cast<Eigen::Index>(j), 2),
+                    3.0 * transport.bounce[0](static_cast<Eigen::Index>(j), 0), N * 0x1p-53);
     }
 }
 

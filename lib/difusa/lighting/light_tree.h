@@ -29,7 +29,8 @@ class LightTree {
     void cut(const Vec3& x, const Vec3& n, double opening, std::vector<Index>& nodes) const;
 
     /// Chooses a light of the node, about in proportion to what x can receive from it, with the random number u in
-    /// [0, 1). Nothing if no light of the node can reach x; each that can has a positive probability.
+    /// [0, 1). Each that can reach x has a positive probability; with what is left to 1 nothing is chosen: the search
+    /// ended among lights that cannot.
     std::optional<Pick> pick(Index node, const Vec3& x, const Vec3& n, double u) const;
 
     static constexpr Index root = 0;
