@@ -35,6 +35,10 @@ const std::vector<Kept>& kept() {
         {"courtyard", [](const Directory& d) { write_off(courtyard(), d, "courtyard"); }},
         {"furnace_box", [](const Directory& d) { write_obj(furnace_box(), d, "furnace_box"); }},
         {"room", [](const Directory& d) { write_off(room(), d, "room"); }},
+        {"room_a", [](const Directory& d) { write_scene(room_a(), d, "room_a"); }},
+        {"room_b", [](const Directory& d) { write_scene(room_b(), d, "room_b"); }},
+        {"room_c", [](const Directory& d) { write_scene(room_c(), d, "room_c"); }},
+        {"room_d", [](const Directory& d) { write_scene(room_d(), d, "room_d"); }},
         {"ugly", [](const Directory& d) { write_text(ugly_off(), d / "ugly.off"); }},
     };
     return list;

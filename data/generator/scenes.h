@@ -1,6 +1,7 @@
 // The scenes of data/, one file each. Lengths in metres, except where a scene says otherwise.
 #pragma once
 
+#include "scene.h"
 #include "surface.h"
 
 #include <cstddef>
@@ -14,6 +15,12 @@ Surface room();
 Surface ball_over_disc();
 Surface bowl();
 Surface furnace_box();
+
+/// The rooms of the dissertation's chapter 6, with their lights.
+Scene room_a();
+Scene room_b();
+Scene room_c();
+Scene room_d();
 
 /// A closed room with walls in fine triangles, three balls and a lamp, of `triangles` triangles (2000 to 50 million) or
 /// up to 7 sqrt(triangles) more: 3 % of 50000, 0.7 % of a million. std::invalid_argument: too few or too many.
