@@ -31,7 +31,7 @@ const std::vector<Kept>& kept() {
     static const std::vector<Kept> list{
         {"ball_over_disc", [](const Directory& d) { write_obj(ball_over_disc(), d, "ball_over_disc"); }},
         {"bowl", [](const Directory& d) { write_ply(bowl(), d, "bowl"); }},
-        {"cornell_box", [](const Directory& d) { write_obj(cornell_box(), d, "cornell_box"); }},
+        {"cornell_box", [](const Directory& d) { write_scene(cornell_box(), d, "cornell_box"); }},
         {"courtyard", [](const Directory& d) { write_off(courtyard(), d, "courtyard"); }},
         {"furnace_box", [](const Directory& d) { write_obj(furnace_box(), d, "furnace_box"); }},
         {"room", [](const Directory& d) { write_off(room(), d, "room"); }},

@@ -9,7 +9,7 @@
 
 namespace scenes {
 
-Surface cornell_box();
+Scene cornell_box();
 Surface courtyard();
 Surface room();
 Surface ball_over_disc();
