@@ -22,6 +22,9 @@ Scene room_b();
 Scene room_c();
 Scene room_d();
 
+/// A colonnaded hall of some 300,000 triangles, most of them in its sixteen fluted columns.
+Scene hall();
+
 /// A closed room with walls in fine triangles, three balls and a lamp, of `triangles` triangles (2000 to 50 million) or
 /// up to 7 sqrt(triangles) more: 3 % of 50000, 0.7 % of a million. std::invalid_argument: too few or too many.
 Surface room_with_balls(std::size_t triangles);
