@@ -143,7 +143,7 @@ Scene room_d() {
     room.cube(20.0, 88.0, 26.0, cubes);
     room.cube(74.0, 62.0, 26.0, cubes);
 
-    room.scene.points.push_back({{60.0, 250.0, 120.0}, {200000.0, 190000.0, 170000.0}});
+    room.scene.points.push_back({{60.0, 250.0, 120.0}, {600000.0, 570000.0, 510000.0}});
     room.scene.camera = {{60.0, 1.0, 52.0}, {60.0, 160.0, 36.0}, 60.0};
     return room.finish();
 }
