@@ -19,12 +19,6 @@ Vector vector(const std::array<double, 3>& c) {
     return {c[0], c[1], c[2]};
 }
 
-/// Rounded to a micrometre, so that what ends at one place ends at the same number, whatever sums led there.
-Vector rounded(const Vector& v) {
-    const auto micrometres = [](double x) { return std::round(x * 1e6) / 1e6; };
-    return {micrometres(v.x), micrometres(v.y), micrometres(v.z)};
-}
-
 /// Where blocks begin and end along one axis.
 std::vector<double> sorted(std::vector<double> breaks) {
     std::sort(breaks.begin(), breaks.end());
@@ -71,20 +65,29 @@ void add_arch(Surface& surface, const Vector& low, const Vector& high, int segme
 
 } // namespace
 
+Vector rounded(const Vector& v) {
+    const auto micrometres = [](double x) { return std::round(x * 1e6) / 1e6; };
+    return {micrometres(v.x), micrometres(v.y), micrometres(v.z)};
+}
+
 Blocks::Blocks(const Vector& low, const Vector& high) {
-    steps_.push_back({rounded(low), rounded(high), std::nullopt, 0});
+    steps_.push_back({rounded(low), rounded(high), std::nullopt, 0, false});
 }
 
 void Blocks::fill(const Vector& low, const Vector& high, unsigned material) {
-    steps_.push_back({rounded(low), rounded(high), material, 0});
+    steps_.push_back({rounded(low), rounded(high), material, 0, false});
 }
 
 void Blocks::carve(const Vector& low, const Vector& high) {
-    steps_.push_back({rounded(low), rounded(high), std::nullopt, 0});
+    steps_.push_back({rounded(low), rounded(high), std::nullopt, 0, false});
 }
 
 void Blocks::arch(const Vector& low, const Vector& high, int segments, unsigned material) {
-    steps_.push_back({rounded(low), rounded(high), material, segments});
+    steps_.push_back({rounded(low), rounded(high), material, segments, false});
+}
+
+void Blocks::leave_out(const Vector& low, const Vector& high) {
+    steps_.push_back({rounded(low), rounded(high), std::nullopt, 0, true});
 }
 
 void Blocks::add_to(Surface& surface) const {
@@ -119,7 +122,10 @@ void Blocks::add_to(Surface& surface) const {
         }
         return found;
     };
-    const auto is_air = [&](const Cell& cell) { return !steps_[step_of(cell)].material; };
+    const auto is_air = [&](const Cell& cell) {
+        const Step& step = steps_[step_of(cell)];
+        return !step.material && !step.left_out;
+    };
 
     Cell cell{};
     for (cell[2] = 0; cell[2] < end(2); ++cell[2]) {

@@ -1,6 +1,8 @@
+#include "cornell_spectra.h"
 #include "scenes.h"
 
-#include <utility>
+#include <cmath>
+#include <numbers>
 
 namespace scenes {
 
@@ -24,20 +26,30 @@ void add_block(Surface& surface, const std::array<Corner, 4>& plan, double heigh
 
 } // namespace
 
-Surface cornell_box() {
-    Surface box;
+Scene cornell_box() {
+    Scene scene;
+    Surface& box = scene.surface;
     box.remarks = {
         "The Cornell box: a room open at the front with two blocks and a lamp in the ceiling.",
         "Lengths are in metres, y is up, and one looks in from -z. The coordinates are those measured and",
         "published by the Cornell University Program of Computer Graphics (\"Cornell Box Data\",",
         "www.graphics.cornell.edu/online/box/data.html), divided by 1000. Two things are made to fit here: the",
         "ceiling has a hole where the lamp is, and the red wall, whose four corners are not in one plane, is cut",
-        "in two. Colours and the lamp's emission are round RGB numbers of our own, near to the published spectra.",
+        "in two. Reflectances and emission are the published spectra in linear sRGB, where a constant spectrum of 1 is",
+        "(1, 1, 1): means weighted with the sensitivities of the channels (the CIE 1931 matching functions in the fit "
+        "of",
+        "Wyman, Sloan and Shirley 2013, in light of equal energy). The emission has no unit in print; it is read as",
+        "radiance, W/(m^2 sr), so Ke is pi times that. The lamp reflects 0.78 at every wavelength, as published.",
     };
-    const unsigned white = box.add({"white", {0.73, 0.73, 0.73}, {}});
-    const unsigned red = box.add({"red", {0.61, 0.06, 0.07}, {}});
-    const unsigned green = box.add({"green", {0.12, 0.45, 0.15}, {}});
-    const unsigned lamp = box.add({"lamp", {0.78, 0.78, 0.78}, {47.0, 39.0, 16.0}});
+    const CornellColours colours = cornell_colours();
+    const unsigned white = box.add({"white", colours.white, {}});
+    const unsigned red = box.add({"red", colours.red, {}});
+    const unsigned green = box.add({"green", colours.green, {}});
+    const Colour& radiance = colours.lamp;
+    const unsigned lamp =
+        box.add({"lamp",
+                 {0.78, 0.78, 0.78},
+                 {std::numbers::pi * radiance.r, std::numbers::pi * radiance.g, std::numbers::pi * radiance.b}});
 
     // Corners at the floor and the ceiling; low and high x as the published names of the walls have it: red is at
     // high x, on the left of who looks in.
@@ -61,7 +73,12 @@ Surface cornell_box() {
     box.polygon({floor_red_front, top_red_back, top_red_front}, red);
     add_block(box, {{{130.0, 65.0}, {82.0, 225.0}, {240.0, 272.0}, {290.0, 114.0}}}, 165.0, white);
     add_block(box, {{{423.0, 247.0}, {265.0, 296.0}, {314.0, 456.0}, {472.0, 406.0}}}, 330.0, white);
-    return box;
+
+    // The published camera: 25 mm of film, 35 mm behind it the lens.
+    scene.up = 'y';
+    const Vector eye = millimetres(278.0, 273.0, -800.0);
+    scene.camera = {eye, {eye.x, eye.y, 0.0}, 2.0 * std::atan(0.0125 / 0.035) * 180.0 / std::numbers::pi};
+    return scene;
 }
 
 } // namespace scenes

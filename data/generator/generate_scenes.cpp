@@ -1,9 +1,9 @@
 // Makes the scenes of data/.
 //     generate_scenes [--directory DIR] all
 //     generate_scenes [--directory DIR] NAME
+//     generate_scenes [--directory DIR] hall
 //     generate_scenes [--directory DIR] room_with_balls TRIANGLES
-// `all` are those that are kept in data/: it must hold what this program makes. room_with_balls is for measuring
-// speed, and too large to keep.
+// `all` are those that are kept in data/: it must hold what this program makes. The last two are too large to keep.
 #include "scenes.h"
 #include "write_scene.h"
 
@@ -31,10 +31,14 @@ const std::vector<Kept>& kept() {
     static const std::vector<Kept> list{
         {"ball_over_disc", [](const Directory& d) { write_obj(ball_over_disc(), d, "ball_over_disc"); }},
         {"bowl", [](const Directory& d) { write_ply(bowl(), d, "bowl"); }},
-        {"cornell_box", [](const Directory& d) { write_obj(cornell_box(), d, "cornell_box"); }},
+        {"cornell_box", [](const Directory& d) { write_scene(cornell_box(), d, "cornell_box"); }},
         {"courtyard", [](const Directory& d) { write_off(courtyard(), d, "courtyard"); }},
         {"furnace_box", [](const Directory& d) { write_obj(furnace_box(), d, "furnace_box"); }},
         {"room", [](const Directory& d) { write_off(room(), d, "room"); }},
+        {"room_a", [](const Directory& d) { write_scene(room_a(), d, "room_a"); }},
+        {"room_b", [](const Directory& d) { write_scene(room_b(), d, "room_b"); }},
+        {"room_c", [](const Directory& d) { write_scene(room_c(), d, "room_c"); }},
+        {"room_d", [](const Directory& d) { write_scene(room_d(), d, "room_d"); }},
         {"ugly", [](const Directory& d) { write_text(ugly_off(), d / "ugly.off"); }},
     };
     return list;
@@ -45,7 +49,7 @@ std::string usage() {
     for (const Kept& scene : kept()) {
         text += ", " + scene.name;
     }
-    return text + ", room_with_balls (from 2000 TRIANGLES)";
+    return text + ", hall, room_with_balls (from 2000 TRIANGLES)";
 }
 
 std::size_t parse_count(const std::string& text) {
@@ -66,6 +70,10 @@ void run(std::vector<std::string> words) {
     }
     if (words.size() == 2 && words[0] == "room_with_balls") {
         scenes::write_obj(scenes::room_with_balls(parse_count(words[1])), directory, "room_with_balls");
+        return;
+    }
+    if (words.size() == 1 && words[0] == "hall") {
+        scenes::write_scene(scenes::hall(), directory, "hall");
         return;
     }
     bool found = false;

@@ -1,6 +1,5 @@
 #include "scenes.h"
 
-#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -22,14 +21,16 @@ Surface room_with_balls(std::size_t triangles) {
     const unsigned ball = room.add({"ball", {0.70, 0.65, 0.50}, {}});
     const unsigned lamp = room.add({"lamp", {0.80, 0.80, 0.80}, {60.0, 54.0, 44.0}});
 
-    // Half of the triangles to the walls, in squares of one size, half to the balls.
-    const auto half = static_cast<double>(triangles) / 2.0;
+    // At most half of the triangles to the balls, the rest to the walls in squares of one size. Rounding up makes at
+    // least the rest of them: 2 triangles for each of two walls' ceil(a s) ceil(b s) squares, where s is squares a
+    // metre. It adds less than 4 (28 s + 3), for 28 m of edges meet in a corner's three walls; s < 0.053
+    // sqrt(triangles).
+    const int lamp_triangles = 12;
+    const auto ball_cells = static_cast<int>(std::sqrt(static_cast<double>(triangles) / 72.0));
+    const double rest = static_cast<double>(triangles) - lamp_triangles - 36.0 * ball_cells * ball_cells;
     const double wall_area = 2.0 * (6.0 * 5.0 + 5.0 * 3.0 + 3.0 * 6.0);
-    const double squares_a_metre = std::sqrt(half / (2.0 * wall_area));
-    const auto cells = [&](double metres) {
-        return std::max(1, static_cast<int>(std::lround(metres * squares_a_metre)));
-    };
-    const int ball_cells = std::max(1, static_cast<int>(std::lround(std::sqrt(half / 36.0))));
+    const double squares_a_metre = std::sqrt(rest / (2.0 * wall_area));
+    const auto cells = [&](double metres) { return static_cast<int>(std::ceil(metres * squares_a_metre)); };
     add_box(room, {0.0, 0.0, 0.0}, {6.0, 5.0, 3.0}, {cells(6.0), cells(5.0), cells(3.0)},
             {red, blue, white, white, floor, white}, true);
     add_ball(room, {1.7, 1.6, 0.85}, 0.8, ball_cells, ball);

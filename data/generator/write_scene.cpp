@@ -42,6 +42,37 @@ void refuse_emission(const Surface& surface) {
     }
 }
 
+/// A JSON string.
+std::string quoted(const std::string& text) {
+    std::string result = "\"";
+    for (const char c : text) {
+        result += c == '"' || c == '\\' ? std::string{'\\', c} : std::string{c};
+    }
+    return result + "\"";
+}
+
+/// A JSON list of three numbers, alone or as the entry `name`.
+std::string list(double a, double b, double c) {
+    return "[" + number(a) + ", " + number(b) + ", " + number(c) + "]";
+}
+
+std::string entry(const std::string& name, const Vector& v) {
+    return quoted(name) + ": " + list(v.x, v.y, v.z);
+}
+
+std::string entry(const std::string& name, const Colour& c) {
+    return quoted(name) + ": " + list(c.r, c.g, c.b);
+}
+
+/// The lines of a JSON list, between its brackets.
+std::string lines(const std::vector<std::string>& items) {
+    std::string text;
+    for (const std::string& item : items) {
+        text += (text.empty() ? "\n    " : ",\n    ") + item;
+    }
+    return text + "\n  ";
+}
+
 /// The low bytes of a number, least first.
 void append(std::string& bytes, std::uint32_t bits, int count) {
     for (int i = 0; i < count; ++i) {
@@ -89,6 +120,35 @@ void write_obj(const Surface& surface, const std::filesystem::path& directory, c
         text += "\n";
     }
     write_text(text, directory / (name + ".obj"));
+}
+
+void write_scene(const Scene& scene, const std::filesystem::path& directory, const std::string& name) {
+    write_obj(scene.surface, directory, name);
+
+    std::vector<std::string> comment, lights;
+    for (const std::string& remark : scene.surface.remarks) {
+        comment.push_back(quoted(remark));
+    }
+    for (const Sun& sun : scene.suns) {
+        lights.push_back(R"({"type": "sun", "name": "sun", )" + entry("towards", sun.towards) + ", " +
+                         entry("irradiance", sun.irradiance) + "}");
+    }
+    for (const PointLight& point : scene.points) {
+        lights.push_back(R"({"type": "point", "name": "lamp", )" + entry("position", point.position) + ", " +
+                         entry("intensity", point.intensity) + "}");
+    }
+    std::string text = "{\n  \"difusa_scene\": 1,\n  \"comment\": [" + lines(comment) + "],\n  \"unit\": \"m\",\n" +
+                       "  \"up\": \"" + scene.up + "\",\n  \"meshes\": [{\"file\": \"" + name + ".obj\"}],\n";
+    if (!lights.empty()) {
+        text += "  \"lights\": [" + lines(lights) + "],\n";
+    }
+    if (scene.sky) {
+        text += R"(  "sky": {"type": "gradient", )" + entry("zenith", scene.sky->zenith) + ", " +
+                entry("horizon", scene.sky->horizon) + ", " + entry("ground", scene.sky->ground) + "},\n";
+    }
+    text += "  \"camera\": {" + entry("eye", scene.camera.eye) + ", " + entry("look_at", scene.camera.look_at) +
+            ", \"view_degrees\": " + number(scene.camera.view_degrees) + "}\n}\n";
+    write_text(text, directory / (name + ".json"));
 }
 
 void write_off(const Surface& surface, const std::filesystem::path& directory, const std::string& name) {

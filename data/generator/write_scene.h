@@ -2,6 +2,7 @@
 // that the last bit of a sine does not depend on the machine.
 #pragma once
 
+#include "scene.h"
 #include "surface.h"
 
 #include <filesystem>
@@ -19,6 +20,9 @@ void write_off(const Surface& surface, const std::filesystem::path& directory, c
 
 /// `directory`/`name`.ply, binary, little endian, with a colour for each face; likewise.
 void write_ply(const Surface& surface, const std::filesystem::path& directory, const std::string& name);
+
+/// The surface as `directory`/`name`.obj and .mtl, and `name`.json, which refers to them and holds lights and camera.
+void write_scene(const Scene& scene, const std::filesystem::path& directory, const std::string& name);
 
 void write_text(const std::string& content, const std::filesystem::path& file);
 

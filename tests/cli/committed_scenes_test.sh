@@ -4,7 +4,8 @@ set -eu
 for file in *; do
     cmp "$file" "$DIFUSA_DATA/$file"
 done
-for file in "$DIFUSA_DATA"/*.obj "$DIFUSA_DATA"/*.mtl "$DIFUSA_DATA"/*.off "$DIFUSA_DATA"/*.ply; do
+for file in "$DIFUSA_DATA"/*.obj "$DIFUSA_DATA"/*.mtl "$DIFUSA_DATA"/*.off "$DIFUSA_DATA"/*.ply \
+    "$DIFUSA_DATA"/*.json; do
     if [ ! -e "$(basename "$file")" ]; then
         echo "$file: generate_scenes does not make it" >&2
         exit 1

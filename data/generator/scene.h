@@ -1,0 +1,40 @@
+// A surface with what lights it and where it is looked at from, as a JSON scene file holds them.
+#pragma once
+
+#include "surface.h"
+
+#include <optional>
+#include <vector>
+
+namespace scenes {
+
+struct Sun {
+    Vector towards;
+    Colour irradiance; ///< of a surface that faces it, W/m²
+};
+
+struct PointLight {
+    Vector position;
+    Colour intensity; ///< W/sr
+};
+
+/// Radiances, W/(m² sr).
+struct Sky {
+    Colour zenith, horizon, ground;
+};
+
+struct Camera {
+    Vector eye, look_at;
+    double view_degrees = 40.0; ///< vertical
+};
+
+struct Scene {
+    Surface surface;
+    char up = 'z';
+    std::vector<Sun> suns;
+    std::vector<PointLight> points;
+    std::optional<Sky> sky;
+    Camera camera;
+};
+
+} // namespace scenes
