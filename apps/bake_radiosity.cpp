@@ -102,7 +102,7 @@ void declare(CLI::App& app, Arguments& a) {
         ->group(discretisation)
         ->type_name("D");
     add_whole<std::size_t>(app, "--sites", a.bake.sites, 1,
-                           "wanted number of sites, instead of --spacing (default 4000)")
+                           "wanted number of sites, instead of --spacing (default 5000)")
         ->group(discretisation)
         ->type_name("N");
     add_whole(app, "--neighbours", a.bake.neighbours, 1, "a site's radius reaches to its M-th nearest site")

@@ -33,7 +33,7 @@ namespace difusa {
 
 namespace {
 
-constexpr std::size_t default_sites = 4000;
+constexpr std::size_t default_sites = 5000;
 constexpr double pooled_directions = 32.0; ///< sets of directions in a DirectionPool
 constexpr std::size_t lamp_samples = 64;   ///< shadow rays of a round
 constexpr std::size_t most_sites = std::size_t{1} << 30U;
@@ -146,6 +146,9 @@ void check_options(const BakeOptions& options) {
     if (options.error_points && *options.error_points != 0 &&
         (*options.error_points < 16 || *options.error_points > (std::size_t{1} << 24U))) {
         refuse("--error-points", "must be 0, for no estimate, or from 16 to 16777216");
+    }
+    if (options.correction < 0 || options.correction > 100) {
+        refuse("--correction", "must be from 0 to 100");
     }
     if (options.final_gather > (std::size_t{1} << 24U)) {
         refuse("--final-gather", "must be at most 16777216");
@@ -341,6 +344,10 @@ class Bake {
         }
         result_.sites = std::make_shared<SiteSet>(
             make_site_set(mesh, std::move(points), options.spacing, options.neighbours, execution_));
+        if (lit_area > 0.0) {
+            result_.sites->dark = dark;
+        }
+        dark_area_ = lit_area > 0.0 ? mesh.area - lit_area : 0.0;
         if (result_.options.output_spacing == 0.0) {
             result_.options.output_spacing = options.spacing;
         }
@@ -421,8 +428,9 @@ class Bake {
         const SiteSet& sites = *result_.sites;
         start("integrate elements");
         integrals_ = element_integrals(scene, *tools_.basis, options.spacing, execution_);
-        if (integrals_.uncovered > 1e-3 * scene.mesh.area) {
-            note("no element of the basis lives on " + text_of(100.0 * integrals_.uncovered / scene.mesh.area) +
+        const double uncovered = integrals_.uncovered - dark_area_;
+        if (uncovered > 1e-3 * scene.mesh.area) {
+            note("no element of the basis lives on " + text_of(100.0 * uncovered / scene.mesh.area) +
                  " % of the surface: light is lost there; give the basis a larger width, or more sites");
         }
         if (!tools_.neighbour_areas) {
@@ -541,11 +549,13 @@ class Bake {
         const Values lit = in_basis ? h : Values(h + sharp);
         result_.irradiance = lit.topRows(n);
         result_.irradiance_direct = (soft + sharp).topRows(n);
+        const std::unique_ptr<Projection> corrected = evaluation();
+        const Projection& evaluated = corrected ? *corrected : *projection_;
         const auto field = [&](const Part& part, const Values& part_h) {
             return std::make_shared<Field>(FieldParts{
                 result_.scene, result_.sites, tools_.basis, tools_.visibility, tools_.directions, part.direct,
-                part.group, projection_->coefficients(in_basis ? Values(part.soft + part.sharp) : part.soft),
-                projection_->coefficients(part_h), lamp_samples, in_basis});
+                part.group, evaluated.coefficients(in_basis ? Values(part.soft + part.sharp) : part.soft),
+                evaluated.coefficients(part_h), lamp_samples, in_basis});
         };
         result_.field = field({all_lights(scene), all_, soft, sharp}, h);
         result_.solution.field = result_.field;
@@ -553,6 +563,18 @@ class Bake {
             result_.solution.groups.push_back(field(parts_[static_cast<std::size_t>(g)], all.middleCols(g * c, c)));
         }
         balance(rho, lit);
+    }
+
+    /// How the field's coefficients come from the values at the sites, if not as those of the equation.
+    std::unique_ptr<Projection> evaluation() const {
+        if (!projection_->is_identity() || result_.options.correction == 0) {
+            return nullptr;
+        }
+        ProjectionChoice choice;
+        choice.kind = ProjectionKind::corrected;
+        choice.sweeps = result_.options.correction;
+        return std::make_unique<Projection>(*tools_.basis, *result_.sites, choice, result_.sites->points,
+                                            integrals_.area, execution_);
     }
 
     /// At the points of the projection. A site stands for its whole element, so where a texture makes the reflectance
@@ -901,6 +923,7 @@ class Bake {
     Transport transport_;
     std::shared_ptr<const DirectLight> all_; ///< the sharp light of all groups
     std::vector<Part> parts_;                ///< the groups if they are to be kept apart, else one of all light
+    double dark_area_ = 0.0;                 ///< where no light comes
     std::size_t clear_ = 0;                  ///< points whose lamps nothing could hide
     std::vector<SurfacePoint> points_;       ///< of the projection: the sites first
     std::unique_ptr<Projection> projection_;

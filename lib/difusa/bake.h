@@ -48,6 +48,10 @@ struct BakeOptions {
     std::string visibility = "cgal";
     std::string solver = "krylov";
     std::string projection = "natural"; ///< basis/projection.h
+    /// Where coefficients are the values at the sites, the equation is solved with them, which is sure to converge, and
+    /// the field evaluated with coefficients after so many sweeps of residual correction (ProjectionKind::corrected),
+    /// which smooths far less. 0: with the same.
+    int correction = 2;
     /// The light of suns, point lights and lamps: "exact", computed where it is wanted, or "interpolated" as a part of
     /// the unknown, as in the dissertation.
     std::string direct = "exact";
@@ -56,9 +60,9 @@ struct BakeOptions {
     std::string first_bounce;
 
     double spacing = 0.0;                    ///< unit of the scene; 0: from `sites`
-    std::size_t sites = 0;                   ///< wanted number; 0: 4000
+    std::size_t sites = 0;                   ///< wanted number; 0: 5000
     int neighbours = 10;                     ///< m
-    std::size_t rays = 512;                  ///< a site
+    std::size_t rays = 1024;                  ///< a site
     SolveOptions solve;                      ///< tolerance, iterations
     std::size_t final_gather = 0;            ///< rays from each output vertex; 0: the basis is evaluated
     std::optional<std::size_t> error_points; ///< of the error estimate; 0: none; absent: #S / 8 in 128..4096

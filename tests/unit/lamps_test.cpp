@@ -304,7 +304,7 @@ TEST(Lamps, SamplesHaveTheirIrradianceAsMean) {
         const int count = 20000;
         double mean = 0.0, squares = 0.0;
         for (int i = 0; i < count; ++i) {
-            const Rgb H = light.sample(x, stream, worker);
+            const Rgb H = light.sample(x, {stream.uniform(), stream.uniform(), stream.uniform()}, worker);
             EXPECT_DOUBLE_EQ(H[1], 2.0 * H[0]);
             EXPECT_DOUBLE_EQ(H[2], 3.0 * H[0]);
             mean += H[0] / count;

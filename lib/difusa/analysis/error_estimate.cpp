@@ -52,7 +52,8 @@ ErrorEstimate estimate_error(const Field& field, std::size_t points, std::size_t
         sum_of_squares += squared * squared;
         estimate.largest = std::max(estimate.largest, 0.5 * (r_1.row(i) + r_2.row(i)).norm());
     }
-    estimate.radiosity = std::sqrt(B.squaredNorm() / n);
+    estimate.reflected =
+        std::sqrt((B - field.radiosity(estimate.place, Values::Zero(B.rows(), B.cols()))).squaredNorm() / n);
     const double mean = sum / n;
     const double deviation = std::sqrt(std::max(0.0, sum_of_squares / n - mean * mean) / std::max(1.0, n - 1.0));
     const auto root = [](double squared) { return std::sqrt(std::max(0.0, squared)); };

@@ -15,7 +15,8 @@ namespace difusa {
 
 struct ErrorEstimate {
     std::size_t points = 0, rays = 0, segments = 0; ///< surface points; rays and segments cast in all
-    double radiosity = 0.0;                         ///< rms of B~ over the area, all channels together, W/m²
+    double reflected = 0.0; ///< rms of B~ - E over the area, all channels together, W/m²: what errors are told relative
+                            ///< to, since the brightness of a lamp says nothing about the light on the walls
 
     // Of the residual over the area, all channels together, W/m². Two independent estimates of r(x) are multiplied, so
     // that the noise of the rays does not count as error; `low` and `high` are the ends of the 95 % confidence

@@ -40,7 +40,7 @@ class Basis {
     /// meant as a quasi-interpolant; false if Z b = values must be solved (T 3.2).
     virtual bool coefficients_are_values() const = 0;
 
-    /// Writes the elements at x. Safe from many threads with distinct rows.
+    /// Writes the elements at x; none on dark patches (SiteSet::dark). Safe from many threads with distinct rows.
     virtual void evaluate(const SurfacePoint& x, BasisRow& row) const = 0;
 
     /// The same for many points, rows[i] for x[i]; a basis may have a faster way than one after another.

@@ -169,6 +169,10 @@ void PointBasis::evaluate_among(const SurfacePoint& x, std::span<const Index> ca
     for (std::size_t i = 0; i < count; ++i) {
         sum += row.weight[i];
     }
+    if (!(sum > 0.0) && sites_->is_dark(mesh_->patch[x.face])) {
+        row.clear();
+        return;
+    }
     if (!(sum > 0.0)) {
         row.element.assign(1, nearest(x));
         row.weight.assign(1, 1.0);

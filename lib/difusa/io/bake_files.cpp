@@ -303,9 +303,9 @@ namespace {
 /// Estimate and bounds, relative to the root mean square of the radiosity.
 std::string error_sentence(const ErrorEstimate& error) {
     std::ostringstream text;
-    const auto percent = [&](double value) { return error.radiosity > 0.0 ? 100.0 * value / error.radiosity : 0.0; };
+    const auto percent = [&](double value) { return error.reflected > 0.0 ? 100.0 * value / error.reflected : 0.0; };
     text << std::setprecision(2) << "error: rms residual " << percent(error.rms)
-         << " % of the rms radiosity (95 %: " << percent(error.low) << " to " << percent(error.high) << " %, "
+         << " % of the rms reflected radiosity (95 %: " << percent(error.low) << " to " << percent(error.high) << " %, "
          << error.points << " points); ";
     if (std::isfinite(error.bound_rms)) {
         text << "rms error at most " << percent(error.bound_rms) << " %, largest error at most "

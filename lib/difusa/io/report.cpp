@@ -47,7 +47,7 @@ Json error_of(const ErrorEstimate& error) {
     return {{"unit", "W/m^2, root mean square over the area, all channels together"},
             {"points", error.points},
             {"rays", error.rays},
-            {"radiosity", error.radiosity},
+            {"reflected", error.reflected},
             {"residual", error.rms},
             {"residual_low", error.low},
             {"residual_high", error.high},
@@ -57,7 +57,7 @@ Json error_of(const ErrorEstimate& error) {
             {"noise", error.noise},
             {"bound", number(error.bound_rms)},
             {"bound_largest", number(error.bound_largest)},
-            {"relative_bound", error.radiosity > 0.0 ? number(error.bound_rms / error.radiosity) : Json(nullptr)}};
+            {"relative_bound", error.reflected > 0.0 ? number(error.bound_rms / error.reflected) : Json(nullptr)}};
 }
 
 } // namespace

@@ -18,10 +18,13 @@ constexpr double largest_share = 0.1;
 constexpr std::size_t few = 32;
 constexpr double opening = 0.15;
 
+/// Up to so many lamps the one for a single ray is chosen by form factors.
+constexpr std::size_t few_chosen = 4;
+
 /// Up to so many lamps it is asked whether anything can hide them; for more of them that costs more than rays.
 constexpr std::size_t few_shafts = 8;
 
-constexpr int most_rounds = 8;
+constexpr int most_rounds = 16;
 
 /// Fractional parts of i times the powers of the plastic number's inverse: an even sequence in the square (Roberts).
 double even_u(std::size_t i) {
@@ -183,46 +186,95 @@ Rgb Lamps::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& 
     return (all > 0.0).select(H * (seen / all.max(std::numeric_limits<double>::min())), H);
 }
 
-Rgb Lamps::sample(const SurfacePoint& x, RandomStream& stream, Worker& worker) const {
-    if (triangles_.empty()) {
-        return Rgb::Zero();
+/// One lamp for x, with what it sends there as if nothing blocked over the probability of choosing it. Few lamps are
+/// chosen by just that, so that the choice adds no noise; more of them by the tree.
+Lamps::Choice Lamps::choose(const SurfacePoint& x, double u, Worker& worker) const {
+    if (triangles_.size() > few_chosen) {
+        const auto pick = tree_->pick(LightTree::root, x.position, x.normal, u);
+        if (!pick) {
+            return {};
+        }
+        const Index triangle = triangles_[pick->light];
+        return {triangle, 1.0 / pick->probability, form_factor(x, triangle)};
     }
-    const auto pick = tree_->pick(LightTree::root, x.position, x.normal, stream.uniform());
-    if (!pick || triangles_[pick->light] == x.face) {
-        return Rgb::Zero();
-    }
-    const Mesh& mesh = scene_.mesh;
-    const Index triangle = triangles_[pick->light];
-    const Vec3 &a = mesh.corner(triangle, 0), &b = mesh.corner(triangle, 1), &c = mesh.corner(triangle, 2);
-    // Far away the point-to-point kernel hardly varies over the lamp. Near by it is not bounded: there the closed form
-    // takes its place, and the shadow ray goes to a place above the horizon.
-    const double size = std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
-    const bool near = ((a + b + c) / 3.0 - x.position).squaredNorm() < 9.0 * size;
-    SurfacePoint y;
-    double cosine_x = 0.0, cosine_y = 0.0, r2 = 1.0;
-    for (int attempt = 0; attempt < (near ? 32 : 1) && !(cosine_x > 0.0); ++attempt) {
-        const double root = std::sqrt(stream.uniform()), part = stream.uniform();
-        y = mesh.at(triangle, root * (1.0 - part), root * part);
-        const Vec3 way = y.position - x.position;
-        cosine_x = x.normal.dot(way);
-        cosine_y = -y.normal.dot(way);
-        r2 = way.squaredNorm();
-    }
-    if (!(cosine_x > 0.0 && cosine_y > 0.0)) {
-        return Rgb::Zero();
-    }
-    const double F =
-        near ? form_factor(x, triangle) : cosine_x * cosine_y / (std::numbers::pi * r2 * r2) * mesh.areas[triangle];
-    if (shafts_) {
-        const Segment segment{x.position, y.position, x.face, y.face};
-        std::uint8_t blocked = 0;
-        visibility_.occluded(std::span(&segment, 1), std::span(&blocked, 1));
-        ++worker.cast;
-        if (blocked != 0) {
-            return Rgb::Zero();
+    worker.parts.clear();
+    double mean = 0.0;
+    for (const Index triangle : triangles_) {
+        const double F = form_factor(x, triangle);
+        if (F > 0.0) {
+            const double own = F * emission(triangle).mean();
+            mean += own;
+            worker.parts.push_back({triangle, F, 0.0, mean});
         }
     }
-    return emission(triangle) * (F / pick->probability);
+    double before = 0.0;
+    for (const Worker::Part& part : worker.parts) {
+        if (u * mean < part.mean_below || &part == &worker.parts.back()) {
+            return {part.triangle, mean / (part.mean_below - before), part.form_factor};
+        }
+        before = part.mean_below;
+    }
+    return {};
+}
+
+Rgb Lamps::sample(const SurfacePoint& x, const std::array<double, 3>& u, Worker& worker) const {
+    const Choice choice = choose(x, u[0], worker);
+    if (choice.triangle == none || !(choice.form_factor > 0.0)) {
+        return Rgb::Zero();
+    }
+    const Rgb light = choice.weight * emission(choice.triangle);
+    if (!shafts_) {
+        return choice.form_factor * light;
+    }
+    const Mesh& mesh = scene_.mesh;
+    const Vec3 &a = mesh.corner(choice.triangle, 0), &b = mesh.corner(choice.triangle, 1),
+               &c = mesh.corner(choice.triangle, 2);
+    const double root = std::sqrt(u[1]);
+    SurfacePoint y = mesh.at(choice.triangle, root * (1.0 - u[2]), root * u[2]);
+    Vec3 way = y.position - x.position;
+    // Far away the point-to-point kernel is bounded and serves below. Nearby it is not: there the share that is seen is
+    // taken for the share of all places above the horizon.
+    const double size = std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
+    const bool near = ((a + b + c) / 3.0 - x.position).squaredNorm() < 9.0 * size;
+    if (near && !(x.normal.dot(way) > 0.0)) {
+        y = above_horizon(x, choice.triangle, u);
+        way = y.position - x.position;
+    }
+    const double cosine_x = x.normal.dot(way), cosine_y = -y.normal.dot(way), r2 = way.squaredNorm();
+    if (!(cosine_x > 0.0 && cosine_y > 0.0)) {
+        return choice.form_factor * light; // that place is dark, so what hides it takes nothing away
+    }
+    const Segment segment{x.position, y.position, x.face, y.face};
+    std::uint8_t blocked = 0;
+    visibility_.occluded(std::span(&segment, 1), std::span(&blocked, 1));
+    ++worker.cast;
+    // F - (1 - V) k has the mean ∫ V k, and no noise where nothing blocks.
+    const double hidden =
+        near ? choice.form_factor : cosine_x * cosine_y / (std::numbers::pi * r2 * r2) * mesh.areas[choice.triangle];
+    return (choice.form_factor - (blocked != 0 ? hidden : 0.0)) * light;
+}
+
+/// A place on the triangle that is above the horizon of x, if a few steps towards its highest corner find one.
+SurfacePoint Lamps::above_horizon(const SurfacePoint& x, Index triangle, const std::array<double, 3>& u) const {
+    const Mesh& mesh = scene_.mesh;
+    std::array<double, 3> height;
+    for (int k = 0; k < 3; ++k) {
+        height[static_cast<std::size_t>(k)] = x.normal.dot(mesh.corner(triangle, k) - x.position);
+    }
+    const auto top = static_cast<std::size_t>(std::max_element(height.begin(), height.end()) - height.begin());
+    const double root = std::sqrt(u[1]);
+    std::array<double, 3> weight{1.0 - root, root * (1.0 - u[2]), root * u[2]};
+    SurfacePoint y;
+    for (int step = 0; step < 8; ++step) { // halfway to the corner each time
+        for (std::size_t k = 0; k < 3; ++k) {
+            weight[k] = 0.5 * weight[k] + (k == top ? 0.5 : 0.0);
+        }
+        y = mesh.at(triangle, weight[1], weight[2]);
+        if (x.normal.dot(y.position - x.position) > 0.0) {
+            break;
+        }
+    }
+    return y;
 }
 
 } // namespace difusa

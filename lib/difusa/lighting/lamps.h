@@ -10,6 +10,7 @@
 #include <difusa/scene/scene.h>
 #include <difusa/visibility/visibility.h>
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -54,18 +55,25 @@ class Lamps {
     /// (LightTree::cut): right in the mean, and exact where each lamp is alone in its group.
     ///
     /// Share: none is hidden where no face reaches between x and them (Shafts). Else `samples` shadow rays are cast,
-    /// stratified over the lamps by what they send and weighted by the integrand, and again as many up to eight times
+    /// stratified over the lamps by what they send and weighted by the integrand, and again as many up to sixteen times
     /// until the rounds agree on the share to `settled`. Exact where nothing blocks.
     Rgb irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker) const;
 
-    /// An estimate of the same with one shadow ray. Its mean is the irradiance, but for a lamp nearer than three times
-    /// its size that is partly hidden.
-    Rgb sample(const SurfacePoint& x, RandomStream& stream, Worker& worker) const;
+    /// An estimate of the same with one shadow ray, from three random numbers in [0, 1). Its mean over them is the
+    /// irradiance, but for a lamp nearer than three times its size that is partly hidden. Where nothing blocks, and the
+    /// lamps are few, it is the irradiance itself.
+    Rgb sample(const SurfacePoint& x, const std::array<double, 3>& u, Worker& worker) const;
 
     /// How far the shares of two rounds of shadow rays may be apart, in standard errors of their mean.
-    static constexpr double settled = 0.004;
+    static constexpr double settled = 0.002;
 
   private:
+    struct Choice {
+        Index triangle = none;
+        double weight = 0.0, form_factor = 0.0; ///< weight: 1 / probability
+    };
+    Choice choose(const SurfacePoint& x, double u, Worker& worker) const;
+    SurfacePoint above_horizon(const SurfacePoint& x, Index triangle, const std::array<double, 3>& u) const;
     double form_factor(const SurfacePoint& x, Index triangle) const;
     const Rgb& emission(Index triangle) const { return scene_.materials[scene_.mesh.material[triangle]].emission; }
     void collect(const SurfacePoint& x, RandomStream& stream, Worker& worker) const;

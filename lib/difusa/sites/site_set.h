@@ -28,6 +28,9 @@ struct SiteSet {
     std::vector<double> area;         ///< #S, effective area A_i
     double spacing = 0.0;             ///< the distance the sampler kept, in the unit of the scene
     int neighbours = 0;               ///< m
+    std::vector<char> dark; ///< empty, or #patches: 1 where no light comes; there are no sites there and no elements
+
+    bool is_dark(Index of_patch) const { return !dark.empty() && dark[of_patch] != 0; }
 
     std::size_t size() const { return points.size(); }
 };

@@ -1,0 +1,108 @@
+// Bakes against plain path tracing, which has nothing in common with them but the rays.
+#include <difusa/bake.h>
+#include <difusa/core/parallel.h>
+#include <difusa/lighting/lambert.h>
+#include <difusa/scene/shapes.h>
+#include <difusa/scene/surface_sampling.h>
+
+#include <support/path_tracer.h>
+#include <support/sited.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+
+namespace difusa {
+namespace {
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__clang__) // the sanitizers' build: fewer paths, a wider margin
+constexpr std::size_t paths = 2048;
+#else
+constexpr std::size_t paths = 65536;
+#endif
+
+/// The tracer itself: a floor under a lamp receives what Lambert says, and no more if all is black.
+TEST(PathTracer, AgreesWithLambert) {
+    Scene scene = test::uniform_scene(rectangle(Vec3::Zero(), Vec3(1, 0, 0), Vec3(0, 1, 0)), 0.0, 0.0);
+    add(scene.mesh, rectangle(Vec3(0.2, 0.3, 0.8), Vec3(0, 0.5, 0), Vec3(0.4, 0, 0)), 1);
+    scene.materials.resize(2);
+    scene.materials[1].reflectance = Rgb::Zero();
+    scene.materials[1].emission = Rgb(1, 2, 3);
+    const auto visibility = test::plugin<Visibility>("cgal");
+    visibility->build(scene.mesh);
+    const SurfacePoint x = scene.mesh.at(0, 0.3, 0.3);
+    const test::Traced traced = test::trace_paths(scene, *visibility, x, paths, RandomStream(1, "paths"));
+    double exact = 0.0;
+    for (const Index t : {2U, 3U}) {
+        exact += lambert_form_factor(x.position, x.normal, scene.mesh.corner(t, 0), scene.mesh.corner(t, 1),
+                                     scene.mesh.corner(t, 2));
+    }
+    for (int c = 0; c < 3; ++c) {
+        EXPECT_NEAR(traced.mean[c], (c + 1) * exact, 4.5 * std::sqrt(traced.variance[c]));
+        EXPECT_GT(traced.variance[c], 0.0);
+    }
+}
+
+/// In a closed furnace of even emission and reflectance rho every path brings E (1 + rho + rho² ...) in the mean.
+TEST(PathTracer, AgreesWithTheFurnace) {
+    Mesh mesh = box(Vec3::Zero(), Vec3::Ones(), 1, Front::inside);
+    mesh.material.assign(mesh.triangles.size(), 0);
+    const Scene scene = test::uniform_scene(sphere(1.0, 2, Front::inside), 0.5, 1.0);
+    const auto visibility = test::plugin<Visibility>("cgal");
+    visibility->build(scene.mesh);
+    const test::Traced traced =
+        test::trace_paths(scene, *visibility, scene.mesh.at(7, 0.3, 0.3), paths, RandomStream(1, "paths"));
+    EXPECT_NEAR(traced.mean[0], 2.0, 4.5 * std::sqrt(traced.variance[0]));
+    EXPECT_LT(std::sqrt(traced.variance[0]), 0.05);
+}
+
+/// The Cornell box as it is baked by default: within 0.5 % rms of the radiosity.
+TEST(PathTracing, TheCornellBoxByDefault) {
+    BakeOptions options;
+    options.visibility = test::registry().describe("visibility", "cgal").empty() ? "" : "cgal";
+    options.error_points = 0;
+    options.output_spacing = 1.0;
+    const Execution execution{2, nullptr};
+    const BakeResult result =
+        bake(test::registry(), std::filesystem::path(DIFUSA_TEST_DATA) / "cornell_box.obj", options, execution);
+    const Scene& scene = *result.scene;
+    // Few places with many paths each: for the same work that tells the mean of the squares best.
+    const std::vector<SurfacePoint> x = even_points(scene.mesh, 64, RandomStream(11, "judged"));
+    const PointValues values = result.solution.at(x, 0, 1, "judged", execution);
+    std::vector<std::array<test::Traced, 2>> traced(x.size());
+    parallel_for(x.size(), 1, execution, [&](std::size_t begin, std::size_t end, unsigned) {
+        for (std::size_t i = begin; i < end; ++i) {
+            for (std::size_t half = 0; half < 2; ++half) {
+                traced[i][half] = test::trace_paths(scene, *result.field->parts().visibility, x[i], paths / 2,
+                                                    RandomStream(5, half == 0 ? "first" : "second", i));
+            }
+        }
+    });
+    // The product of two independent differences is free of the noise of the paths, in the mean.
+    double squares = 0.0, variance = 0.0, radiosity = 0.0, noise = 0.0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        const auto row = static_cast<Eigen::Index>(i);
+        for (int c = 0; c < 3; ++c) {
+            const double rho = values.rho(row, c), B = values.B(row, c), E = values.E(row, c);
+            const double first = B - E - rho * traced[i][0].mean[c], second = B - E - rho * traced[i][1].mean[c];
+            const double v_1 = rho * rho * traced[i][0].variance[c], v_2 = rho * rho * traced[i][1].variance[c];
+            squares += first * second;
+            variance += v_1 * v_2 + first * first * v_2 + second * second * v_1;
+            radiosity += (B - E) * (B - E);
+            noise += 0.25 * (v_1 + v_2);
+        }
+    }
+    const double deviation = std::sqrt(variance);
+    RecordProperty("rms_error_percent", std::to_string(100.0 * std::sqrt(std::max(0.0, squares) / radiosity)));
+    RecordProperty("standard_error_percent", std::to_string(100.0 * std::sqrt(noise / radiosity)));
+    EXPECT_LT(squares / radiosity, 0.005 * 0.005 + 4.5 * deviation / radiosity)
+        << "standard error of the paths: " << 100.0 * std::sqrt(noise / radiosity) << " %";
+    std::printf("rms error %g %%, from %g to %g; standard error of the paths %g %%\n",
+                100.0 * std::sqrt(std::max(0.0, squares) / radiosity),
+                100.0 * std::sqrt(std::max(0.0, squares - 2 * deviation) / radiosity),
+                100.0 * std::sqrt((squares + 2 * deviation) / radiosity), 100.0 * std::sqrt(noise / radiosity));
+}
+
+} // namespace
+} // namespace difusa
