@@ -134,8 +134,9 @@ void draw_disc(Image& image, double column, double row, double radius, const Rgb
         for (std::ptrdiff_t x = first(column); x <= last(column); ++x) {
             int inside = 0;
             for (int k = 0; k < grid * grid; ++k) {
-                const double dx = static_cast<double>(x) + (k % grid + 0.5) / grid - column;
-                const double dy = static_cast<double>(y) + (k / grid + 0.5) / grid - row;
+                const int right = k % grid, down = k / grid;
+                const double dx = static_cast<double>(x) + (right + 0.5) / grid - column;
+                const double dy = static_cast<double>(y) + (down + 0.5) / grid - row;
                 inside += dx * dx + dy * dy <= radius * radius ? 1 : 0;
             }
             blend(image, x, y, colour, static_cast<double>(inside) / (grid * grid));

@@ -152,8 +152,8 @@ class Look {
         parallel_for(end - first, 256, execution_, [&](std::size_t begin, std::size_t stop, unsigned) {
             for (std::size_t pixel = first + begin; pixel < first + stop; ++pixel) {
                 RandomStream stream(options.seed, "picture", pixel);
-                const auto column = static_cast<double>(pixel % options.width);
-                const auto row = static_cast<double>(pixel / options.width);
+                const std::size_t right = pixel % options.width, down = pixel / options.width;
+                const auto column = static_cast<double>(right), row = static_cast<double>(down);
                 std::size_t sample = (pixel - first) * per_pixel;
                 for (const auto& [x, y] : jittered_places(grid, stream)) {
                     const Vec3 direction = camera_.direction(column + x, row + y);

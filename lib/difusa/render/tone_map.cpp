@@ -1,6 +1,7 @@
 #include <difusa/render/tone_map.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace difusa {
 
@@ -17,7 +18,7 @@ double exposure_for(std::vector<float> luminances) {
     if (luminances.empty()) {
         return 1.0;
     }
-    const auto bright = luminances.begin() + static_cast<std::ptrdiff_t>(0.95 * double(luminances.size() - 1) + 0.5);
+    const auto bright = luminances.begin() + std::lround(0.95 * static_cast<double>(luminances.size() - 1));
     std::nth_element(luminances.begin(), bright, luminances.end());
     // Where light is confined to less than a twentieth of the picture, all of it counts.
     const float value = *bright > 0.0F ? *bright : *std::max_element(luminances.begin(), luminances.end());
