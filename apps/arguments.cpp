@@ -73,6 +73,47 @@ std::optional<std::vector<double>> parse_numbers(const std::string& text) {
     }
 }
 
+Vec3 parse_point(const std::string& option, const std::string& text) {
+    const auto values = parse_numbers(text);
+    if (!values || values->size() != 3) {
+        throw UsageError(option + " " + text + ": takes three numbers X,Y,Z with nothing but commas between");
+    }
+    return {(*values)[0], (*values)[1], (*values)[2]};
+}
+
+Rgb parse_rgb(const std::string& option, const std::string& text) {
+    const std::vector<double> values = parse_numbers(text).value_or(std::vector<double>());
+    const bool negative = std::any_of(values.begin(), values.end(), [](double v) { return v < 0.0; });
+    if ((values.size() != 1 && values.size() != 3) || negative) {
+        throw UsageError(option + " " + text + ": takes one number, or three R,G,B with nothing but commas between; " +
+                         "none may be negative");
+    }
+    return values.size() == 1 ? Rgb::Constant(values[0]) : Rgb(values[0], values[1], values[2]);
+}
+
+void add_run_arguments(CLI::App& app, RunArguments& run, std::uint64_t& seed, const std::string& independent) {
+    add_whole<std::uint64_t>(app, "--seed", seed, 0, "of all random choices")
+        ->group(run_group)
+        ->type_name("N")
+        ->default_str(shown(seed));
+    add_parsed(app, "--threads", run.threads, "threads; " + independent + " on it",
+               [](const std::string& option, const std::string& text) {
+                   const auto threads = parse_whole<unsigned>(option, text, 1);
+                   if (threads > 1024) {
+                       throw UsageError(option + " " + text + ": must be at most 1024");
+                   }
+                   return threads;
+               })
+        ->group(run_group)
+        ->type_name("N")
+        ->default_str(shown(run.threads));
+    add_repeated(app, "--plugin-path", run.plugin_path, "another directory with plugins (may be repeated)")
+        ->group(run_group)
+        ->type_name("DIR");
+    app.add_flag("--quiet", run.quiet, "only errors")->group(run_group);
+    app.add_flag("--version", run.version, "version, and those of the libraries")->group(run_group);
+}
+
 int run_command(CLI::App& app, int count, char** words, const std::string& expected, const bool& version,
                 const std::function<void()>& action) {
     app.allow_extras();

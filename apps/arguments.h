@@ -2,16 +2,20 @@
 #pragma once
 
 #include <difusa/core/error.h>
+#include <difusa/core/types.h>
 
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <charconv>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <limits>
 #include <optional>
 #include <sstream>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -33,6 +37,12 @@ template <class T> T parse_whole(const std::string& option, const std::string& t
 /// A positive, finite number.
 double parse_positive(const std::string& option, const std::string& text);
 
+/// Three finite numbers, "X,Y,Z".
+Vec3 parse_point(const std::string& option, const std::string& text);
+
+/// "0.5" or "0.5,0.4,0.3": finite numbers, none negative.
+Rgb parse_rgb(const std::string& option, const std::string& text);
+
 /// "0.5" or "0.5,-0.4,0.3": finite numbers with nothing but commas between; nothing if the text is anything else.
 std::optional<std::vector<double>> parse_numbers(const std::string& text);
 
@@ -51,12 +61,47 @@ CLI::Option* add_whole(CLI::App& app, const std::string& name, T& target, T leas
     });
 }
 
+/// An option that may be repeated; `parse` turns each text into one more entry of `target`.
+template <class T, class Parse>
+CLI::Option* add_repeated(CLI::App& app, const std::string& name, std::vector<T>& target, const std::string& what,
+                          Parse parse) {
+    return app
+        .add_option_function<std::vector<std::string>>(
+            name,
+            [&target, name, parse](const std::vector<std::string>& texts) {
+                for (const std::string& text : texts) {
+                    target.push_back(parse(name, text));
+                }
+            },
+            what)
+        ->expected(-1)
+        ->allow_extra_args(false); // one text each time
+}
+
+/// The same for words as they stand: names, directories.
+template <class T>
+CLI::Option* add_repeated(CLI::App& app, const std::string& name, std::vector<T>& target, const std::string& what) {
+    return add_repeated(app, name, target, what, [](const std::string&, const std::string& text) { return T(text); });
+}
+
 /// A default as --help shows it.
 template <class T> std::string shown(const T& value) {
     std::ostringstream text;
     text << value;
     return text.str();
 }
+
+/// What all programs that compute can be told about how to run.
+struct RunArguments {
+    std::vector<std::filesystem::path> plugin_path;
+    unsigned threads = std::max(1U, std::thread::hardware_concurrency());
+    bool quiet = false, version = false;
+};
+
+/// --seed --threads --plugin-path --quiet --version, in the group `run_group`. Of the number of threads it is said
+/// that `independent`, "the result does not depend", on it.
+void add_run_arguments(CLI::App& app, RunArguments& run, std::uint64_t& seed, const std::string& independent);
+inline constexpr const char* run_group = "Running";
 
 /// Reads the command line into what `app` was told to, and runs `action`; answers --help, and `version` if that flag
 /// was set. Refuses what is no option, with the nearest one that is, and what is too much: "`expected` are expected".

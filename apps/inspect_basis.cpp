@@ -1,23 +1,19 @@
 // inspect_basis mesh out: shows the finite elements that a bake would use. Options in, inspection, files out.
-#include "arguments.h"
+#include "bake_arguments.h"
 #include "terminal.h"
 
 #include <difusa/analysis/inspect_basis.h>
 #include <difusa/io/basis_files.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <string>
-#include <thread>
 #include <vector>
 
 namespace {
 
 using difusa::add_parsed;
-using difusa::add_whole;
 using difusa::parse_positive;
-using difusa::shown;
 using difusa::UsageError;
 
 const char* const examples =
@@ -39,79 +35,33 @@ Exit codes: 0 done, 1 usage, 2 input, 3 not converged, 4 resources, 5 internal, 
 
 struct Arguments {
     std::filesystem::path mesh, field, sites;
-    std::vector<std::filesystem::path> plugin_path;
     difusa::InspectOptions inspect;
-    unsigned threads = std::max(1U, std::thread::hardware_concurrency());
-    bool quiet = false, version = false;
+    difusa::RunArguments run;
 };
 
-difusa::Vec3 parse_point(const std::string& option, const std::string& text) {
-    const auto values = difusa::parse_numbers(text);
-    if (!values || values->size() != 3) {
-        throw UsageError(option + " " + text + ": takes three numbers X,Y,Z with nothing but commas between");
-    }
-    return {(*values)[0], (*values)[1], (*values)[2]};
-}
-
-/// An option that may be repeated; `parse` turns each text into one more entry of `target`.
-template <class T, class Parse>
-CLI::Option* add_repeated(CLI::App& app, const std::string& name, std::vector<T>& target, const std::string& what,
-                          Parse parse) {
-    return app
-        .add_option_function<std::vector<std::string>>(
-            name,
-            [&target, name, parse](const std::vector<std::string>& texts) {
-                for (const std::string& text : texts) {
-                    target.push_back(parse(name, text));
-                }
-            },
-            what)
-        ->expected(-1)
-        ->allow_extra_args(false); // one text each time
-}
-
 void declare(CLI::App& app, Arguments& a) {
-    app.add_option("mesh", a.mesh, "mesh file: .off .obj .ply .stl")->type_name("MESH");
+    app.add_option("mesh", a.mesh, difusa::mesh_help)->type_name("MESH");
     app.add_option("out", a.field, "fields on a fine mesh: .vtp (everything) or .ply (element as quality)")
         ->type_name("OUT");
 
     const std::string what = "Elements";
-    add_repeated(app, "--element", a.inspect.elements, "number of an element, from 0 (may be repeated)",
-                 [](const std::string& option, const std::string& text) {
-                     return difusa::parse_whole<difusa::Index>(option, text, 0);
-                 })
+    difusa::add_repeated(app, "--element", a.inspect.elements, "number of an element, from 0 (may be repeated)",
+                         [](const std::string& option, const std::string& text) {
+                             return difusa::parse_whole<difusa::Index>(option, text, 0);
+                         })
         ->group(what)
         ->type_name("I");
-    add_repeated(app, "--near", a.inspect.near, "the element whose site is nearest to a point (may be repeated)",
-                 parse_point)
+    difusa::add_repeated(app, "--near", a.inspect.near,
+                         "the element whose site is nearest to a point (may be repeated)", difusa::parse_point)
         ->group(what)
         ->type_name("X,Y,Z");
 
     const std::string discretisation = "Discretisation";
-    app.add_option("--basis", a.inspect.basis, "finite elements")
-        ->group(discretisation)
-        ->type_name("NAME")
-        ->capture_default_str();
-    app.add_option("--sampler", a.inspect.sampler, "where the sites go")
-        ->group(discretisation)
-        ->type_name("NAME")
-        ->capture_default_str();
+    add_site_arguments(app, a.inspect, discretisation);
     app.add_option("--visibility", a.inspect.visibility, "ray casting of samplers that need it: cgal or embree")
         ->group(discretisation)
         ->type_name("NAME")
         ->capture_default_str();
-    add_parsed(app, "--spacing", a.inspect.spacing, "least distance between sites, in units of the mesh",
-               parse_positive)
-        ->group(discretisation)
-        ->type_name("D");
-    add_whole<std::size_t>(app, "--sites", a.inspect.sites, 1,
-                           "wanted number of sites, instead of --spacing (default 4000)")
-        ->group(discretisation)
-        ->type_name("N");
-    add_whole(app, "--neighbours", a.inspect.neighbours, 1, "a site's radius reaches to its M-th nearest site")
-        ->group(discretisation)
-        ->type_name("M")
-        ->default_str(shown(a.inspect.neighbours));
 
     const std::string output = "Output";
     add_parsed(app, "--output-spacing", a.inspect.output_spacing,
@@ -122,26 +72,11 @@ void declare(CLI::App& app, Arguments& a) {
         ->group(output)
         ->type_name("FILE");
 
-    const std::string run = "Running";
-    add_whole<std::uint64_t>(app, "--seed", a.inspect.seed, 0, "of all random choices")
-        ->group(run)
-        ->type_name("N")
-        ->default_str(shown(a.inspect.seed));
-    add_whole(app, "--threads", a.threads, 1U, "threads; the result does not depend on it")
-        ->group(run)
-        ->type_name("N")
-        ->default_str(shown(a.threads));
-    app.add_option("--plugin-path", a.plugin_path, "another directory with plugins (may be repeated)")
-        ->group(run)
-        ->type_name("DIR")
-        ->expected(-1)
-        ->allow_extra_args(false); // one directory each time
-    app.add_flag("--quiet", a.quiet, "only errors")->group(run);
-    app.add_flag("--version", a.version, "version, and those of the libraries")->group(run);
+    add_run_arguments(app, a.run, a.inspect.seed, "the result does not depend");
 }
 
 void run(const Arguments& a) {
-    const difusa::Registry registry = difusa::Registry::load(a.plugin_path);
+    const difusa::Registry registry = difusa::Registry::load(a.run.plugin_path);
     if (a.mesh.empty()) {
         throw UsageError("a mesh file is expected: inspect_basis mesh.off basis.vtp (--help)");
     }
@@ -149,17 +84,14 @@ void run(const Arguments& a) {
         throw UsageError("an output file is expected: inspect_basis " + a.mesh.string() + " basis.vtp (--help)");
     }
     difusa::check_outputs({{a.field, true}, {a.sites, true}}, {{a.mesh, "the mesh"}});
-    if (a.threads > 1024) {
-        throw UsageError("--threads " + std::to_string(a.threads) + ": must be at most 1024");
-    }
     registry.describe("visibility", a.inspect.visibility); // a wrong name is a mistake even where none is needed
 
-    difusa::TerminalProgress progress(a.quiet);
-    const difusa::Execution execution{a.threads, &progress};
+    difusa::TerminalProgress progress(a.run.quiet);
+    const difusa::Execution execution{a.run.threads, &progress};
     const difusa::BasisInspection inspection = difusa::inspect_basis(registry, a.mesh, a.inspect, execution);
     difusa::write_inspection(inspection, a.field, a.sites, execution);
     progress.clear();
-    if (a.quiet) {
+    if (a.run.quiet) {
         return;
     }
     std::cout << difusa::summary_of(inspection) << "written: " << a.field.string() << " ("
@@ -176,6 +108,6 @@ int main(int count, char** words) {
     Arguments arguments;
     CLI::App app(examples, "inspect_basis");
     declare(app, arguments);
-    return difusa::run_command(app, count, words, "one mesh and one output file", arguments.version,
+    return difusa::run_command(app, count, words, "one mesh and one output file", arguments.run.version,
                                [&] { run(arguments); });
 }

@@ -1,5 +1,5 @@
 // measure_accuracy --output DIR: speed against error, on scenes whose radiosity is known. Options in, study, files out.
-#include "arguments.h"
+#include "bake_arguments.h"
 #include "terminal.h"
 
 #include <difusa/analysis/ring_curves.h>
@@ -14,7 +14,6 @@
 #include <filesystem>
 #include <iostream>
 #include <string>
-#include <thread>
 #include <vector>
 
 namespace {
@@ -43,11 +42,10 @@ Exit codes: 0 done, 1 usage, 3 not converged, 4 resources, 5 internal, 130 inter
 
 struct Arguments {
     std::filesystem::path output;
-    std::vector<std::filesystem::path> plugin_path;
     difusa::StudyPlan plan;
-    unsigned threads = std::max(1U, std::thread::hardware_concurrency());
     std::size_t repeats = 1;
-    bool chapter7 = false, quiet = false, version = false;
+    bool chapter7 = false;
+    difusa::RunArguments run;
 };
 
 void declare(CLI::App& app, Arguments& a) {
@@ -55,25 +53,14 @@ void declare(CLI::App& app, Arguments& a) {
         ->type_name("DIR");
     const std::string what = "What is measured (all may be repeated)";
     const auto words = [&](const std::string& name, std::vector<std::string>& target, const std::string& meaning) {
-        app.add_option(name, target, meaning)->group(what)->type_name("NAME")->expected(-1)->allow_extra_args(false);
+        difusa::add_repeated(app, name, target, meaning)->group(what)->type_name("NAME");
     };
     words("--case", a.plan.cases, "scene with a known answer (default: all)");
     words("--basis", a.plan.bases, "default: radial, normalized-radial, shepard, moving-least-squares");
     words("--projection", a.plan.projections, "default: natural, galerkin");
     words("--transport", a.plan.transports, "default: gather");
     const auto numbers = [&](const std::string& name, auto& target, const std::string& meaning, auto parse) {
-        app.add_option_function<std::vector<std::string>>(
-               name,
-               [&target, name, parse](const std::vector<std::string>& texts) {
-                   for (const std::string& text : texts) {
-                       target.push_back(parse(name, text));
-                   }
-               },
-               meaning)
-            ->group(what)
-            ->type_name("N")
-            ->expected(-1)
-            ->allow_extra_args(false);
+        difusa::add_repeated(app, name, target, meaning, parse)->group(what)->type_name("N");
     };
     const auto whole = [](const std::string& option, const std::string& text) {
         return difusa::parse_whole<std::size_t>(option, text, 0);
@@ -88,21 +75,7 @@ void declare(CLI::App& app, Arguments& a) {
     app.add_flag("--chapter7", a.chapter7, "curves of the ball over the disc instead, as in the dissertation");
 
     const std::string how = "How";
-    app.add_option("--visibility", a.plan.common.visibility, "ray casting: cgal or embree")
-        ->group(how)
-        ->type_name("NAME")
-        ->capture_default_str();
-    app.add_option("--direct", a.plan.common.direct, "light of suns and lamps: exact or interpolated")
-        ->group(how)
-        ->type_name("NAME")
-        ->capture_default_str();
-    app.add_option("--first-bounce", a.plan.common.first_bounce, "gathered or interpolated")
-        ->group(how)
-        ->type_name("NAME");
-    app.add_option("--kernel", a.plan.common.kernel, "form factor of pairwise transport: disc or point")
-        ->group(how)
-        ->type_name("NAME")
-        ->capture_default_str();
+    add_light_arguments(app, a.plan.common, how);
     add_whole<std::size_t>(app, "--places", a.plan.how.places, 1, "surface points at which fields are judged")
         ->group(how)
         ->type_name("N")
@@ -111,22 +84,7 @@ void declare(CLI::App& app, Arguments& a) {
         ->group(how)
         ->type_name("N")
         ->default_str(shown(a.repeats));
-    const std::string run = "Running";
-    add_whole<std::uint64_t>(app, "--seed", a.plan.common.seed, 0, "of all random choices")
-        ->group(run)
-        ->type_name("N")
-        ->default_str(shown(a.plan.common.seed));
-    add_whole(app, "--threads", a.threads, 1U, "threads; errors do not depend on it")
-        ->group(run)
-        ->type_name("N")
-        ->default_str(shown(a.threads));
-    app.add_option("--plugin-path", a.plugin_path, "another directory with plugins (may be repeated)")
-        ->group(run)
-        ->type_name("DIR")
-        ->expected(-1)
-        ->allow_extra_args(false);
-    app.add_flag("--quiet", a.quiet, "only errors")->group(run);
-    app.add_flag("--version", a.version, "version, and those of the libraries")->group(run);
+    add_run_arguments(app, a.run, a.plan.common.seed, "errors do not depend");
 }
 
 void show(const difusa::Measurement& m) {
@@ -159,7 +117,7 @@ void study(Arguments& a, const difusa::Registry& registry, const difusa::Executi
     a.plan.how.repeats = static_cast<int>(a.repeats);
     const std::vector<difusa::Measurement> measurements =
         difusa::run_study(registry, a.plan, execution, [&](const difusa::Measurement& m) {
-            if (!a.quiet) {
+            if (!a.run.quiet) {
                 show(m);
             }
         });
@@ -221,7 +179,7 @@ void chapter7(Arguments& a, const difusa::Registry& registry, const difusa::Exec
                 }
                 const std::string transport = printed ? "pairwise" : "gather";
                 const std::string row = "| " + transport + " | " + basis + " | " + difusa::text_of(spacing) + " | ";
-                if (!a.quiet) {
+                if (!a.run.quiet) {
                     std::cout << transport << ", " << basis << ", spacing " << spacing << std::endl;
                 }
                 try {
@@ -247,7 +205,7 @@ void chapter7(Arguments& a, const difusa::Registry& registry, const difusa::Exec
                     }
                 } catch (const difusa::NotConverged& error) {
                     table += row + "– | does not converge | | |\n";
-                    if (!a.quiet) {
+                    if (!a.run.quiet) {
                         std::cout << "  " << error.what() << std::endl;
                     }
                 }
@@ -262,7 +220,7 @@ void run(Arguments& a) {
     if (a.output.empty()) {
         throw UsageError("a directory for the results is expected: measure_accuracy --output study (--help)");
     }
-    const difusa::Registry registry = difusa::Registry::load(a.plugin_path);
+    const difusa::Registry registry = difusa::Registry::load(a.run.plugin_path);
     // Wrong names are refused before the work.
     for (const std::string& name : a.plan.cases) {
         difusa::require_reference_case(name);
@@ -285,13 +243,13 @@ void run(Arguments& a) {
     }
     difusa::check_output_path(a.output / "measurements.csv", false);
     difusa::TerminalProgress progress(true); // interruptible; the measurements tell how far it is
-    const difusa::Execution execution{a.threads, &progress};
+    const difusa::Execution execution{a.run.threads, &progress};
     if (a.chapter7) {
         chapter7(a, registry, execution);
     } else {
         study(a, registry, execution);
     }
-    if (!a.quiet) {
+    if (!a.run.quiet) {
         std::cout << "written: " << a.output.string() << std::endl;
     }
 }
@@ -307,6 +265,6 @@ int main(int count, char** words) {
     CLI::App app(text, "measure_accuracy");
     Arguments arguments;
     declare(app, arguments);
-    return difusa::run_command(app, count, words, "no arguments but options", arguments.version,
+    return difusa::run_command(app, count, words, "no arguments but options", arguments.run.version,
                                [&] { run(arguments); });
 }

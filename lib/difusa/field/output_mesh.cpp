@@ -280,14 +280,7 @@ OutputMesh refine(const Mesh& mesh, double max_edge, double crease_angle, std::s
     }
     for (SurfacePoint& vertex : output.vertices) {
         DIFUSA_REQUIRE(vertex.face != none);
-        const std::size_t first = 3 * std::size_t{vertex.face};
-        const Vec3 mean = (1.0 - vertex.u - vertex.v) * normals[first] + vertex.u * normals[first + 1] +
-                          vertex.v * normals[first + 2];
-        // A flat wall has exactly the normal of its faces, not one that differs in the last place; and a normal that
-        // leaves the front of its own face would shade it from behind.
-        const Vec3& face_normal = mesh.normals[vertex.face];
-        const bool flat = (mean - face_normal).norm() <= 8.0 * std::numeric_limits<double>::epsilon();
-        vertex.normal = !flat && mean.dot(face_normal) > 0.0 ? mean.normalized() : face_normal;
+        vertex.normal = shading_normal(mesh, normals, vertex.face, vertex.u, vertex.v);
     }
     return output;
 }

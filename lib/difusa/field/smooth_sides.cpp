@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 
 #include <cmath>
+#include <limits>
 
 namespace difusa {
 
@@ -82,6 +83,17 @@ std::vector<Vec3> corner_normals(const Mesh& mesh, const Twins& smooth) {
         normals[c] = sum[fan[c]];
     }
     return normals;
+}
+
+Vec3 shading_normal(const Mesh& mesh, const std::vector<Vec3>& corner_normals, Index face, double u, double v) {
+    const std::size_t first = 3 * std::size_t{face};
+    const Vec3 mean =
+        (1.0 - u - v) * corner_normals[first] + u * corner_normals[first + 1] + v * corner_normals[first + 2];
+    // A flat wall has exactly the normal of its faces, not one that differs in the last place; and a normal that
+    // leaves the front of its own face would shade it from behind.
+    const Vec3& face_normal = mesh.normals[face];
+    const bool flat = (mean - face_normal).norm() <= 8.0 * std::numeric_limits<double>::epsilon();
+    return !flat && mean.dot(face_normal) > 0.0 ? Vec3(mean.normalized()) : face_normal;
 }
 
 } // namespace difusa

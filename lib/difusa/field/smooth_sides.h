@@ -39,4 +39,8 @@ std::pair<std::vector<Index>, Index> number_fans(const Twins& twin);
 /// For each corner the mean normal of its fan, weighted by the angles: unit, or zero where the normals cancel.
 std::vector<Vec3> corner_normals(const Mesh& mesh, const Twins& smooth);
 
+/// The normal at (u, v) of a triangle, as SurfacePoint has them, interpolated between those of its corners: unit. It is
+/// exactly that of the face where these agree up to rounding, and also where it would leave the face's front.
+Vec3 shading_normal(const Mesh& mesh, const std::vector<Vec3>& corner_normals, Index face, double u, double v);
+
 } // namespace difusa

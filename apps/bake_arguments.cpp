@@ -1,0 +1,188 @@
+#include "bake_arguments.h"
+
+#include <difusa/io/point_list.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace difusa {
+
+namespace {
+
+/// R or R,G,B at the end of numbers that begin with three others.
+Rgb light_of(const std::vector<double>& values) {
+    return values.size() == 4 ? Rgb::Constant(values[3]) : Rgb(values[3], values[4], values[5]);
+}
+
+/// X,Y,Z,R or X,Y,Z,R,G,B with light that is not negative; empty if the text is anything else.
+std::vector<double> parse_light(const std::string& text) {
+    std::vector<double> values = parse_numbers(text).value_or(std::vector<double>());
+    const bool good =
+        (values.size() == 4 || values.size() == 6) && *std::min_element(values.begin() + 3, values.end()) >= 0.0;
+    return good ? values : std::vector<double>();
+}
+
+/// "0.3,0,1,1000" or "0.3,0,1,1000,950,900": a direction, and irradiances.
+Sun parse_sun(const std::string& option, const std::string& text) {
+    const std::vector<double> values = parse_light(text);
+    if (values.empty() || !(std::hypot(values[0], values[1], values[2]) > 0.0)) {
+        throw UsageError(option + " " + text + ": takes X,Y,Z,R or X,Y,Z,R,G,B with nothing but commas between: the " +
+                         "direction towards the sun, and irradiances that are not negative");
+    }
+    Sun sun;
+    sun.towards = Vec3(values[0], values[1], values[2]).stableNormalized();
+    sun.irradiance = light_of(values);
+    return sun;
+}
+
+/// "1,0,2,50" or "1,0,2,50,45,40": a place, and intensities.
+PointLight parse_point_light(const std::string& option, const std::string& text) {
+    const std::vector<double> values = parse_light(text);
+    if (values.empty()) {
+        throw UsageError(option + " " + text + ": takes X,Y,Z,R or X,Y,Z,R,G,B with nothing but commas between: the " +
+                         "place of the light, and intensities that are not negative");
+    }
+    PointLight light;
+    light.position = Vec3(values[0], values[1], values[2]);
+    light.intensity = light_of(values);
+    return light;
+}
+
+/// An option for the name of a plugin or a way.
+CLI::Option* add_name(CLI::App& app, const std::string& name, std::string& target, const std::string& what,
+                      const std::string& group) {
+    CLI::Option* option = app.add_option(name, target, what)->group(group)->type_name("NAME");
+    return target.empty() ? option : option->capture_default_str();
+}
+
+void add_scene_arguments(CLI::App& app, BakeOptions& options) {
+    const std::string group = "Scene";
+    add_parsed(app, "--reflectance", options.reflectance, "of faces without a colour, 0 to 1 (default 0.5)", parse_rgb)
+        ->group(group)
+        ->type_name("R[,G,B]");
+    add_parsed(
+        app, "--sky", options.sky,
+        "irradiance a uniform sky gives an unshaded surface, W/m^2 (default: 1 if there is no other light, else 0)",
+        parse_rgb)
+        ->group(group)
+        ->type_name("R[,G,B]");
+    add_repeated(app, "--sun", options.suns,
+                 "sun: direction towards it, and the irradiance in W/m^2 of a surface that faces it (may be repeated)",
+                 parse_sun)
+        ->group(group)
+        ->type_name("X,Y,Z,R[,G,B]");
+    add_repeated(app, "--point-light", options.point_lights,
+                 "point light: its place, and its radiant intensity in W/sr (may be repeated)", parse_point_light)
+        ->group(group)
+        ->type_name("X,Y,Z,R[,G,B]");
+    app.add_flag("--light-groups", options.light_groups,
+                 "keep the light of each lamp's material, sun, point light and of the sky apart")
+        ->group(group);
+}
+
+} // namespace
+
+CLI::Option* add_light_arguments(CLI::App& app, BakeOptions& options, const std::string& group) {
+    add_name(app, "--direct", options.direct,
+             "light of suns and lamps: exact (computed at the very point) or interpolated between sites (as in the "
+             "dissertation)",
+             group);
+    add_name(app, "--first-bounce", options.first_bounce,
+             "light of suns and lamps after one reflection: gathered where rays hit (default; sharp), or interpolated "
+             "between sites (half the rays; the way of pairwise)",
+             group);
+    add_name(app, "--visibility", options.visibility, "ray casting: cgal (reference) or embree (fast)", group);
+    return add_name(app, "--kernel", options.kernel, "form factor of pairwise transport: disc or point", group);
+}
+
+void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::string& gathered) {
+    BakeOptions& options = arguments.options;
+    const std::string discretisation = "Discretisation";
+    add_site_arguments(app, options, discretisation);
+    add_name(app, "--projection", options.projection,
+             "coefficients: natural (as the basis says), interpolation, corrected:sweeps=2, least-squares:points=3, "
+             "galerkin:points=3",
+             discretisation);
+
+    const std::string transport = "Light transport";
+    add_name(app, "--transport", options.transport, "gather (rays from sites) or pairwise (form factors)", transport);
+    add_whole<std::size_t>(app, "--rays", options.rays, 1, "rays from each site; powers of two are best")
+        ->group(transport)
+        ->type_name("N")
+        ->default_str(shown(options.rays));
+    add_name(app, "--directions", options.directions, "directions of the rays", transport);
+    arguments.kernel = add_light_arguments(app, options, transport);
+    add_name(app, "--solver", options.solver, "krylov or jacobi", transport);
+    add_parsed(app, "--tolerance", options.solve.tolerance,
+               "largest residual, relative to the light that is not reflected yet", parse_positive)
+        ->group(transport)
+        ->type_name("T")
+        ->default_str(shown(options.solve.tolerance));
+    add_whole(app, "--max-iterations", options.solve.max_iterations, 0, "give up after so many")
+        ->group(transport)
+        ->type_name("N")
+        ->default_str(shown(options.solve.max_iterations));
+
+    add_scene_arguments(app, options);
+
+    const std::string output = "Output";
+    add_whole<std::size_t>(app, "--final-gather", options.final_gather, 1,
+                           "gather the light at " + gathered +
+                               " with so many rays (an even number), instead of evaluating the basis: slower, and far "
+                               "more accurate")
+        ->group(output)
+        ->type_name("N");
+    add_parsed(
+        app, "--error-points", options.error_points,
+        "surface points at which the error is estimated (default: an eighth of the sites, 128 to 4096; 0: no estimate)",
+        [](const std::string& option, const std::string& text) { return parse_whole<std::size_t>(option, text, 0); })
+        ->group(output)
+        ->type_name("N");
+    app.add_option("--sites-output", arguments.files.sites, "write the sites as points, .vtp or .ply")
+        ->group(output)
+        ->type_name("FILE");
+    app.add_option("--at", arguments.at,
+                   "table of places to tell the light at, with --at-output: x y z, or x y z and a normal, on each line")
+        ->group(output)
+        ->type_name("FILE");
+    app.add_option("--at-output", arguments.files.listed, "write the light at the places of --at, comma-separated")
+        ->group(output)
+        ->type_name("FILE.csv");
+    app.add_option("--report", arguments.files.report, "write a report as JSON")->group(output)->type_name("FILE.json");
+}
+
+BakeOptions bake_options(const BakeArguments& arguments, const Registry& registry) {
+    registry.describe("kernel", arguments.options.kernel); // a wrong name is a mistake even where none is needed
+    BakeOptions options = arguments.options;
+    if (!arguments.at.empty()) {
+        options.at = read_point_list(arguments.at);
+    }
+    return options;
+}
+
+void check_bake_outputs(const BakeArguments& arguments, std::vector<OutputName> outputs,
+                        std::vector<std::pair<std::filesystem::path, std::string>> inputs) {
+    if (arguments.at.empty() != arguments.files.listed.empty()) {
+        throw UsageError(arguments.at.empty()
+                             ? "--at-output " + arguments.files.listed.string() +
+                                   ": no places were given; name a file with them, --at FILE"
+                             : "--at " + arguments.at.string() +
+                                   ": what is found there has to be written; name a file, --at-output FILE.csv");
+    }
+    outputs.push_back({arguments.files.sites, true});
+    outputs.push_back({arguments.files.report, false});
+    outputs.push_back({arguments.files.listed, false});
+    if (!arguments.at.empty()) {
+        inputs.emplace_back(arguments.at, "the list of places");
+    }
+    check_outputs(outputs, inputs);
+}
+
+void note_unused(const BakeArguments& arguments, BakeResult& result) {
+    if (arguments.kernel->count() > 0 && result.options.transport.rfind("pairwise", 0) != 0) {
+        result.notes.push_back("--kernel has no effect on --transport " + result.options.transport);
+    }
+}
+
+} // namespace difusa

@@ -1,0 +1,67 @@
+// The options that say how to bake, for every program that does: they fill BakeOptions.
+#pragma once
+
+#include "arguments.h"
+
+#include <difusa/bake.h>
+#include <difusa/io/bake_files.h>
+
+#include <CLI/CLI.hpp>
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace difusa {
+
+/// The help text of a mesh or scene file.
+inline constexpr const char* mesh_help = "mesh file: .off .obj .ply .stl";
+
+/// --basis --sampler --spacing --sites --neighbours, of a BakeOptions or InspectOptions.
+template <class Options> void add_site_arguments(CLI::App& app, Options& options, const std::string& group) {
+    app.add_option("--basis", options.basis, "finite elements")->group(group)->type_name("NAME")->capture_default_str();
+    app.add_option("--sampler", options.sampler, "where the sites go")
+        ->group(group)
+        ->type_name("NAME")
+        ->capture_default_str();
+    add_parsed(app, "--spacing", options.spacing, "least distance between sites, in units of the mesh", parse_positive)
+        ->group(group)
+        ->type_name("D");
+    add_whole<std::size_t>(app, "--sites", options.sites, 1,
+                           "wanted number of sites, instead of --spacing (default 4000)")
+        ->group(group)
+        ->type_name("N");
+    add_whole(app, "--neighbours", options.neighbours, 1, "a site's radius reaches to its M-th nearest site")
+        ->group(group)
+        ->type_name("M")
+        ->default_str(shown(options.neighbours));
+}
+
+/// --direct --first-bounce --kernel --visibility; returns that of --kernel.
+CLI::Option* add_light_arguments(CLI::App& app, BakeOptions& options, const std::string& group);
+
+/// What these options were set to.
+struct BakeArguments {
+    BakeOptions options;      ///< but for `at`
+    BakeFiles files;          ///< sites, listed and report
+    std::filesystem::path at; ///< file with places
+    const CLI::Option* kernel = nullptr;
+};
+
+/// All options of a bake but those of its output mesh and of --seed, in groups; `gathered` says where --final-gather
+/// gathers, "each output vertex".
+void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::string& gathered);
+
+/// `check_outputs` with the files of the bake added. Throws UsageError where of --at and --at-output one is missing.
+void check_bake_outputs(const BakeArguments& arguments, std::vector<OutputName> outputs,
+                        std::vector<std::pair<std::filesystem::path, std::string>> inputs);
+
+/// The options with the places of --at read. Throws UsageError for an unknown kernel, also where none is needed, and
+/// what reading the places throws.
+BakeOptions bake_options(const BakeArguments& arguments, const Registry& registry);
+
+/// Adds notes on options that were given and have no effect.
+void note_unused(const BakeArguments& arguments, BakeResult& result);
+
+} // namespace difusa

@@ -1,0 +1,340 @@
+// render_view scene out: bakes a scene and makes pictures of it, without a display. Options in, bake, pictures out.
+#include "bake_arguments.h"
+#include "terminal.h"
+
+#include <difusa/bake.h>
+#include <difusa/core/text.h>
+#include <difusa/io/bake_files.h>
+#include <difusa/io/image_files.h>
+#include <difusa/io/whole_file.h>
+#include <difusa/render/picture.h>
+#include <difusa/render/place_camera.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace {
+
+using difusa::add_parsed;
+using difusa::ExitCode;
+using difusa::UsageError;
+
+const char* const examples =
+    R"(Bakes a scene as bake_radiosity does, and makes pictures of it by casting rays: no display is needed.
+
+Examples:
+  render_view scene.json out.png
+      seen by the camera of the file, or, without one, by one that shows all of it
+  render_view room.obj out.png --eye 0.3,0.3,-0.8 --look-at 0.3,0.3,0.3 --up 0,1,0 --samples 16 --final-gather 256
+      from a given place, with smooth edges, accurate
+  render_view room.obj out.png --also direct=direct.png --also luminance=luminance.png --also sites=sites.png
+      several pictures of one bake
+  render_view room.obj basis.png --show basis --element 42 --sites 500
+      an element of the basis
+  render_view house.off out.hdr --sky 1 --cull-backs
+      linear radiances; looking through the backs of walls
+
+What can be shown: radiosity; direct and indirect, its parts; irradiance, irradiance-direct, irradiance-indirect,
+emission (W/m^2); reflectance; group:NAME, the radiosity of one light group; luminance, error (a bound), basis, by
+colours and a bar that explains them; sites, as dots. Backs of faces are dark grey.
+
+Exit codes: 0 done, 1 usage, 2 input, 3 not converged, 4 resources, 5 internal, 130 interrupted.
+)";
+
+/// A picture to be made.
+struct Picture {
+    difusa::Show show;
+    std::string name; ///< of what it shows, as typed
+    std::filesystem::path file;
+};
+
+struct Arguments {
+    std::filesystem::path mesh, out;
+    std::string show = "radiosity";
+    std::vector<Picture> also;
+    difusa::BakeArguments bake;
+    difusa::RunArguments run;
+    difusa::CameraWishes camera;
+    difusa::ViewOptions view;
+    std::vector<std::size_t> size;
+    std::optional<double> exposure; ///< absent: auto
+    difusa::ToneCurve tone = difusa::ToneCurve::linear;
+    std::optional<difusa::Rgb> background;
+    std::optional<std::pair<double, double>> range;
+    std::optional<difusa::Index> element;
+    bool logarithmic = false;
+};
+
+difusa::Vec3 parse_direction(const std::string& option, const std::string& text) {
+    const difusa::Vec3 direction = difusa::parse_point(option, text);
+    if (!(direction.stableNorm() > 0.0)) {
+        throw UsageError(option + " " + text + ": must be a direction, not zero");
+    }
+    return direction;
+}
+
+double parse_degrees(const std::string& option, const std::string& text) {
+    const double degrees = difusa::parse_positive(option, text);
+    if (!(degrees < 180.0)) {
+        throw UsageError(option + " " + text + ": must be below 180");
+    }
+    return degrees * std::numbers::pi / 180.0;
+}
+
+std::pair<double, double> parse_range(const std::string& option, const std::string& text) {
+    const auto values = difusa::parse_numbers(text);
+    if (!values || values->size() != 2 || !((*values)[0] < (*values)[1])) {
+        throw UsageError(option + " " + text + ": takes LOW,HIGH with LOW below HIGH");
+    }
+    return {(*values)[0], (*values)[1]};
+}
+
+std::optional<double> parse_exposure(const std::string& option, const std::string& text) {
+    return text == "auto" ? std::nullopt : std::optional(difusa::parse_positive(option, text));
+}
+
+difusa::ToneCurve parse_tone(const std::string& option, const std::string& text) {
+    if (text != "linear" && text != "filmic") {
+        throw UsageError(option + " " + text + ": must be linear or filmic");
+    }
+    return text == "linear" ? difusa::ToneCurve::linear : difusa::ToneCurve::filmic;
+}
+
+Picture parse_also(const std::string& option, const std::string& text) {
+    const std::size_t sign = text.find('=');
+    if (sign == std::string::npos || sign == 0 || sign + 1 == text.size()) {
+        throw UsageError(option + " " + text + ": takes SHOW=FILE, such as direct=direct.png");
+    }
+    return {difusa::parse_show(text.substr(0, sign)), text.substr(0, sign), text.substr(sign + 1)};
+}
+
+void declare_camera(CLI::App& app, Arguments& a) {
+    const std::string group = "Camera (of the scene's file, or one that shows all)";
+    add_parsed(app, "--eye", a.camera.eye, "where it is", difusa::parse_point)->group(group)->type_name("X,Y,Z");
+    add_parsed(app, "--look-at", a.camera.look_at, "a point in the middle of the picture", difusa::parse_point)
+        ->group(group)
+        ->type_name("X,Y,Z");
+    add_parsed(app, "--towards", a.camera.towards, "the direction it looks in, instead of --look-at", parse_direction)
+        ->group(group)
+        ->type_name("X,Y,Z");
+    add_parsed(app, "--up", a.camera.up, "what is upwards in the picture (default: 0,0,1)", parse_direction)
+        ->group(group)
+        ->type_name("X,Y,Z");
+    add_parsed(app, "--view-angle", a.camera.view_angle, "from the lower to the upper edge of the picture, in degrees",
+               parse_degrees)
+        ->group(group)
+        ->type_name("DEGREES");
+}
+
+void declare_picture(CLI::App& app, Arguments& a) {
+    const std::string group = "Picture";
+    app.add_option("--show", a.show, "what the picture shows, see above")
+        ->group(group)
+        ->type_name("NAME")
+        ->capture_default_str();
+    difusa::add_repeated(app, "--also", a.also, "a further picture of the same bake (may be repeated)", parse_also)
+        ->group(group)
+        ->type_name("SHOW=FILE");
+    difusa::add_repeated(app, "--size", a.size, "width and height in pixels (default: 800 600)",
+                         [](const std::string& option, const std::string& text) {
+                             return difusa::parse_whole<std::size_t>(option, text, 1);
+                         })
+        ->group(group)
+        ->type_name("W H")
+        ->expected(2);
+    difusa::add_whole<std::size_t>(app, "--samples", a.view.samples, 1, "rays through each pixel: 1, 4, 9, 16, ...")
+        ->group(group)
+        ->type_name("N")
+        ->default_str(difusa::shown(a.view.samples));
+    app.add_flag("--cull-backs", a.view.cull_backs, "look through the backs of faces")->group(group);
+    add_parsed(app, "--background", a.background,
+               "linear colour where nothing is met, 0 to 1, shown as it is (default: the sky; white around colour maps "
+               "and sites)",
+               difusa::parse_rgb)
+        ->group(group)
+        ->type_name("R[,G,B]");
+    add_parsed(app, "--exposure", a.exposure,
+               "what light is multiplied by before it is shown, or auto: 95 % of what the first picture of light shows "
+               "are at most 0.9 (default: auto)",
+               parse_exposure)
+        ->group(group)
+        ->type_name("E");
+    add_parsed(app, "--tone", a.tone, "linear, cut at 1, or filmic, which goes on to 1 slowly", parse_tone)
+        ->group(group)
+        ->type_name("NAME")
+        ->default_str("linear");
+    add_parsed(app, "--element", a.element, "the element that --show basis shows (default: the sum of all)",
+               [](const std::string& option, const std::string& text) {
+                   return difusa::parse_whole<difusa::Index>(option, text, 0);
+               })
+        ->group(group)
+        ->type_name("I");
+    add_parsed(app, "--range", a.range,
+               "values at the ends of the colour bar (default: the least and the largest seen)", parse_range)
+        ->group(group)
+        ->type_name("LOW,HIGH");
+    app.add_flag("--log", a.logarithmic, "logarithmic colour bar")->group(group);
+}
+
+void declare(CLI::App& app, Arguments& a) {
+    app.add_option("scene", a.mesh, difusa::mesh_help)->type_name("SCENE");
+    app.add_option("out", a.out, "picture: .png, or .hdr (Radiance: linear, without colour maps)")->type_name("OUT");
+    declare_picture(app, a);
+    declare_camera(app, a);
+    add_bake_arguments(app, a.bake, "each sample");
+    add_run_arguments(app, a.run, a.bake.options.seed, "the result does not depend");
+}
+
+/// All pictures, the first one first. Refuses what contradicts itself.
+std::vector<Picture> pictures_of(const Arguments& a) {
+    if (a.mesh.empty()) {
+        throw UsageError("a scene or mesh file is expected: render_view scene.json out.png (--help)");
+    }
+    if (a.out.empty()) {
+        throw UsageError("a file for the picture is expected: render_view " + a.mesh.string() + " out.png (--help)");
+    }
+    std::vector<Picture> pictures{{difusa::parse_show(a.show), a.show, a.out}};
+    pictures.insert(pictures.end(), a.also.begin(), a.also.end());
+    bool basis = false, mapped = false;
+    std::vector<difusa::OutputName> outputs;
+    for (Picture& picture : pictures) {
+        difusa::is_radiance_hdr(picture.file); // or refuse its name
+        outputs.push_back({picture.file, false});
+        mapped = mapped || colouring_of(picture.show.quantity) == difusa::Colouring::map;
+        if (picture.show.quantity == difusa::Quantity::basis && a.element) {
+            picture.show.element = a.element;
+            picture.show.title = "element " + std::to_string(*a.element);
+        }
+        basis = basis || picture.show.quantity == difusa::Quantity::basis;
+    }
+    if (a.element && !basis) {
+        throw UsageError("--element " + std::to_string(*a.element) + ": goes with --show basis");
+    }
+    if ((a.range || a.logarithmic) && !mapped) {
+        throw UsageError(std::string(a.range ? "--range" : "--log") +
+                         ": no picture has a colour bar; show luminance, error or basis");
+    }
+    if (a.range && a.logarithmic && !(a.range->first > 0.0)) {
+        throw UsageError("--range: must begin above 0 where --log is given");
+    }
+    check_bake_outputs(a.bake, outputs, {{a.mesh, "the scene"}});
+    return pictures;
+}
+
+/// The content of a picture's file; says in `how` with which exposure or range it was made.
+std::string developed(const difusa::BakeResult& result, const difusa::View& view, std::size_t show, const Arguments& a,
+                      const std::filesystem::path& file, double exposure, std::string& how,
+                      const difusa::Execution& execution) {
+    if (difusa::is_radiance_hdr(file)) {
+        how = ", linear";
+        return radiance_hdr_of(linear_picture(view, show, a.background));
+    }
+    difusa::Development development{exposure, a.tone, {}, a.background};
+    switch (colouring_of(view.shows[show].quantity)) {
+    case difusa::Colouring::light:
+        how = ", exposure " + difusa::text_of(exposure);
+        break;
+    case difusa::Colouring::map:
+        development.scale = a.range ? difusa::ColourScale{a.range->first, a.range->second, a.logarithmic}
+                                    : scale_of(view, show, a.logarithmic);
+        how = ", " + difusa::text_of(development.scale.low) + " to " + difusa::text_of(development.scale.high);
+        break;
+    default:
+        break;
+    }
+    return png_of(develop(result, view, show, development, execution));
+}
+
+/// The exposure of all pictures of light.
+double exposure_for(const Arguments& a, const difusa::View& view) {
+    for (std::size_t k = 0; k < view.shows.size() && !a.exposure; ++k) {
+        if (colouring_of(view.shows[k].quantity) == difusa::Colouring::light) {
+            return exposure_of(view, k);
+        }
+    }
+    return a.exposure.value_or(1.0);
+}
+
+void run(Arguments& a) {
+    const difusa::Registry registry = difusa::Registry::load(a.run.plugin_path);
+    const std::vector<Picture> pictures = pictures_of(a);
+    difusa::BakeOptions options = bake_options(a.bake, registry);
+    if (a.size.size() == 2) {
+        a.view.width = a.size[0];
+        a.view.height = a.size[1];
+    }
+    a.view.final_gather = options.final_gather;
+    a.view.seed = options.seed;
+    a.camera.cull_backs = a.view.cull_backs;
+    check_view(a.view);
+    options.output_spacing = std::numeric_limits<double>::max(); // the pictures are the output, not the mesh
+    std::vector<difusa::Show> shows;
+    for (const Picture& picture : pictures) {
+        shows.push_back(picture.show);
+        options.light_groups = options.light_groups || picture.show.quantity == difusa::Quantity::group;
+    }
+
+    difusa::TerminalProgress progress(a.run.quiet);
+    const difusa::Execution execution{a.run.threads, &progress};
+    difusa::BakeResult result;
+    difusa::View view;
+    try {
+        result = difusa::bake(registry, a.mesh, options, execution);
+        execution.phase("look");
+        a.view.camera = place_camera(a.camera, result.camera, result.scene->mesh, *result.field->parts().visibility,
+                                     static_cast<double>(a.view.width) / static_cast<double>(a.view.height));
+        view = look(result, a.view, shows, execution);
+    } catch (const difusa::Error& error) {
+        if (!a.run.quiet && error.code() != ExitCode::interrupted) {
+            progress.print_remarks();
+        }
+        throw;
+    }
+    note_unused(a.bake, result);
+
+    execution.phase("develop");
+    const double exposure = exposure_for(a, view);
+    std::vector<std::unique_ptr<difusa::WholeFile>> files;
+    std::string written;
+    for (std::size_t k = 0; k < pictures.size(); ++k) {
+        std::string how;
+        const std::string content = developed(result, view, k, a, pictures[k].file, exposure, how, execution);
+        files.push_back(std::make_unique<difusa::WholeFile>(pictures[k].file));
+        files.back()->write(content);
+        written += "written: " + pictures[k].file.string() + " (" + std::to_string(a.view.width) + " by " +
+                   std::to_string(a.view.height) + ", " + pictures[k].name + how + ")\n";
+    }
+    difusa::write_bake(result, a.bake.files, execution);
+    for (const auto& file : files) {
+        file->commit();
+    }
+    progress.clear();
+    if (a.run.quiet) {
+        return;
+    }
+    std::cout << difusa::summary_of(result) << "pictures: " << view.rays << " rays and " << view.segments
+              << " segments, but for those through the pixels\n"
+              << written;
+    for (const std::filesystem::path& file : {a.bake.files.sites, a.bake.files.listed, a.bake.files.report}) {
+        if (!file.empty()) {
+            std::cout << "written: " << file.string() << "\n";
+        }
+    }
+}
+
+} // namespace
+
+int main(int count, char** words) {
+    Arguments arguments;
+    CLI::App app(examples, "render_view");
+    declare(app, arguments);
+    return difusa::run_command(app, count, words, "one scene and one picture", arguments.run.version,
+                               [&] { run(arguments); });
+}

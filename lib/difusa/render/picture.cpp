@@ -1,0 +1,509 @@
+#include <difusa/render/picture.h>
+
+#include <difusa/analysis/error_estimate.h>
+#include <difusa/core/memory.h>
+#include <difusa/core/parallel.h>
+#include <difusa/core/random.h>
+#include <difusa/field/smooth_sides.h>
+#include <difusa/plugin/parameters.h>
+#include <difusa/render/camera_rays.h>
+#include <difusa/render/draw.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <span>
+#include <utility>
+
+namespace difusa {
+
+namespace {
+
+using Pixel = std::array<float, 3>;
+
+constexpr std::size_t batch_samples = 65536; ///< about as many at a time as fit into the caches with all their values
+constexpr double dot_radius = 2.0;           ///< pixels
+const Rgb dark_grey = Rgb::Constant(0.02), dot_colour{0.02, 0.05, 0.35};
+
+struct Name {
+    const char* text;
+    Quantity quantity;
+    const char* title;
+};
+
+constexpr Name names[] = {
+    {"radiosity", Quantity::radiosity, ""},
+    {"direct", Quantity::direct, ""},
+    {"indirect", Quantity::indirect, ""},
+    {"irradiance", Quantity::irradiance, ""},
+    {"irradiance-direct", Quantity::irradiance_direct, ""},
+    {"irradiance-indirect", Quantity::irradiance_indirect, ""},
+    {"emission", Quantity::emission, ""},
+    {"reflectance", Quantity::reflectance, ""},
+    {"luminance", Quantity::luminance, "luminance, W/m^2"},
+    {"error", Quantity::error, "error bound, W/m^2"},
+    {"basis", Quantity::basis, "sum of basis"},
+    {"sites", Quantity::sites, ""},
+};
+
+Pixel pixel_of(const Rgb& c) {
+    return {static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2])};
+}
+
+Rgb rgb_of(const Pixel& pixel) {
+    return {static_cast<double>(pixel[0]), static_cast<double>(pixel[1]), static_cast<double>(pixel[2])};
+}
+
+/// True for what the sky has as well as surfaces.
+bool meets_the_eye(Quantity quantity) {
+    return quantity == Quantity::radiosity || quantity == Quantity::direct || quantity == Quantity::group;
+}
+
+/// The progress of a part of a phase as that of the phase.
+class PartOfPhase final : public Progress {
+  public:
+    explicit PartOfPhase(Progress* whole) : whole_(whole) {}
+    void set(double begin, double share) {
+        begin_ = begin;
+        share_ = share;
+    }
+    void advance(double fraction) override {
+        if (whole_ != nullptr) {
+            whole_->advance(begin_ + share_ * fraction);
+        }
+    }
+    bool cancelled() const override { return whole_ != nullptr && whole_->cancelled(); }
+
+  private:
+    Progress* whole_;
+    double begin_ = 0.0, share_ = 1.0;
+};
+
+/// Follows a ray from the eye to the first face that is not passed through.
+Hit follow(const Mesh& mesh, const Visibility& visibility, Ray ray, bool cull_backs) {
+    Hit hit;
+    double before = 0.0;
+    for (int passed = 0; passed < 65536; ++passed) {
+        visibility.first_hits(std::span(&ray, 1), std::span(&hit, 1));
+        if (hit.face == none || hit.front || !cull_backs) {
+            hit.t += before;
+            return hit;
+        }
+        before += hit.t;
+        ray.origin = mesh.at(hit.face, hit.u, hit.v).position;
+        ray.face = hit.face;
+    }
+    return {};
+}
+
+/// Takes the samples of a view, batch after batch.
+class Look {
+  public:
+    Look(const BakeResult& result, const Execution& execution, View& view)
+        : result_(result), scene_(*result.scene), field_(result.field->parts()), view_(view),
+          camera_(view.options.camera, view.options.width, view.options.height),
+          progress_(execution.progress), execution_{execution.threads, &progress_} {
+        const Mesh& mesh = scene_.mesh;
+        corner_normals_ = corner_normals(mesh, join_smooth_sides(mesh, result.options.crease_angle));
+        const bool grouped = std::any_of(view.shows.begin(), view.shows.end(),
+                                         [](const Show& show) { return show.quantity == Quantity::group; });
+        lit_ = std::any_of(view.shows.begin(), view.shows.end(), [](const Show& show) {
+            return show.quantity != Quantity::basis && show.quantity != Quantity::sites &&
+                   show.quantity != Quantity::reflectance && show.quantity != Quantity::emission;
+        });
+        // The shadow rays to lamps of all samples of a pixel add up.
+        const auto with_fewer_rays = [&](const Field& field) {
+            FieldParts parts = field.parts();
+            parts.lamp_samples = std::max<std::size_t>(8, parts.lamp_samples / view.options.samples);
+            return std::make_shared<const Field>(std::move(parts));
+        };
+        solution_.field = with_fewer_rays(*result.solution.field);
+        for (const auto& group : result.solution.groups) {
+            if (grouped) {
+                solution_.groups.push_back(with_fewer_rays(*group));
+            }
+        }
+    }
+
+    void take() {
+        const std::size_t per_pixel = view_.options.samples;
+        const std::size_t pixels = view_.options.width * view_.options.height;
+        const std::size_t step = std::max<std::size_t>(1, batch_samples / per_pixel);
+        for (std::size_t first = 0; first < pixels; first += step) {
+            const std::size_t end = std::min(first + step, pixels);
+            const auto done = [&](double pixel) { return pixel / static_cast<double>(pixels); };
+            const double begin = done(static_cast<double>(first)), share = done(static_cast<double>(end - first));
+            progress_.set(begin, 0.1 * share);
+            cast(first, end);
+            progress_.set(begin + 0.1 * share, 0.9 * share);
+            evaluate(first / step);
+        }
+    }
+
+  private:
+    /// Casts the rays of pixels `first` to `end`.
+    void cast(std::size_t first, std::size_t end) {
+        const ViewOptions& options = view_.options;
+        const std::size_t per_pixel = options.samples, offset = first * per_pixel;
+        const auto grid = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(per_pixel))));
+        batch_.resize((end - first) * per_pixel);
+        directions_.resize(batch_.size());
+        parallel_for(end - first, 256, execution_, [&](std::size_t begin, std::size_t stop, unsigned) {
+            for (std::size_t pixel = first + begin; pixel < first + stop; ++pixel) {
+                RandomStream stream(options.seed, "picture", pixel);
+                const std::size_t right = pixel % options.width, down = pixel / options.width;
+                const auto column = static_cast<double>(right), row = static_cast<double>(down);
+                std::size_t sample = (pixel - first) * per_pixel;
+                for (const auto& [x, y] : jittered_places(grid, stream)) {
+                    const Vec3 direction = camera_.direction(column + x, row + y);
+                    const Hit hit =
+                        follow(scene_.mesh, *field_.visibility, {camera_.eye(), direction, none}, options.cull_backs);
+                    directions_[sample] = direction;
+                    Seen& seen = view_.seen[offset + sample];
+                    seen = hit.face == none ? Seen::nothing : hit.front ? Seen::surface : Seen::back;
+                    SurfacePoint& point = batch_[sample];
+                    if (seen == Seen::surface) {
+                        point = scene_.mesh.at(hit.face, hit.u, hit.v);
+                        point.normal = shading_normal(scene_.mesh, corner_normals_, hit.face, hit.u, hit.v);
+                        seen = (scene_.emission(point) > 0.0).any() ? Seen::lamp : Seen::surface;
+                    }
+                    ++sample;
+                }
+            }
+        });
+        points_.clear();
+        numbers_.clear();
+        for (std::size_t i = 0; i < batch_.size(); ++i) {
+            if (const Seen seen = view_.seen[offset + i]; seen == Seen::surface || seen == Seen::lamp) {
+                points_.push_back(batch_[i]);
+                numbers_.push_back(i);
+            }
+        }
+        offset_ = offset;
+    }
+
+    /// Values where the rays of the batch ended.
+    void evaluate(std::size_t batch) {
+        PointValues light;
+        if (lit_ && !points_.empty()) {
+            light = solution_.at(points_, view_.options.final_gather, result_.options.seed,
+                                 "picture " + std::to_string(batch), execution_);
+            view_.rays += light.rays;
+            view_.segments += light.segments;
+        }
+        for (std::size_t k = 0; k < view_.shows.size(); ++k) {
+            const Show& show = view_.shows[k];
+            std::vector<Pixel>& values = view_.values[k];
+            if (show.quantity == Quantity::basis) {
+                add_basis(show, values);
+            } else if (show.quantity == Quantity::error) {
+                add_error(light, values);
+            } else {
+                for (std::size_t p = 0; p < points_.size(); ++p) {
+                    values[offset_ + numbers_[p]] = pixel_of(value_of(show, light, p));
+                }
+            }
+            if (meets_the_eye(show.quantity)) {
+                add_sky(show, values);
+            }
+        }
+    }
+
+    Rgb value_of(const Show& show, const PointValues& light, std::size_t p) const {
+        const auto row = static_cast<Eigen::Index>(p);
+        const auto of = [row](const Values& values) { return Rgb(values.row(row).transpose().array()); };
+        const SurfacePoint& x = points_[p];
+        switch (show.quantity) {
+        case Quantity::radiosity:
+            return of(light.B);
+        case Quantity::direct:
+            return of(light.E) + of(light.rho) * of(light.H_direct);
+        case Quantity::indirect:
+            return of(light.rho) * of(light.H_indirect);
+        case Quantity::group:
+            for (const GroupValues& group : light.groups) {
+                if (group.name == show.group) {
+                    return of(group.B);
+                }
+            }
+            break;
+        case Quantity::irradiance:
+            return of(light.H);
+        case Quantity::irradiance_direct:
+            return of(light.H_direct);
+        case Quantity::irradiance_indirect:
+            return of(light.H_indirect);
+        case Quantity::emission:
+            return scene_.emission(x);
+        case Quantity::reflectance:
+            return scene_.reflectance(x);
+        case Quantity::luminance:
+            return Rgb::Constant(luminance(of(light.B)));
+        case Quantity::sites:
+            // Lit by a lamp at the eye, so that shapes are seen.
+            return Rgb::Constant(0.25 + 0.45 * std::abs(x.normal.dot(directions_[numbers_[p]])));
+        case Quantity::error:
+        case Quantity::basis:
+            break;
+        }
+        throw InternalError("picture: a quantity that is not evaluated here");
+    }
+
+    void add_basis(const Show& show, std::vector<Pixel>& values) {
+        parallel_for(points_.size(), 1024, execution_, [&](std::size_t begin, std::size_t end, unsigned) {
+            std::vector<BasisRow> rows(end - begin);
+            field_.basis->evaluate(std::span(points_).subspan(begin, end - begin), rows);
+            for (std::size_t p = begin; p < end; ++p) {
+                const BasisRow& row = rows[p - begin];
+                double sum = 0.0;
+                for (std::size_t i = 0; i < row.element.size(); ++i) {
+                    sum += !show.element || row.element[i] == *show.element ? row.weight[i] : 0.0;
+                }
+                values[offset_ + numbers_[p]] = pixel_of(Rgb::Constant(sum));
+            }
+        });
+    }
+
+    /// As BakeResult::error_bound, at the points of the picture.
+    void add_error(const PointValues& light, std::vector<Pixel>& values) {
+        const ErrorEstimate& error = *result_.error;
+        const double anywhere = error.largest / (1.0 - error.largest_reflectance); // of the basis, not of a gather
+        Values own = spread_residual(error, *field_.basis, points_, execution_);
+        if (view_.options.final_gather > 0) {
+            own = light.noise.rowwise().norm();
+        }
+        for (std::size_t p = 0; p < points_.size(); ++p) {
+            const auto row = static_cast<Eigen::Index>(p);
+            const double rho = light.rho.row(row).maxCoeff();
+            const double reflected = rho > 0.0 ? rho * anywhere : 0.0;
+            values[offset_ + numbers_[p]] = pixel_of(Rgb::Constant(reflected + own(row, 0)));
+        }
+    }
+
+    void add_sky(const Show& show, std::vector<Pixel>& values) const {
+        bool shines = scene_.has_sky();
+        for (const auto& group : solution_.groups) {
+            shines = shines && (show.quantity != Quantity::group || group->parts().group.name != show.group ||
+                                group->parts().group.sky);
+        }
+        for (std::size_t i = 0; i < batch_.size() && shines; ++i) {
+            if (view_.seen[offset_ + i] == Seen::nothing) {
+                values[offset_ + i] = pixel_of(std::numbers::pi * scene_.sky_radiance(directions_[i]));
+            }
+        }
+    }
+
+    const BakeResult& result_;
+    const Scene& scene_;
+    const FieldParts& field_;
+    View& view_;
+    CameraRays camera_;
+    PartOfPhase progress_;
+    Execution execution_;
+    Solution solution_;
+    std::vector<Vec3> corner_normals_;
+    bool lit_ = false; ///< some show needs the light
+
+    // Of the batch:
+    std::size_t offset_ = 0; ///< number of its first sample
+    std::vector<SurfacePoint> batch_;
+    std::vector<Vec3> directions_;
+    std::vector<SurfacePoint> points_; ///< those on fronts
+    std::vector<std::size_t> numbers_; ///< their numbers in the batch
+};
+
+void check(const BakeResult& result, const ViewOptions& options, const std::vector<Show>& shows) {
+    check_view(options);
+    for (const Show& show : shows) {
+        if (show.element && *show.element >= result.sites->size()) {
+            throw UsageError("--element " + std::to_string(*show.element) +
+                             ": there is no such element; they are numbered from 0 to " +
+                             std::to_string(result.sites->size() - 1));
+        }
+        if (show.quantity == Quantity::error && !result.error) {
+            throw UsageError("--show error: there is no estimate of the error; leave --error-points 0 out");
+        }
+        if (show.quantity == Quantity::error && !(result.error->largest_reflectance < 1.0)) {
+            throw UsageError(
+                "--show error: some surface absorbs nothing (reflectance 1), so that the error has no bound");
+        }
+        if (show.quantity == Quantity::group) {
+            std::vector<std::string> groups;
+            for (const auto& group : result.solution.groups) {
+                groups.push_back(group->parts().group.name);
+            }
+            if (std::find(groups.begin(), groups.end(), show.group) == groups.end()) {
+                std::string all;
+                for (const std::string& group : groups) {
+                    all += (all.empty() ? "" : ", ") + group;
+                }
+                throw UsageError("--show group:" + show.group + ": there is no such light group; there are " + all);
+            }
+        }
+    }
+    const double samples = static_cast<double>(options.width * options.height) * static_cast<double>(options.samples);
+    require_memory(samples * (1.0 + sizeof(Pixel) * static_cast<double>(shows.size())), "the samples of the pictures",
+                   "give a smaller --size, fewer --samples, or fewer pictures at a time");
+}
+
+/// The mean over each pixel of colour(sample).
+template <class Colour> Image averaged(const View& view, const Execution& execution, const Colour& colour) {
+    const ViewOptions& options = view.options;
+    Image image{options.width, options.height, {}};
+    image.pixels.resize(options.width * options.height);
+    parallel_for(image.pixels.size(), 4096, execution, [&](std::size_t begin, std::size_t end, unsigned) {
+        for (std::size_t pixel = begin; pixel < end; ++pixel) {
+            Rgb sum = Rgb::Zero();
+            for (std::size_t s = pixel * options.samples; s < (pixel + 1) * options.samples; ++s) {
+                sum += colour(s);
+            }
+            image.pixels[pixel] = pixel_of(sum / static_cast<double>(options.samples));
+        }
+    });
+    return image;
+}
+
+void draw_sites(const BakeResult& result, const ViewOptions& options, Image& image) {
+    const CameraRays camera(options.camera, options.width, options.height);
+    const Mesh& mesh = result.scene->mesh;
+    for (const SurfacePoint& site : result.sites->points) {
+        const Vec3 way = site.position - camera.eye();
+        const auto place = camera.place_of(site.position);
+        if (!place || !(site.normal.dot(way) < 0.0)) {
+            continue;
+        }
+        const Hit hit = follow(mesh, *result.field->parts().visibility, {camera.eye(), way, none}, options.cull_backs);
+        if (hit.face == site.face || hit.t > 1.0 - 1e-6) { // on an edge another face may be met a little before
+            draw_disc(image, (*place)[0], (*place)[1], dot_radius, dot_colour);
+        }
+    }
+}
+
+} // namespace
+
+Colouring colouring_of(Quantity quantity) {
+    switch (quantity) {
+    case Quantity::luminance:
+    case Quantity::error:
+    case Quantity::basis:
+        return Colouring::map;
+    case Quantity::reflectance:
+        return Colouring::plain;
+    case Quantity::sites:
+        return Colouring::dots;
+    default:
+        return Colouring::light;
+    }
+}
+
+Show parse_show(const std::string& text) {
+    const std::string prefix = "group:";
+    if (text.rfind(prefix, 0) == 0 && text.size() > prefix.size()) {
+        return {Quantity::group, text.substr(prefix.size()), {}, ""};
+    }
+    std::string wanted = text, all;
+    std::replace(wanted.begin(), wanted.end(), '_', '-');
+    std::vector<std::string> known;
+    for (const Name& name : names) {
+        if (wanted == name.text) {
+            return {name.quantity, "", {}, name.title};
+        }
+        known.emplace_back(name.text);
+        all += std::string(name.text) + ", ";
+    }
+    const std::string near = nearest_name(text, known);
+    throw UsageError("--show " + text + ": unknown" + (near.empty() ? "." : ", did you mean " + near + "?") +
+                     " There are " + all + "group:NAME");
+}
+
+void check_view(const ViewOptions& options) {
+    const auto grid = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(options.samples))));
+    if (options.samples == 0 || grid * grid != options.samples) {
+        throw UsageError("--samples " + std::to_string(options.samples) +
+                         ": must be a square number, such as 1, 4, 9 or 16");
+    }
+    if (options.width == 0 || options.height == 0 || options.width > 32768 || options.height > 32768) {
+        throw UsageError("--size: width and height must be from 1 to 32768");
+    }
+}
+
+View look(const BakeResult& result, const ViewOptions& options, const std::vector<Show>& shows,
+          const Execution& execution) {
+    check(result, options, shows);
+    View view{options, shows, {}, {}, 0, 0};
+    const std::size_t samples = options.width * options.height * options.samples;
+    view.seen.resize(samples);
+    view.values.assign(shows.size(), std::vector<Pixel>(samples));
+    Look(result, execution, view).take();
+    return view;
+}
+
+double exposure_of(const View& view, std::size_t show) {
+    std::vector<float> surfaces, all;
+    for (std::size_t s = 0; s < view.seen.size(); ++s) {
+        const auto bright = static_cast<float>(luminance(rgb_of(view.values[show][s])));
+        if (view.seen[s] == Seen::surface) {
+            surfaces.push_back(bright);
+        } else if (view.seen[s] != Seen::back && surfaces.empty()) {
+            all.push_back(bright);
+        }
+    }
+    return exposure_for(surfaces.empty() ? std::move(all) : std::move(surfaces));
+}
+
+ColourScale scale_of(const View& view, std::size_t show, bool logarithmic) {
+    const bool without_lamps = view.shows[show].quantity == Quantity::luminance;
+    std::vector<float> values;
+    for (std::size_t s = 0; s < view.seen.size(); ++s) {
+        if (view.seen[s] == Seen::surface || (view.seen[s] == Seen::lamp && !without_lamps)) {
+            values.push_back(view.values[show][s][0]);
+        }
+    }
+    return scale_for(values, logarithmic);
+}
+
+Image develop(const BakeResult& result, const View& view, std::size_t show, const Development& how,
+              const Execution& execution) {
+    const Show& what = view.shows[show];
+    const Colouring colouring = colouring_of(what.quantity);
+    const bool bright_around = colouring == Colouring::map || colouring == Colouring::dots;
+    Image image = averaged(view, execution, [&](std::size_t s) -> Rgb {
+        const Rgb value = rgb_of(view.values[show][s]);
+        if (view.seen[s] == Seen::back) {
+            return dark_grey;
+        }
+        if (view.seen[s] == Seen::nothing && (how.background || bright_around)) {
+            return how.background.value_or(Rgb::Ones());
+        }
+        switch (colouring) {
+        case Colouring::light:
+            return tone_map(value, how.exposure, how.curve);
+        case Colouring::map:
+            return colour_map(how.scale.position(value[0]));
+        case Colouring::plain:
+        case Colouring::dots:
+            break;
+        }
+        return value;
+    });
+    if (colouring == Colouring::dots) {
+        draw_sites(result, view.options, image);
+    } else if (colouring == Colouring::map) {
+        draw_colour_bar(image, how.scale, what.title);
+    }
+    return image;
+}
+
+Image linear_picture(const View& view, std::size_t show, const std::optional<Rgb>& background) {
+    const Quantity quantity = view.shows[show].quantity;
+    const bool radiance = meets_the_eye(quantity) || quantity == Quantity::indirect || quantity == Quantity::emission;
+    return averaged(view, {}, [&](std::size_t s) -> Rgb {
+        if (view.seen[s] == Seen::nothing && background) {
+            return *background;
+        }
+        return (radiance ? std::numbers::inv_pi : 1.0) * rgb_of(view.values[show][s]);
+    });
+}
+
+} // namespace difusa

@@ -1,0 +1,41 @@
+# The light at places of a list, at the centres of faces, of point lights, and of each light apart.
+. "$(dirname "$0")/lib.sh"
+
+printf 'OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n' >square.off
+printf 'x,y,z\n0.5,0.2,0\n0.3,0.9,1\n' >places.csv # not on the diagonal, where rays start a little beside
+
+# Wrong command lines.
+refuse() { # refuse CODE TEXT ARGUMENT...
+    local code=$1 text=$2
+    shift 2
+    expect_refusal "$code" "$text" "$bake" square.off out.ply "$@"
+}
+refuse 1 "--at places.csv: what is found there has to be written; name a file, --at-output FILE.csv" --at places.csv
+refuse 1 "--at-output light.csv: no places were given; name a file with them, --at FILE" --at-output light.csv
+refuse 1 "would be written over the list of places" --at places.csv --at-output ./places.csv
+refuse 1 "two outputs have this name" --at places.csv --at-output light.csv --report light.csv
+refuse 2 "no-such.csv" --at no-such.csv --at-output light.csv
+refuse 4 "no-such-directory" --at places.csv --at-output no-such-directory/light.csv
+refuse 1 "did you mean --point-light?" --point-ligth 0,0,1,1
+for bad in 0,0,1 0,0,1,-1 0,0,1,1,1 up 0,0,nan,1; do
+    refuse 1 "--point-light $bad: takes X,Y,Z,R or X,Y,Z,R,G,B" "--point-light=$bad"
+done
+
+# A point light of I W/sr at the height h over a flat floor: H = I h / r^3, exactly, and nothing else shines.
+expect_exit 0 "$bake" square.off out.vtp $small --reflectance 0.5 --point-light 0.5,0.5,2,8,4,2 --face-centres \
+    --at places.csv --at-output light.csv
+expect_text stdout "written: light.csv"
+expect_no_text stdout "uniform sky"
+[ "$(wc -l <light.csv)" = 3 ] || fail "two places and a heading were expected"
+# The number of a column.
+column() { head -n 1 light.csv | tr ',' '\n' | grep -n -i -x "$1" | cut -d: -f1; }
+awk -F, -v n="$(column irradiance_R)" 'NR > 1 { r = sqrt(4 + ($1 - 0.5)^2 + ($2 - 0.5)^2); want = 8 * 2 / r^3
+    if (!(($n - want)^2 < (1e-12 * want)^2)) { print "irradiance", $n, "not", want; exit 1 } }' light.csv ||
+    fail "the light at the places is not that of the point light"
+sed -n '/<CellData/,/<\/CellData/p' out.vtp >cells
+expect_text cells 'Name="radiosity"' 'Name="irradiance"' 'Name="original_face_id"'
+
+# Groups add up to all; without the option there are none.
+expect_no_text out.vtp 'Name="radiosity_'
+expect_exit 0 "$bake" "$box" out.vtp $small --sun 0,-1,0.2,3 --point-light 0,0,0,1 --light-groups
+expect_text out.vtp 'Name="radiosity_sun"' 'Name="radiosity_point"'
