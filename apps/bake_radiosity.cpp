@@ -79,7 +79,7 @@ difusa::Sun parse_sun(const std::string& option, const std::string& text) {
 }
 
 void declare(CLI::App& app, Arguments& a) {
-    app.add_option("mesh", a.mesh, "mesh file: .off .obj .ply .stl")->type_name("MESH");
+    app.add_option("mesh", a.mesh, "mesh or scene: .off .obj .ply .stl .gltf .glb .json")->type_name("MESH");
     app.add_option("out", a.files.field, "baked field: .vtp (everything) or .ply (colours and luminance)")
         ->type_name("OUT");
 

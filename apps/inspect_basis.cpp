@@ -71,7 +71,7 @@ CLI::Option* add_repeated(CLI::App& app, const std::string& name, std::vector<T>
 }
 
 void declare(CLI::App& app, Arguments& a) {
-    app.add_option("mesh", a.mesh, "mesh file: .off .obj .ply .stl")->type_name("MESH");
+    app.add_option("mesh", a.mesh, "mesh or scene: .off .obj .ply .stl .gltf .glb .json")->type_name("MESH");
     app.add_option("out", a.field, "fields on a fine mesh: .vtp (everything) or .ply (element as quality)")
         ->type_name("OUT");
 
