@@ -105,6 +105,12 @@ void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::stri
              "galerkin:points=3",
              discretisation);
 
+    add_whole(app, "--correction", options.correction, 0,
+              "sweeps of residual correction of the coefficients the field is evaluated with; 0: as in the equation")
+        ->group(discretisation)
+        ->type_name("SWEEPS")
+        ->default_str(shown(options.correction));
+
     const std::string transport = "Light transport";
     add_name(app, "--transport", options.transport, "gather (rays from sites) or pairwise (form factors)", transport);
     add_whole<std::size_t>(app, "--rays", options.rays, 1, "rays from each site; powers of two are best")

@@ -16,7 +16,7 @@
 namespace difusa {
 
 /// The help text of a mesh or scene file.
-inline constexpr const char* mesh_help = "mesh file: .off .obj .ply .stl";
+inline constexpr const char* mesh_help = "mesh or scene: .off .obj .ply .stl .gltf .glb .json";
 
 /// --basis --sampler --spacing --sites --neighbours, of a BakeOptions or InspectOptions.
 template <class Options> void add_site_arguments(CLI::App& app, Options& options, const std::string& group) {
@@ -29,7 +29,7 @@ template <class Options> void add_site_arguments(CLI::App& app, Options& options
         ->group(group)
         ->type_name("D");
     add_whole<std::size_t>(app, "--sites", options.sites, 1,
-                           "wanted number of sites, instead of --spacing (default 4000)")
+                           "wanted number of sites, instead of --spacing (default 5000)")
         ->group(group)
         ->type_name("N");
     add_whole(app, "--neighbours", options.neighbours, 1, "a site's radius reaches to its M-th nearest site")

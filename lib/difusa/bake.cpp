@@ -12,7 +12,7 @@
 #include <difusa/lighting/dark_patches.h>
 #include <difusa/lighting/direct_light.h>
 #include <difusa/plugin/choice.h>
-#include <difusa/scene/reader.h>
+#include <difusa/scene/scene_file.h>
 #include <difusa/scene/surface_sampling.h>
 #include <difusa/sites/sampler.h>
 #include <difusa/solve/spectral_radius.h>
@@ -238,7 +238,7 @@ class Bake {
     void read(const std::filesystem::path& file) {
         start("read");
         result_.file = file.string();
-        const PolygonSoup soup = read_soup(registry_, file);
+        const PolygonSoup soup = read_scene(registry_, file);
         result_.notes = soup.notes;
         start("diagnose");
         DiagnosedMesh diagnosed = diagnose(soup);
@@ -270,10 +270,10 @@ class Bake {
                           scene.mesh.material.end();
         if (used) {
             Material material;
-            material.name = scene.mesh.corner_reflectance.empty() ? "default" : "vertex colours";
+            material.name = soup.faces_are_painted() ? "vertex colours" : "default";
             material.reflectance = result_.options.reflectance.value_or(material.reflectance);
             result_.options.reflectance = material.reflectance;
-            material.vertex_colours = !scene.mesh.corner_reflectance.empty();
+            material.vertex_colours = soup.faces_are_painted();
             scene.materials.push_back(material);
             if (!material.vertex_colours) {
                 note("faces without a colour have the reflectance " + list(material.reflectance) + " (--reflectance)");

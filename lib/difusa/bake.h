@@ -135,7 +135,7 @@ struct BakeResult {
     std::vector<std::pair<std::string, double>> seconds; ///< wall time of each phase, in order
 };
 
-/// Bakes `file`. Steps report themselves as phases of `execution.progress`.
+/// Bakes `file`, a mesh or a scene (scene/scene_file.h). Steps report themselves as phases of `execution.progress`.
 /// Throws UsageError (unknown plugin or parameter), InputError (file, or a scene that no light reaches),
 /// NotConverged, ResourceError, Interrupted.
 BakeResult bake(const Registry& registry, const std::filesystem::path& file, const BakeOptions& options,

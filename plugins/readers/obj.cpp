@@ -1,8 +1,8 @@
 // reader obj: Wavefront OBJ polygons, with the materials of its MTL libraries.
 //
-// Read: v (with colours after the coordinates), f (also relative indices), usemtl, mtllib, continued lines. Passed
-// over: normals, texture coordinates, groups, smoothing. Noted: lines, points, free-form surfaces, unknown statements,
-// materials and libraries that are missing.
+// Read: v (with colours after the coordinates), vt, f (also relative indices), usemtl, mtllib, continued lines; the
+// pictures that map_Kd and map_Ke of the materials name. Passed over: normals, groups, smoothing. Noted: lines, points,
+// free-form surfaces, unknown statements, materials, libraries and pictures that are missing.
 //
 // tinyobjloader 2.0 is not used: its numbers are off by an ulp and NaN reads as 0, what is not a number reads as 0
 // too, a polygon has at most 255 corners, faces lose their line numbers, and a continued line is an error.
@@ -12,6 +12,8 @@
 #include <difusa/scene/material_library.h>
 #include <difusa/scene/reader.h>
 #include <difusa/scene/tally.h>
+#include <difusa/scene/texture_coordinates.h>
+#include <difusa/scene/texture_files.h>
 
 #include <algorithm>
 #include <cmath>
@@ -45,14 +47,18 @@ class ObjFile {
                           "export the mesh again");
         }
         finish_colours();
+        finish_texture_coordinates();
         finish_materials();
         write_notes();
+        settle_textures(soup_);
     }
 
   private:
     void statement(std::string_view word) {
         if (word == "v") {
             read_point();
+        } else if (word == "vt") {
+            read_texture_coordinates();
         } else if (word == "f" || word == "fo") {
             read_face();
         } else if (word == "usemtl") {
@@ -69,10 +75,10 @@ class ObjFile {
             without_surface_.add(line_, excerpt(word));
         } else if (is_one_of(word, {"curv", "curv2", "surf", "call", "bzp", "bsp", "cdc", "cdp", "res"})) {
             free_form_.add(line_, excerpt(word));
-        } else if (!is_one_of(word, {"vn",         "vt",       "vp",       "g",    "o",      "s",      "mg",
-                                     "bevel",      "c_interp", "d_interp", "lod",  "usemap", "maplib", "trace_obj",
-                                     "shadow_obj", "cstype",   "deg",      "bmat", "step",   "parm",   "trim",
-                                     "hole",       "scrv",     "sp",       "end",  "con",    "ctech",  "stech"})) {
+        } else if (!is_one_of(word, {"vn",       "vp",       "g",    "o",      "s",      "mg",        "bevel",
+                                     "c_interp", "d_interp", "lod",  "usemap", "maplib", "trace_obj", "shadow_obj",
+                                     "cstype",   "deg",      "bmat", "step",   "parm",   "trim",      "hole",
+                                     "scrv",     "sp",       "end",  "con",    "ctech",  "stech"})) {
             unknown_.add(line_, excerpt(word));
         }
         // Not rest_of_line: the statement may go on after a `\`.
@@ -129,11 +135,35 @@ class ObjFile {
         soup_.point_reflectance.push_back(colour);
     }
 
+    /// vt u, then nothing, v, or v and w.
+    void read_texture_coordinates() {
+        TextureCoordinates coordinates = TextureCoordinates::Zero();
+        std::string_view token;
+        int k = 0;
+        for (; scanner_.next(token, Reach::line); ++k) {
+            double value = 0.0;
+            if (k == 3 || !parse_real(token, value)) {
+                scanner_.fail_unexpected(token, {k == 3 ? "the end of the line" : "a texture coordinate"});
+            }
+            if (k < 2) {
+                coordinates[k] = value;
+            }
+        }
+        if (k == 0) {
+            scanner_.fail_missing({"a texture coordinate"}, Reach::line);
+        }
+        if (coordinates_.size() + 1 >= none) {
+            scanner_.fail("the mesh has more texture coordinates than 32 bits can number: split it");
+        }
+        coordinates_.push_back(coordinates);
+    }
+
     void read_face() {
         corners_.clear();
         std::string_view token;
         while (scanner_.next(token, Reach::line)) {
             corners_.push_back(parse_corner(token));
+            read_texture_index(token);
         }
         if (corners_.empty()) {
             scanner_.fail_missing({"a corner of a face"}, Reach::line);
@@ -154,6 +184,43 @@ class ObjFile {
         const auto points = static_cast<std::int64_t>(soup_.points.size());
         const std::int64_t number = index > 0 ? index - 1 : (index < 0 ? points + index : -1);
         return number < 0 || number >= none ? none : static_cast<Index>(number);
+    }
+
+    /// The number after the first slash of a corner, for `finish_texture_coordinates`.
+    void read_texture_index(std::string_view token) {
+        const std::size_t begin = std::min(token.find('/'), token.size() - 1) + 1;
+        const std::string_view word = token.substr(begin, std::min(token.find('/', begin), token.size()) - begin);
+        if (word.empty()) {
+            texture_indices_.push_back(none);
+            return;
+        }
+        std::int64_t index = 0;
+        if (!parse_integer(word, index)) {
+            scanner_.fail_unexpected(token, {"a corner of a face (point/texture/normal)"});
+        }
+        const std::int64_t number = index > 0 ? index - 1 : static_cast<std::int64_t>(coordinates_.size()) + index;
+        texture_indices_.push_back(index == 0 || number < 0 || number >= beyond ? beyond : static_cast<Index>(number));
+    }
+
+    /// A file without any `vt` may say what it likes; others name what they have.
+    void finish_texture_coordinates() {
+        if (coordinates_.empty()) {
+            return;
+        }
+        const TextureCoordinates nowhere = TextureCoordinates::Constant(std::numeric_limits<double>::quiet_NaN());
+        soup_.corner_texture.reserve(texture_indices_.size());
+        for (std::size_t f = 0; f < soup_.face_count(); ++f) {
+            for (std::size_t c = soup_.first_corner[f]; c < soup_.first_corner[f + 1]; ++c) {
+                const Index index = texture_indices_[c];
+                if (index != none && index >= coordinates_.size()) {
+                    scanner_.fail_at(soup_.face_line[f],
+                                     "a corner of a face names texture coordinates that the file does not have (it "
+                                     "has " +
+                                         std::to_string(coordinates_.size()) + "): correct the number, or remove it");
+                }
+                soup_.corner_texture.push_back(index == none ? nowhere : coordinates_[index]);
+            }
+        }
     }
 
     /// Numbers of names until the libraries are read: `mtllib` may follow the faces.
@@ -217,6 +284,7 @@ class ObjFile {
             return; // a library without materials; those that are used will be missed
         }
         MaterialLibrary library = parse_material_library(read_file(path), path.string());
+        read_textures(library, path);
         for (Material& material : library.materials) {
             const auto number = static_cast<Index>(soup_.materials.size());
             if (defined_.try_emplace(material.name, number).second) {
@@ -226,6 +294,26 @@ class ObjFile {
             }
         }
         soup_.notes.insert(soup_.notes.end(), library.notes.begin(), library.notes.end());
+    }
+
+    void read_textures(MaterialLibrary& library, const std::filesystem::path& path) {
+        Tally missing;
+        for (const TextureUse& use : library.textures) {
+            Material& material = library.materials[use.material];
+            const std::filesystem::path picture = find_beside(path.parent_path(), use.file);
+            if (picture.empty()) {
+                missing.add(use.line, excerpt(use.file));
+                if (use.alone) {
+                    (use.emission ? material.emission = Rgb::Zero() : material.reflectance = Material{}.reflectance);
+                }
+                continue;
+            }
+            const Texture::Wrap wrap = use.clamp ? Texture::Wrap::clamp : Texture::Wrap::repeat;
+            (use.emission ? material.emission_texture : material.reflectance_texture) =
+                textures_.texture(picture, wrap, wrap, use.placement);
+        }
+        missing.note(path.string() + ": pictures of textures that are not there",
+                     "Kd and Ke alone count (without Kd: 0.5); put the pictures beside the MTL file", library.notes);
     }
 
     void finish_colours() {
@@ -267,6 +355,7 @@ class ObjFile {
 
     void write_notes() {
         std::vector<std::string>& notes = soup_.notes;
+        notes.insert(notes.end(), textures_.notes().begin(), textures_.notes().end());
         missing_libraries_.note("mtllib lines whose files are not there", "put the files beside the OBJ file", notes);
         undefined_.note("materials that are used but not defined",
                         "faces of the default reflectance for it: " + std::to_string(faces_without_), notes);
@@ -283,6 +372,8 @@ class ObjFile {
 
     static constexpr double without_colour = std::numeric_limits<double>::quiet_NaN(); // until all points are read
 
+    static constexpr Index beyond = none - 1; ///< texture coordinates that no file has
+
     struct UsedName {
         std::string name;
         std::uint32_t line;
@@ -295,6 +386,9 @@ class ObjFile {
     std::uint32_t line_ = 0; ///< where the current statement begins
     std::vector<std::string_view> words_;
     std::vector<Index> corners_;
+    std::vector<TextureCoordinates> coordinates_;
+    std::vector<Index> texture_indices_; ///< for each corner, `none` if it names no texture coordinates
+    TextureFiles textures_;
 
     Index material_ = none; ///< number in `names_`
     std::vector<UsedName> names_;
@@ -324,4 +418,4 @@ class ObjReader final : public Reader {
 
 } // namespace
 
-DIFUSA_PLUGIN(reader, "obj", ObjReader, "Wavefront OBJ polygons with MTL materials (.obj).", {})
+DIFUSA_PLUGIN(reader, "obj", ObjReader, "Wavefront OBJ polygons with MTL materials and their textures (.obj).", {})

@@ -607,5 +607,123 @@ TEST(Diagnosis, ManyFacesAroundOneVertexOrEdge) {
               (Counts{{"non-manifold-edges", 1}, {"border-edges", 2 * n}}));
 }
 
+// Textures and double-sided materials -----------------------------------------------------------------------------
+
+std::shared_ptr<const Texture> even_texture(float value) {
+    return std::make_shared<const Texture>(Image{1, 1, {{value, value, value}}});
+}
+
+TEST(Diagnosis, TextureCoordinatesStayWithTheirCorners) {
+    // A quad that is cut, a face that is turned over, and one whose material has no texture. Each corner's coordinates
+    // are its x and y plus ten times its face, so that a mix-up shows.
+    PolygonSoup soup = make_soup({{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}, {4, 0, 0}, {2, 0, 0}, {9, 9, 1}},
+                                 {{3, 0, 1, 2}, {5, 2, 4}, {0, 1, 6}});
+    Material picture{"picture", Rgb::Constant(0.5), Rgb::Zero()}, plain{"plain", Rgb::Constant(0.5), Rgb::Zero()};
+    picture.reflectance_texture = even_texture(1.0F);
+    soup.materials = {picture, plain};
+    soup.face_material = {0, 0, 1};
+    for (std::size_t f = 0; f < soup.face_count(); ++f) {
+        for (const Index p : soup.face(f)) {
+            soup.corner_texture.push_back(soup.points[p].head<2>().array() + 10.0 * static_cast<double>(f));
+        }
+    }
+    soup.corner_texture[9] = {nan, nan}; // of the face without a texture: nobody looks
+    const DiagnosedMesh result = diagnose(soup);
+    EXPECT_EQ(counts(result.diagnosis)["inconsistent-orientation"], 1U);
+    ASSERT_EQ(result.mesh.corner_texture.size(), 4U);
+    for (std::size_t t = 0; t < 3; ++t) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Vec3& position = result.mesh.points[result.mesh.triangles[t][k]];
+            EXPECT_EQ(result.mesh.corner_texture[t][k],
+                      TextureCoordinates(position.head<2>().array() + 10.0 * result.mesh.original_face[t]));
+        }
+    }
+    for (const TextureCoordinates& none_here : result.mesh.corner_texture[3]) {
+        EXPECT_EQ(none_here, TextureCoordinates(0, 0));
+    }
+    soup.corner_texture[1] = {nan, 0};
+    EXPECT_THAT(refusal(soup), AllOf(HasSubstr("face 0"), HasSubstr("texture coordinates"), HasSubstr("\"picture\"")));
+    soup.corner_texture.clear();
+    EXPECT_THAT(refusal(soup), HasSubstr("texture coordinates"));
+}
+
+TEST(Diagnosis, ATextureMayNotReflectMoreThanAll) {
+    PolygonSoup soup = make_soup({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}});
+    Material material{"snow", Rgb::Constant(0.5), Rgb::Zero()};
+    soup.face_material = {0};
+    soup.corner_texture.assign(3, TextureCoordinates::Zero());
+    material.reflectance_texture = even_texture(2.0F);
+    soup.materials = {material};
+    EXPECT_EQ(refusal(soup), "");
+    soup.materials[0].reflectance_texture = even_texture(2.5F);
+    EXPECT_THAT(refusal(soup), AllOf(HasSubstr("\"snow\""), HasSubstr("1.25")));
+}
+
+/// Two triangles that make a roof, the second material double-sided.
+PolygonSoup roof() {
+    PolygonSoup soup =
+        make_soup({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0.25}, {5, -1, 0}}, {{0, 1, 2}, {2, 1, 3}, {0, 4, 1}});
+    soup.materials = {Material{"one", Rgb::Constant(0.5), Rgb::Zero()},
+                      Material{"two", Rgb::Constant(0.5), Rgb::Zero()}};
+    soup.materials[1].double_sided = true;
+    soup.face_material = {1, 1, 0};
+    return soup;
+}
+
+TEST(Diagnosis, DoubleSidedFacesGetBacksThatAreFronts) {
+    PolygonSoup soup = roof();
+    soup.materials[1].vertex_colours = true;
+    for (std::size_t p = 0; p < soup.points.size(); ++p) {
+        soup.point_reflectance.push_back(Rgb::Constant(0.1 * static_cast<double>(p)));
+    }
+    const DiagnosedMesh result = diagnose(soup);
+    const Mesh& mesh = result.mesh;
+    EXPECT_EQ(counts(result.diagnosis), (Counts{{"double-sided-faces", 2}, {"border-edges", 5}}));
+    EXPECT_FALSE(finding(result.diagnosis, "double-sided-faces").repaired);
+    ASSERT_EQ(mesh.triangles.size(), 5U);
+    EXPECT_THAT(mesh.original_face, ElementsAre(0, 1, 2, 0, 1));
+    EXPECT_THAT(mesh.material, ElementsAre(1, 1, 0, 1, 1));
+    for (const auto& [front, back] : {std::pair{0U, 3U}, std::pair{1U, 4U}}) {
+        EXPECT_EQ(mesh.normals[back], -mesh.normals[front]);
+        for (std::size_t k = 0; k < 3; ++k) {
+            EXPECT_EQ(mesh.triangles[back][k], mesh.triangles[front][(3 - k) % 3]);
+            EXPECT_EQ(mesh.corner_reflectance[back][k][0], 0.1 * mesh.triangles[back][k]);
+        }
+    }
+    // Each side is one patch, and the two are apart.
+    EXPECT_EQ(mesh.patch[0], mesh.patch[1]);
+    EXPECT_EQ(mesh.patch[3], mesh.patch[4]);
+    EXPECT_NE(mesh.patch[0], mesh.patch[3]);
+}
+
+TEST(Diagnosis, BacksThatTheFileHasAreNotAddedAgain) {
+    PolygonSoup soup = roof();
+    auto faces = test::faces_of(soup);
+    faces.push_back({3, 1, 2}); // the back of face 1
+    PolygonSoup both = make_soup(soup.points, faces);
+    both.materials = soup.materials;
+    both.face_material = {1, 1, 0, 1};
+    const DiagnosedMesh result = diagnose(both);
+    EXPECT_EQ(result.mesh.triangles.size(), 5U);
+    EXPECT_EQ(result.mesh.original_face.back(), 0U);
+    EXPECT_EQ(counts(result.diagnosis)["duplicate-faces"], 0U);
+    // The back may be of another material: then it is that.
+    both.face_material[3] = 0;
+    EXPECT_EQ(diagnose(both).mesh.triangles.size(), 5U);
+}
+
+TEST(Diagnosis, PlacesAreNamedByTheFilesOfAScene) {
+    PolygonSoup soup = make_soup({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}},
+                                 {{0, 1, 2}, {3, 4, 5}, {3, 3, 5}});
+    soup.file = "scene.json";
+    soup.parts = {{"a.obj", 0, 0}, {"empty.obj", 1, 3}, {"b.obj", 1, 3}};
+    const DiagnosedMesh result = diagnose(soup);
+    EXPECT_THAT(finding(result.diagnosis, "too-few-corners").places[0], HasSubstr("face 1 (line 102) of b.obj near"));
+    ASSERT_EQ(result.diagnosis.parts.size(), 3U);
+    soup.points[4][2] = nan;
+    EXPECT_THAT(refusal(soup),
+                AllOf(HasSubstr("b.obj:101: point 1 of b.obj"), HasSubstr("face 0 (line 101) of b.obj")));
+}
+
 } // namespace
 } // namespace difusa

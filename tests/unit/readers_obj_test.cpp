@@ -213,7 +213,7 @@ TEST(MaterialLibrary, OneNumberStandsForThree) {
 
 TEST(MaterialLibrary, NotesWhatChangesTheLight) {
     const MaterialLibrary library = parse_material_library(
-        "newmtl a\nKd 1 1 1\nd 0.5\nTr 0.5\nnewmtl b\nKd xyz 1 2 3\nmap_Kd x.png\nd 1.0\nTr 0\nnewmtl a\nKd 0 0 0\n"
+        "newmtl a\nKd 1 1 1\nd 0.5\nTr 0.5\nnewmtl b\nKd xyz 1 2 3\nmap_Bump x.png\nd 1.0\nTr 0\nnewmtl a\nKd 0 0 0\n"
         "newmtl c\nKe 1 1 1\nd -halo 0.25\n",
         "a.mtl");
     ASSERT_EQ(library.materials.size(), 3U);
@@ -222,11 +222,10 @@ TEST(MaterialLibrary, NotesWhatChangesTheLight) {
     for (const std::string& note : library.notes) {
         text += note + "\n";
     }
-    EXPECT_THAT(text,
-                AllOf(HasSubstr("a.mtl: materials without Kd: 2 (first at line 5)"),
-                      HasSubstr("with a texture: 1 (first at line 7)"), HasSubstr("not opaque: 2 (first at line 1)"),
-                      HasSubstr("with a spectral or xyz colour: 1 (first at line 6)"),
-                      HasSubstr("whose name was defined before: 1 (first at line 10)")));
+    EXPECT_THAT(text, AllOf(HasSubstr("a.mtl: materials without Kd: 2 (first at line 5)"),
+                            HasSubstr("not opaque: 2 (first at line 1)"),
+                            HasSubstr("with a spectral or xyz colour: 1 (first at line 6)"),
+                            HasSubstr("whose name was defined before: 1 (first at line 10)")));
 }
 
 TEST(MaterialLibrary, RefusesMalformedColours) {
@@ -243,6 +242,101 @@ TEST(MaterialLibrary, RefusesMalformedColours) {
     EXPECT_THAT(refusal_of("newmtl a\nKe 1 1 1 1\n"), HasSubstr("'1'"));
     EXPECT_THAT(refusal_of("Kd 1 1 1\n"), HasSubstr("before the first newmtl"));
     EXPECT_THAT(refusal_of("newmtl\nKd 1 1 1\n"), HasSubstr("no name"));
+}
+
+/// A picture of 2 by 1 pixels, as BMP: left (v0 v0 v0), right (v1 v1 v1).
+std::string two_pixels(unsigned char v0, unsigned char v1) {
+    std::string bmp("BM\0\0\0\0\0\0\0\0\x36\0\0\0\x28\0\0\0\2\0\0\0\1\0\0\0\1\0\x18\0", 30);
+    bmp += std::string(24, '\0');
+    return bmp + std::string(3, static_cast<char>(v0)) + std::string(3, static_cast<char>(v1)) + std::string(2, '\0');
+}
+
+TEST_F(ObjLibraries, TexturesAndTheirCoordinates) {
+    write("red brick.bmp", two_pixels(0, 255));
+    write("room.mtl", "newmtl wall\nmap_Kd -s 0.5 1 1 -o 0.25 0 -clamp on old\\place\\red brick.bmp\n"
+                      "newmtl lamp\nKd 0.5\nKe 8\nmap_Ke red brick.bmp\n");
+    const PolygonSoup soup = read("mtllib room.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0.25\nvt 0.5 0.75\nvt 1 2 3\n"
+                                  "usemtl wall\nf 1/1 2/2/1 3/-1\nusemtl lamp\nf 1/1 2/2 3/4\nvt 7 8\nf 1/1 2 3/2\n");
+    ASSERT_EQ(soup.corner_texture.size(), 9U);
+    EXPECT_EQ(soup.corner_texture[0], TextureCoordinates(0.25, 0));
+    EXPECT_EQ(soup.corner_texture[1], TextureCoordinates(0.5, 0.75));
+    EXPECT_EQ(soup.corner_texture[2], TextureCoordinates(1, 2));
+    EXPECT_EQ(soup.corner_texture[5], TextureCoordinates(7, 8)) << "it may follow the faces that use it";
+    EXPECT_TRUE(std::isnan(soup.corner_texture[7][0]));
+    const Material &wall = soup.materials[0], &lamp = soup.materials[1];
+    EXPECT_TRUE((wall.reflectance == 1.0).all()) << "without Kd";
+    ASSERT_TRUE(wall.reflectance_texture);
+    // u' = u / 2 + 1/4, clamped: the centre of the left pixel is at u = 0, of the right one at u = 1.
+    EXPECT_EQ(wall.reflectance_texture->at({0, 0.5})[0], 0.0);
+    EXPECT_EQ(wall.reflectance_texture->at({1, 0.5})[0], 1.0);
+    EXPECT_EQ(wall.reflectance_texture->at({9, 0.5})[0], 1.0);
+    EXPECT_FALSE(wall.emission_texture);
+    ASSERT_TRUE(lamp.emission_texture);
+    EXPECT_EQ(lamp.emission_texture->at({0.25, 0.5})[0], 0.0);
+    EXPECT_EQ(lamp.emission_texture->at({1.75, 0.5})[0], 1.0);
+    EXPECT_TRUE((lamp.emission == 8.0).all());
+    // The last face lacks coordinates: the mean stands for the texture.
+    EXPECT_THAT(soup.face_material, ElementsAre(0, 1, 2));
+    EXPECT_TRUE((soup.materials[2].emission == 4.0).all());
+    EXPECT_THAT(notes(soup), HasSubstr("faces without texture coordinates whose material has a texture: 1"));
+}
+
+TEST_F(ObjLibraries, PicturesThatAreMissingOrDamaged) {
+    write("room.mtl", "newmtl a\nKd 0.25\nmap_Kd gone.png\nnewmtl b\nmap_Kd gone.png\nmap_Ke gone.png\n");
+    const std::string mesh = "mtllib room.mtl\n" + square + "usemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\n";
+    const PolygonSoup soup = read(mesh);
+    EXPECT_TRUE((soup.materials[0].reflectance == 0.25).all());
+    EXPECT_TRUE((soup.materials[1].reflectance == 0.5).all());
+    EXPECT_TRUE((soup.materials[1].emission == 0.0).all());
+    EXPECT_THAT(notes(soup), AllOf(HasSubstr("room.mtl: pictures of textures that are not there: 3 (first at line 3: "
+                                             "'gone.png')"),
+                                   Not(HasSubstr("without texture coordinates"))));
+    write("gone.png", "\x89PNG\r\n");
+    try {
+        read(mesh);
+        FAIL();
+    } catch (const InputError& error) {
+        EXPECT_THAT(error.what(), HasSubstr("gone.png: damaged PNG"));
+    }
+}
+
+TEST(ObjReader, TextureIndicesThatNameNothing) {
+    EXPECT_THAT(refusal("obj", "v 0 0 0\nvt 0 0\nf 1/1 1/1 1/1\nf 1/2 1/1 1/1\n"),
+                AllOf(HasSubstr("test.obj, line 4"), HasSubstr("texture coordinates"), HasSubstr("it has 1")));
+    EXPECT_THAT(refusal("obj", "v 0 0 0\nvt 0 0\nf 1/0 1/1 1/1\n"), HasSubstr("line 3"));
+    EXPECT_THAT(refusal("obj", "v 0 0 0\nf 1/-1 1 1\nvt 0 0\n"), HasSubstr("line 2"));
+    EXPECT_THAT(refusal("obj", "v 0 0 0\nf 1/1+ 1 1\n"), HasSubstr("'1/1+'"));
+    EXPECT_THAT(refusal("obj", "v 0 0 0\nvt a\n"), AllOf(HasSubstr("line 2"), HasSubstr("'a'")));
+    EXPECT_THAT(refusal("obj", "v 0 0 0\nvt\n"), HasSubstr("texture coordinate"));
+    EXPECT_THAT(refusal("obj", "v 0 0 0\nvt 1 2 3 4\n"), HasSubstr("'4'"));
+    EXPECT_THAT(obj("v 0 0 0\nf 1/1/1 1/5/1 1/9/1\n").corner_texture, IsEmpty()) << "a file without any vt";
+}
+
+TEST(MaterialLibrary, OptionsOfTextures) {
+    const MaterialLibrary library = parse_material_library(
+        "newmtl a\nmap_Kd -blendu on -o 1 2 3 -s 4 -mm 0 2 -t 0 0 0 1.png\nmap_Ke -clamp off  my picture.png # remark\n"
+        "map_Ke -s 2 0.5 other.png\nillum 3\nKs 0.5 0.5 0.5\nnewmtl b\nillum 3\nKs 0 0 0\nnewmtl c\nKs 1\n",
+        "a.mtl");
+    ASSERT_EQ(library.textures.size(), 2U);
+    EXPECT_EQ(library.textures[0].file, "1.png");
+    EXPECT_FALSE(library.textures[0].emission);
+    TexturePlacement place;
+    place << 4, 0, 1, 0, 1, 2;
+    EXPECT_EQ(library.textures[0].placement, place);
+    EXPECT_EQ(library.textures[1].file, "other.png") << "the latest counts";
+    EXPECT_EQ(library.textures[1].line, 4U);
+    place << 2, 0, 0, 0, 0.5, 0;
+    EXPECT_EQ(library.textures[1].placement, place);
+    std::string text;
+    for (const std::string& note : library.notes) {
+        text += note + "\n";
+    }
+    EXPECT_THAT(text, AllOf(HasSubstr("options of textures that are not read: 2 (first at line 2: '-blendu')"),
+                            HasSubstr("materials that are mirrors (illum 3 with Ks): 1 (first at line 1)"),
+                            HasSubstr("mirrors are not computed")));
+    EXPECT_THROW(parse_material_library("newmtl a\nmap_Kd -clamp on\n", "a.mtl"), InputError);
+    EXPECT_THROW(parse_material_library("newmtl a\nmap_Kd -s x.png\n", "a.mtl"), InputError);
+    EXPECT_THROW(parse_material_library("map_Kd x.png\n", "a.mtl"), InputError);
 }
 
 } // namespace

@@ -6,7 +6,7 @@
 #include <difusa/core/memory.h>
 #include <difusa/core/parallel.h>
 #include <difusa/core/random.h>
-#include <difusa/scene/reader.h>
+#include <difusa/scene/scene_file.h>
 #include <difusa/scene/scene.h>
 #include <difusa/sites/sampler.h>
 #include <difusa/visibility/visibility.h>
@@ -283,7 +283,7 @@ BasisInspection inspect_basis(const Registry& registry, const std::filesystem::p
     }
 
     execution.phase("read");
-    DiagnosedMesh diagnosed = diagnose(read_soup(registry, file));
+    DiagnosedMesh diagnosed = diagnose(read_scene(registry, file));
     result.diagnosis = std::move(diagnosed.diagnosis);
     result.mesh = std::move(diagnosed.mesh);
     if (execution.progress != nullptr) {

@@ -77,6 +77,13 @@ std::string report_of(const BakeResult& result) {
     input["file"] = result.file;
     input["faces"] = result.diagnosis.file_faces;
     input["points"] = result.diagnosis.file_points;
+    const std::vector<SoupPart>& parts = result.diagnosis.parts;
+    input["parts"] = Json::array();
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        const std::size_t end = i + 1 < parts.size() ? parts[i + 1].first_face : result.diagnosis.file_faces;
+        input["parts"].push_back(
+            {{"file", parts[i].file}, {"first_face", parts[i].first_face}, {"faces", end - parts[i].first_face}});
+    }
     input["findings"] = Json::array();
     for (const Finding& finding : result.diagnosis.findings) {
         input["findings"].push_back({{"code", finding.code},

@@ -7,6 +7,7 @@
 #include <difusa/scene/orient.h>
 #include <difusa/scene/outline.h>
 #include <difusa/scene/soup_check.h>
+#include <difusa/scene/texture_coordinates.h>
 #include <difusa/scene/triangle_area.h>
 #include <difusa/scene/triangulate.h>
 
@@ -17,7 +18,7 @@ namespace difusa {
 
 namespace {
 
-/// The triangles on their way from the file to the mesh. Corners are numbers of points of the file.
+/// The triangles on their way from the file to the mesh. Corners are numbers of points and corners of the file.
 struct Triangles {
     std::vector<std::array<Corner, 3>> corners;
     std::vector<Index> face; ///< number in the file, ascending
@@ -35,8 +36,8 @@ std::vector<char> used_points(const PolygonSoup& soup) {
 }
 
 [[noreturn]] void refuse_crossing(const PolygonSoup& soup, std::size_t face, const Vec3& place) {
-    throw InputError(file_prefix(soup, line_of_face(soup, face)) + face_name(soup, face) + " crosses itself near " +
-                     coordinates(place) + ". Correct the order of its corners, or cut it into triangles.");
+    throw InputError(face_prefix(soup, face) + face_name(soup, face) + " crosses itself near " + coordinates(place) +
+                     ". Correct the order of its corners, or cut it into triangles.");
 }
 
 /// Cuts all faces into triangles with an area.
@@ -50,8 +51,8 @@ Triangles cut_faces(const PolygonSoup& soup, const std::vector<Index>& place, Fi
         const auto face = soup.face(f);
         const Vec3 where = face.empty() ? Vec3(Vec3::Zero()) : soup.points[face[0]];
         outline.clear();
-        for (const Index source : face) {
-            outline.push_back({place[source], source});
+        for (std::size_t c = soup.first_corner[f]; c < soup.first_corner[f + 1]; ++c) {
+            outline.push_back({place[soup.corners[c]], static_cast<Index>(c)});
         }
         const std::size_t places = distinct_places(outline);
         remove_repetitions(outline);
@@ -204,7 +205,7 @@ Mesh make_mesh(const PolygonSoup& soup, const Triangles& triangles, const std::v
         }
     }
     const auto unnamed = static_cast<Index>(soup.materials.size());
-    bool coloured = false;
+    bool coloured = false, textured = false;
     mesh.triangles.reserve(triangles.size());
     mesh.material.reserve(triangles.size());
     for (std::size_t t = 0; t < triangles.size(); ++t) {
@@ -213,6 +214,7 @@ Mesh make_mesh(const PolygonSoup& soup, const Triangles& triangles, const std::v
         const Index material = soup.face_material[triangles.face[t]];
         mesh.material.push_back(material == none ? unnamed : material);
         coloured = coloured || soup.painted(triangles.face[t]);
+        textured = textured || (material != none && is_textured(soup.materials[material]));
     }
     mesh.original_face = triangles.face;
     if (coloured) {
@@ -220,12 +222,36 @@ Mesh make_mesh(const PolygonSoup& soup, const Triangles& triangles, const std::v
         for (std::size_t t = 0; t < triangles.size(); ++t) {
             if (soup.painted(triangles.face[t])) {
                 for (std::size_t k = 0; k < 3; ++k) {
-                    mesh.corner_reflectance[t][k] = soup.point_reflectance[triangles.corners[t][k].source];
+                    mesh.corner_reflectance[t][k] =
+                        soup.point_reflectance[soup.corners[triangles.corners[t][k].source]];
+                }
+            }
+        }
+    }
+    if (textured) {
+        const TextureCoordinates zero = TextureCoordinates::Zero();
+        mesh.corner_texture.assign(triangles.size(), {zero, zero, zero});
+        for (std::size_t t = 0; t < triangles.size(); ++t) {
+            const Index material = soup.face_material[triangles.face[t]];
+            if (material != none && is_textured(soup.materials[material])) {
+                for (std::size_t k = 0; k < 3; ++k) {
+                    mesh.corner_texture[t][k] = soup.corner_texture[triangles.corners[t][k].source];
                 }
             }
         }
     }
     return mesh;
+}
+
+/// Turns triangle t over.
+void turn(Mesh& mesh, std::size_t t) {
+    std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
+    if (!mesh.corner_reflectance.empty()) {
+        std::swap(mesh.corner_reflectance[t][1], mesh.corner_reflectance[t][2]);
+    }
+    if (!mesh.corner_texture.empty()) {
+        std::swap(mesh.corner_texture[t][1], mesh.corner_texture[t][2]);
+    }
 }
 
 /// Turns faces so that neighbours agree, and reports where they cannot.
@@ -241,10 +267,7 @@ void orient_faces(const PolygonSoup& soup, const Edges& edges, Mesh& mesh, Findi
         if (orientation.turned[face] == 0) {
             continue;
         }
-        std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
-        if (!mesh.corner_reflectance.empty()) {
-            std::swap(mesh.corner_reflectance[t][1], mesh.corner_reflectance[t][2]);
-        }
+        turn(mesh, t);
         if (t == 0 || mesh.original_face[t - 1] != face) {
             found.at_face(Defect::inconsistent_orientation, face, mesh.corner(static_cast<Index>(t), 0));
         }
@@ -277,6 +300,57 @@ void report_topology(const Edges& edges, const Mesh& mesh, FindingList& found) {
     }
 }
 
+/// The corners of a triangle, from the least number on: equal for triangles with the same corners and the same front.
+std::array<Index, 3> from_least(std::array<Index, 3> corners) {
+    std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
+    return corners;
+}
+
+/// Gives each triangle of a double-sided material another that is its back, unless there is one.
+void add_backs(const PolygonSoup& soup, Mesh& mesh, FindingList& found) {
+    const std::size_t count = mesh.triangles.size();
+    const auto double_sided = [&](std::size_t t) {
+        return mesh.material[t] < soup.materials.size() && soup.materials[mesh.material[t]].double_sided;
+    };
+    std::vector<std::array<Index, 3>> fronts;
+    for (std::size_t t = 0; t < count; ++t) {
+        if (double_sided(t)) {
+            fronts.push_back(from_least(mesh.triangles[t]));
+        }
+    }
+    if (fronts.empty()) {
+        return;
+    }
+    fronts.clear();
+    for (const auto& triangle : mesh.triangles) {
+        fronts.push_back(from_least(triangle));
+    }
+    std::sort(fronts.begin(), fronts.end());
+    for (std::size_t t = 0; t < count; ++t) {
+        if (!double_sided(t)) {
+            continue;
+        }
+        const auto [a, b, c] = mesh.triangles[t];
+        const Index face = mesh.original_face[t];
+        if (t == 0 || mesh.original_face[t - 1] != face) {
+            found.at_face(Defect::double_sided_faces, face, mesh.points[a]);
+        }
+        if (std::binary_search(fronts.begin(), fronts.end(), from_least({a, c, b}))) {
+            continue;
+        }
+        mesh.triangles.push_back({a, b, c});
+        mesh.original_face.push_back(face);
+        mesh.material.push_back(Index{mesh.material[t]});
+        if (!mesh.corner_reflectance.empty()) {
+            mesh.corner_reflectance.push_back(std::array<Rgb, 3>(mesh.corner_reflectance[t]));
+        }
+        if (!mesh.corner_texture.empty()) {
+            mesh.corner_texture.push_back(std::array<TextureCoordinates, 3>(mesh.corner_texture[t]));
+        }
+        turn(mesh, mesh.triangles.size() - 1);
+    }
+}
+
 } // namespace
 
 DiagnosedMesh diagnose(const PolygonSoup& soup) {
@@ -303,8 +377,11 @@ DiagnosedMesh diagnose(const PolygonSoup& soup) {
     orient_faces(soup, edges, result.mesh, found);
     report_topology(edges, result.mesh, found);
 
+    // 5. Backs that are fronts too. Nothing above takes them for defects.
+    add_backs(soup, result.mesh, found);
+
     result.mesh.derive();
-    result.diagnosis = {found.findings(), soup.face_count(), soup.points.size()};
+    result.diagnosis = {found.findings(), soup.face_count(), soup.points.size(), soup.parts};
     return result;
 }
 

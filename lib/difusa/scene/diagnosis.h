@@ -24,15 +24,18 @@ struct Finding {
 struct Diagnosis {
     std::vector<Finding> findings; ///< each code at most once, in the order of the list at `diagnose`
     std::size_t file_faces = 0, file_points = 0;
+    std::vector<SoupPart> parts; ///< the mesh files of a scene file; empty: it is one itself
 };
 
 /// A mesh fit for baking, and the report of what it took.
 struct DiagnosedMesh {
-    Mesh mesh; ///< derived; `material` numbers soup.materials, or equals soup.materials.size() for faces without one
+    Mesh mesh; ///< derived; `material` numbers soup.materials, or equals soup.materials.size() for faces without one.
+               ///< Behind the triangles of the file, the backs of those whose material is double-sided
     Diagnosis diagnosis;
 };
 
-/// Judges and repairs a soup. Points and triangles of the mesh are in the order of the file.
+/// Judges and repairs a soup. Points and triangles of the mesh are in the order of the file; the
+/// backs that double-sided materials add come last.
 ///
 /// Refused (InputError naming file, line or face, coordinates and remedy): an index out of range; in a used point, a
 /// coordinate that is NaN, infinite or beyond 1e75; a polygon that crosses itself; in a used material or vertex
@@ -59,6 +62,8 @@ struct DiagnosedMesh {
 ///   concave-polygons          cut into triangles
 ///   polygons                  all faces with more than three corners: cut into triangles
 ///   two-sided-sheets          faces on the same corners as earlier ones, with the opposite front: both kept
+///   double-sided-faces        faces of double-sided materials: each triangle gets another that is its back, unless the
+///                             file has it already
 ///   non-manifold-edges        edges of three or more triangles
 ///   non-manifold-vertices     vertices where parts touch that have no edge in common there
 ///   border-edges              edges of one triangle

@@ -2,6 +2,7 @@
 
 #include <difusa/core/error.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <fstream>
 #include <new>
@@ -55,6 +56,19 @@ std::string read_file(const fs::path& file) {
         throw InputError(name + ": is empty: export the mesh again");
     }
     return content;
+}
+
+fs::path find_beside(const fs::path& folder, std::string_view name) {
+    std::string portable(name);
+    std::replace(portable.begin(), portable.end(), '\\', '/');
+    for (const fs::path& candidate :
+         {folder / std::string(name), folder / portable, folder / portable.substr(portable.find_last_of('/') + 1)}) {
+        std::error_code error;
+        if (fs::is_regular_file(candidate, error)) {
+            return candidate;
+        }
+    }
+    return {};
 }
 
 std::string Expected::text() const {

@@ -15,6 +15,10 @@ void check_readable(const std::filesystem::path& file);
 /// to its end, ResourceError if it does not fit into memory.
 std::string read_file(const std::filesystem::path& file);
 
+/// The file that `name`, written in a file of `folder`, means: exporters write paths of other machines, with either
+/// kind of slash, and files move along with those that name them. Empty if there is none.
+std::filesystem::path find_beside(const std::filesystem::path& folder, std::string_view name);
+
 /// What a reader is about to read, for the message if it is not there: "a coordinate of point 5 of 8".
 struct Expected {
     const char* what;       ///< "a coordinate of point"

@@ -41,6 +41,8 @@ constexpr std::array<Wording, static_cast<std::size_t>(Defect::count)> wordings{
     {"polygons", "polygon with more than three corners", "polygons with more than three corners", "cut into triangles",
      false},
     {"two-sided-sheets", "face back to back with another", "faces back to back with others", "", false},
+    {"double-sided-faces", "face of a double-sided material", "faces of double-sided materials",
+     "their backs are fronts too", false},
     {"non-manifold-edges", "edge of three or more triangles", "edges of three or more triangles", "", false},
     {"non-manifold-vertices", "vertex where separate parts touch", "vertices where separate parts touch", "", false},
     {"border-edges", "border edge", "border edges", "", false},
@@ -60,16 +62,41 @@ std::string file_prefix(const PolygonSoup& soup, std::uint32_t line) {
     return soup.file + (line != 0 ? ":" + std::to_string(line) : "") + ": ";
 }
 
+namespace {
+
+/// The part that `number` belongs to by its `first`; null if the soup is of one file.
+const SoupPart* part_of(const PolygonSoup& soup, std::size_t SoupPart::*first, std::size_t number) {
+    const auto next = std::upper_bound(soup.parts.begin(), soup.parts.end(), number,
+                                       [&](std::size_t n, const SoupPart& part) { return n < part.*first; });
+    return next == soup.parts.begin() ? nullptr : &*std::prev(next);
+}
+
+std::string name_in_part(const PolygonSoup& soup, const char* kind, std::size_t SoupPart::*first, std::size_t number,
+                         std::uint32_t line) {
+    const SoupPart* part = part_of(soup, first, number);
+    return part == nullptr ? with_line(kind, number, line)
+                           : with_line(kind, number - part->*first, line) + " of " + part->file;
+}
+
+} // namespace
+
+std::string face_prefix(const PolygonSoup& soup, std::size_t face) {
+    const SoupPart* part = part_of(soup, &SoupPart::first_face, face);
+    const std::uint32_t line = line_of_face(soup, face);
+    return (part == nullptr ? soup.file : part->file) + (line != 0 ? ":" + std::to_string(line) : "") + ": ";
+}
+
 std::uint32_t line_of_face(const PolygonSoup& soup, std::size_t face) {
     return face < soup.face_line.size() ? soup.face_line[face] : 0;
 }
 
 std::string face_name(const PolygonSoup& soup, std::size_t face) {
-    return with_line("face ", face, line_of_face(soup, face));
+    return name_in_part(soup, "face ", &SoupPart::first_face, face, line_of_face(soup, face));
 }
 
 std::string point_name(const PolygonSoup& soup, std::size_t point) {
-    return with_line("point ", point, point < soup.point_line.size() ? soup.point_line[point] : 0);
+    return name_in_part(soup, "point ", &SoupPart::first_point, point,
+                        point < soup.point_line.size() ? soup.point_line[point] : 0);
 }
 
 std::string coordinates(const Vec3& position) {

@@ -27,6 +27,7 @@ enum class Defect : std::size_t {
     concave_polygons,
     polygons,
     two_sided_sheets,
+    double_sided_faces,
     non_manifold_edges,
     non_manifold_vertices,
     border_edges,
@@ -36,7 +37,11 @@ enum class Defect : std::size_t {
 /// "room.obj:40: " or, where lines are unknown, "room.obj: ".
 std::string file_prefix(const PolygonSoup& soup, std::uint32_t line);
 
-/// "face 12 (line 40)"; faces and points are numbered from 0.
+/// The same for the file and the line of a face.
+std::string face_prefix(const PolygonSoup& soup, std::size_t face);
+
+/// "face 12 (line 40)"; faces and points are numbered from 0. Of a soup that was put together from several files:
+/// "face 12 (line 40) of room.obj", numbered as in that file.
 std::string face_name(const PolygonSoup& soup, std::size_t face);
 
 /// "point 7 (line 9)".

@@ -7,10 +7,10 @@
 
 namespace difusa {
 
-/// A corner of a face: the place, and the file's point that stands there (which has the colour).
+/// A corner of a face: the place, and the corner of the file that stands there (which has colour and texture).
 struct Corner {
     Index place;  ///< number of the point all points at this place are merged into
-    Index source; ///< number of the point in the file
+    Index source; ///< number of the corner in the file
 };
 
 using Outline = std::vector<Corner>;

@@ -15,6 +15,12 @@
 
 namespace difusa {
 
+/// A mesh file among several that make a scene. Its faces and points are those up to the next part's first ones.
+struct SoupPart {
+    std::string file;
+    std::size_t first_face = 0, first_point = 0;
+};
+
 /// A polygon soup. Face f has the corners `corners[first_corner[f]] .. corners[first_corner[f+1]-1]`, point
 /// numbers from 0 in the order of the file; they may be out of range (kept as read, `none` if negative).
 struct PolygonSoup {
@@ -27,7 +33,9 @@ struct PolygonSoup {
     std::vector<Index> face_material;   ///< #F, number in `materials`, or `none` (the caller's default)
     std::vector<Rgb> point_reflectance; ///< empty, or #P: vertex colours as linear reflectance
 
-    /// Empty, or #C: texture coordinates of the corners.
+    bool colours_by_material = false; ///< vertex colours are of materials that ask for them, not of faces without one
+
+    /// Empty, or #C: texture coordinates of the corners; NaN where the file has none.
     std::vector<TextureCoordinates> corner_texture;
 
     Lights lights;
@@ -38,15 +46,21 @@ struct PolygonSoup {
     std::vector<std::uint32_t> point_line; ///< empty, or #P
     std::vector<std::uint32_t> face_line;  ///< empty, or #F
 
+    /// Empty, or the mesh files the soup was put together from, in their order.
+    std::vector<SoupPart> parts;
+
     /// What the reader noticed that the user should know ("2 lines of kind `l` carry no surface").
     std::vector<std::string> notes;
 
     std::size_t face_count() const { return first_corner.size() - 1; }
+    /// True if faces without a material take their reflectance from the colours of their corners.
+    bool faces_are_painted() const { return !point_reflectance.empty() && !colours_by_material; }
+
     /// True if face f takes its reflectance from the colours of its corners: its material says so, or it has none
-    /// and the points have colours.
+    /// and the points have colours for all.
     bool painted(std::size_t f) const {
         const Index material = face_material[f];
-        return material == none ? !point_reflectance.empty() : materials[material].vertex_colours;
+        return material == none ? faces_are_painted() : materials[material].vertex_colours;
     }
     std::span<const Index> face(std::size_t f) const {
         return {corners.data() + first_corner[f], first_corner[f + 1] - first_corner[f]};

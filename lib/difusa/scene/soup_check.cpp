@@ -2,6 +2,7 @@
 
 #include <difusa/core/error.h>
 #include <difusa/scene/findings.h>
+#include <difusa/scene/texture_coordinates.h>
 
 #include <cmath>
 #include <sstream>
@@ -30,6 +31,7 @@ void check_shape(const PolygonSoup& soup) {
                    soup.first_corner.back() == soup.corners.size());
     const std::size_t faces = soup.face_count();
     DIFUSA_REQUIRE(soup.face_material.size() == faces);
+    DIFUSA_REQUIRE(soup.corner_texture.empty() || soup.corner_texture.size() == soup.corners.size());
     DIFUSA_REQUIRE(soup.point_reflectance.empty() || soup.point_reflectance.size() == soup.points.size());
     for (std::size_t f = 0; f < faces; ++f) {
         DIFUSA_REQUIRE(soup.first_corner[f] <= soup.first_corner[f + 1], "face " + std::to_string(f));
@@ -52,6 +54,17 @@ void check_material(const PolygonSoup& soup, std::size_t face) {
             ", has the reflectance (" + channels(material.reflectance) +
             "). A surface reflects between none (0) and all (1) of the light in each channel: correct it.");
     }
+    if (material.reflectance_texture) {
+        const Rgb most = (material.vertex_colours ? Rgb(Rgb::Ones()) : material.reflectance) *
+                         material.reflectance_texture->brightest();
+        if (!is_reflectance(most)) {
+            throw InputError(file_prefix(soup, 0) + "material \"" + material.name + "\", used by " +
+                             face_name(soup, face) + ", has a texture that takes the reflectance up to (" +
+                             channels(most) +
+                             "). A surface reflects no more than all (1) of the light: dim the "
+                             "picture, or its factor.");
+        }
+    }
     if (!((material.emission >= 0.0).all() && material.emission.isFinite().all())) {
         throw InputError(file_prefix(soup, 0) + "material \"" + material.name + "\", used by " + face_name(soup, face) +
                          ", has the emission (" + channels(material.emission) +
@@ -59,28 +72,57 @@ void check_material(const PolygonSoup& soup, std::size_t face) {
     }
 }
 
-void check_corner(const PolygonSoup& soup, std::size_t face, Index corner) {
+void check_index(const PolygonSoup& soup, std::size_t face, Index corner) {
     if (corner >= soup.points.size()) {
         const std::string named =
             corner == none ? "a point before the first" : "point " + std::to_string(corner) + " (counting from 0)";
-        throw InputError(file_prefix(soup, line_of_face(soup, face)) + face_name(soup, face) + " names " + named +
-                         ", but the file has " + std::to_string(soup.points.size()) +
+        throw InputError(face_prefix(soup, face) + face_name(soup, face) + " names " + named + ", but the file has " +
+                         std::to_string(soup.points.size()) +
                          " points. Correct the number or remove the face; if points are missing, write the file anew.");
     }
+}
+
+void check_corner(const PolygonSoup& soup, std::size_t face, Index corner) {
+    check_index(soup, face, corner);
     const Vec3& point = soup.points[corner];
     if (!point.allFinite()) {
-        throw InputError(file_prefix(soup, line_of_face(soup, face)) + point_name(soup, corner) + ", a corner of " +
-                         face_name(soup, face) + ", is at " + coordinates(point) +
+        throw InputError(face_prefix(soup, face) + point_name(soup, corner) + ", a corner of " + face_name(soup, face) +
+                         ", is at " + coordinates(point) +
                          ". Every coordinate must be a finite number: correct it, or remove the face.");
     }
     if (!(point.cwiseAbs().maxCoeff() <= largest_coordinate)) {
-        throw InputError(file_prefix(soup, line_of_face(soup, face)) + point_name(soup, corner) + ", a corner of " +
-                         face_name(soup, face) + ", is at " + coordinates(point) +
+        throw InputError(face_prefix(soup, face) + point_name(soup, corner) + ", a corner of " + face_name(soup, face) +
+                         ", is at " + coordinates(point) +
                          ". Areas of such size exceed what numbers hold: use a larger unit of length.");
     }
 }
 
+void check_texture(const PolygonSoup& soup, std::size_t face) {
+    const Index material = soup.face_material[face];
+    if (material == none || !is_textured(soup.materials[material])) {
+        return;
+    }
+    for (std::size_t c = soup.first_corner[face]; c < soup.first_corner[face + 1]; ++c) {
+        if (soup.corner_texture.empty() || !is_placed(soup.corner_texture[c])) {
+            throw InputError(face_prefix(soup, face) + face_name(soup, face) +
+                             " has no texture coordinates where its "
+                             "material \"" +
+                             soup.materials[material].name +
+                             "\" has a texture: add them, or remove "
+                             "the texture.");
+        }
+    }
+}
+
 } // namespace
+
+void check_indices(const PolygonSoup& soup) {
+    for (std::size_t f = 0; f < soup.face_count(); ++f) {
+        for (const Index corner : soup.face(f)) {
+            check_index(soup, f, corner);
+        }
+    }
+}
 
 void check_soup(const PolygonSoup& soup) {
     check_shape(soup);
@@ -91,13 +133,14 @@ void check_soup(const PolygonSoup& soup) {
             check_material(soup, f);
             material_checked[material] = 1;
         }
+        check_texture(soup, f);
         const bool coloured = soup.painted(f);
         for (const Index corner : soup.face(f)) {
             check_corner(soup, f, corner);
             if (coloured && !is_reflectance(soup.point_reflectance[corner])) {
-                throw InputError(file_prefix(soup, line_of_face(soup, f)) + point_name(soup, corner) +
-                                 ", a corner of " + face_name(soup, f) + " at " + coordinates(soup.points[corner]) +
-                                 ", has the colour (" + channels(soup.point_reflectance[corner]) + ")" +
+                throw InputError(face_prefix(soup, f) + point_name(soup, corner) + ", a corner of " +
+                                 face_name(soup, f) + " at " + coordinates(soup.points[corner]) + ", has the colour (" +
+                                 channels(soup.point_reflectance[corner]) + ")" +
                                  (material == none ? "" : " (material \"" + soup.materials[material].name + "\")") +
                                  ". Vertex colours are reflectances in [0,1]: correct it.");
             }

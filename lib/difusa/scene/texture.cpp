@@ -42,23 +42,37 @@ Rgb colour(const std::array<float, 3>& pixel) {
 
 } // namespace
 
-Texture::Texture(Image image, Wrap wrap_u, Wrap wrap_v) : image_(std::move(image)), wrap_u_(wrap_u), wrap_v_(wrap_v) {
-    if (image_.pixels.empty() || image_.pixels.size() != image_.width * image_.height) {
+Texture::Texture(Image image, Wrap wrap_u, Wrap wrap_v)
+    : Texture(std::make_shared<const Image>(std::move(image)), wrap_u, wrap_v, TexturePlacement::Identity()) {}
+
+Texture::Texture(std::shared_ptr<const Image> image, Wrap wrap_u, Wrap wrap_v, const TexturePlacement& placement)
+    : image_(std::move(image)), wrap_u_(wrap_u), wrap_v_(wrap_v), placed_(placement != TexturePlacement::Identity()),
+      placement_(placement) {
+    if (!image_ || image_->pixels.empty() || image_->pixels.size() != image_->width * image_->height) {
         throw std::invalid_argument("a texture needs an image with pixels");
     }
-    for (const std::array<float, 3>& pixel : image_.pixels) {
+    for (const std::array<float, 3>& pixel : image_->pixels) {
         brightest_ = brightest_.max(colour(pixel));
         grey_ = grey_ && pixel[0] == pixel[1] && pixel[1] == pixel[2];
     }
 }
 
-Rgb Texture::at(const TextureCoordinates& place) const {
-    const Neighbours u = neighbours(place[0], image_.width, wrap_u_);
-    const Neighbours v = neighbours(1.0 - place[1], image_.height, wrap_v_); // rows run downwards
+Rgb Texture::at(const TextureCoordinates& coordinates) const {
+    const TextureCoordinates place = placed_ ? TextureCoordinates(placement_ * coordinates.homogeneous()) : coordinates;
+    const Neighbours u = neighbours(place[0], image_->width, wrap_u_);
+    const Neighbours v = neighbours(1.0 - place[1], image_->height, wrap_v_); // rows run downwards
     const auto along = [&](std::size_t row) -> Rgb {
-        return (1.0 - u.part) * colour(image_.at(u.first, row)) + u.part * colour(image_.at(u.second, row));
+        return (1.0 - u.part) * colour(image_->at(u.first, row)) + u.part * colour(image_->at(u.second, row));
     };
     return (1.0 - v.part) * along(v.first) + v.part * along(v.second);
+}
+
+Rgb Texture::mean() const {
+    Rgb sum = Rgb::Zero();
+    for (const std::array<float, 3>& pixel : image_->pixels) {
+        sum += colour(pixel);
+    }
+    return sum / static_cast<double>(image_->pixels.size());
 }
 
 } // namespace difusa

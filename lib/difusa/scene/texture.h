@@ -4,10 +4,15 @@
 #include <difusa/core/types.h>
 #include <difusa/scene/image.h>
 
+#include <memory>
+
 namespace difusa {
 
 /// Where texture coordinates point in a picture: (0, 0) is its lower left corner, (1, 1) its upper right one.
 using TextureCoordinates = Eigen::Vector2d;
+
+/// Where a texture stands on the surface: its coordinates are this times (u, v, 1) of the corners' u and v.
+using TexturePlacement = Eigen::Matrix<double, 2, 3>;
 
 /// Interpolated bilinearly between the centres of pixels.
 class Texture {
@@ -17,6 +22,9 @@ class Texture {
     /// Throws std::invalid_argument for an empty image.
     explicit Texture(Image image, Wrap wrap_u = Wrap::repeat, Wrap wrap_v = Wrap::repeat);
 
+    /// Several textures may share an image.
+    Texture(std::shared_ptr<const Image> image, Wrap wrap_u, Wrap wrap_v, const TexturePlacement& placement);
+
     Rgb at(const TextureCoordinates& place) const;
 
     /// True if the channels of every pixel are equal.
@@ -25,9 +33,14 @@ class Texture {
     /// The brightest any place can be, in each channel.
     const Rgb& brightest() const { return brightest_; }
 
+    /// The mean over all pixels.
+    Rgb mean() const;
+
   private:
-    Image image_;
+    std::shared_ptr<const Image> image_;
     Wrap wrap_u_, wrap_v_;
+    bool placed_ = false; ///< false: the placement changes nothing
+    TexturePlacement placement_ = TexturePlacement::Identity();
     Rgb brightest_ = Rgb::Zero();
     bool grey_ = true;
 };

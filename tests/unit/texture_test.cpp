@@ -1,0 +1,87 @@
+// Textures: where they are looked up, and that a bake with them is that of the colours they show.
+#include <difusa/bake.h>
+#include <difusa/scene/texture.h>
+#include <difusa/scene/texture_coordinates.h>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "soups.h"
+
+namespace difusa {
+namespace {
+
+using test::make_soup;
+using testing::HasSubstr;
+
+/// Upper row: 0.1 0.2; lower row: 0.3 0.4.
+Image four() {
+    Image image{2, 2, {}};
+    for (const float value : {0.1F, 0.2F, 0.3F, 0.4F}) {
+        image.pixels.push_back({value, value, value});
+    }
+    return image;
+}
+
+double value(const Texture& texture, double u, double v) {
+    return texture.at({u, v})[0];
+}
+
+TEST(Texture, TheOriginIsTheLowerLeftCorner) {
+    const Texture texture(four());
+    EXPECT_EQ(value(texture, 0.25, 0.25), 0.3F);
+    EXPECT_EQ(value(texture, 0.75, 0.25), 0.4F);
+    EXPECT_EQ(value(texture, 0.25, 0.75), 0.1F);
+    EXPECT_EQ(value(texture, 0.75, 0.75), 0.2F);
+    EXPECT_NEAR(value(texture, 0.5, 0.5), 0.25, 1e-7);
+    EXPECT_NEAR(texture.mean()[0], 0.25, 1e-7);
+}
+
+TEST(Texture, BeyondTheEdges) {
+    const Texture clamped(four(), Texture::Wrap::clamp, Texture::Wrap::clamp);
+    EXPECT_EQ(value(clamped, -3.0, 0.25), 0.3F);
+    EXPECT_EQ(value(clamped, 3.0, 7.0), 0.2F);
+    const Texture repeated(four());
+    EXPECT_EQ(value(repeated, -0.75, 5.25), 0.3F);
+    const Texture mirrored(four(), Texture::Wrap::mirror, Texture::Wrap::repeat);
+    EXPECT_EQ(value(mirrored, 1.25, 0.25), 0.4F);
+    EXPECT_EQ(value(mirrored, -0.25, 0.25), 0.3F);
+}
+
+TEST(Texture, APlacementMovesItsCoordinates) {
+    TexturePlacement place;
+    place << 0, 2, 0.25, -1, 0, 1; // u' = 2 v + 0.25, v' = 1 - u
+    const Texture plain(four()),
+        moved(std::make_shared<const Image>(four()), Texture::Wrap::repeat, Texture::Wrap::repeat, place);
+    for (const double u : {0.0, 0.125, 0.75}) {
+        for (const double v : {0.0, 0.25, 0.5}) {
+            EXPECT_EQ(value(moved, u, v), value(plain, 2 * v + 0.25, 1 - u));
+        }
+    }
+}
+
+TEST(SettleTextures, FacesWithoutCoordinatesHaveTheMeanColour) {
+    PolygonSoup soup = make_soup({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}});
+    Material material{"picture", Rgb::Constant(0.5), Rgb::Constant(8.0)};
+    material.reflectance_texture = std::make_shared<const Texture>(four());
+    material.emission_texture = material.reflectance_texture;
+    soup.materials = {material};
+    soup.face_material = {0, 0, none};
+    soup.corner_texture.assign(9, TextureCoordinates(0.5, 0.5));
+    settle_textures(soup);
+    EXPECT_EQ(soup.materials.size(), 1U);
+    EXPECT_TRUE(soup.notes.empty());
+    soup.corner_texture[4][1] = std::numeric_limits<double>::infinity();
+    settle_textures(soup);
+    ASSERT_EQ(soup.materials.size(), 2U);
+    EXPECT_THAT(soup.face_material, testing::ElementsAre(0, 1, none));
+    EXPECT_EQ(soup.materials[1].name, "picture");
+    EXPECT_FALSE(is_textured(soup.materials[1]));
+    EXPECT_NEAR(soup.materials[1].reflectance[0], 0.125, 1e-7);
+    EXPECT_NEAR(soup.materials[1].emission[0], 2.0, 1e-6);
+    ASSERT_EQ(soup.notes.size(), 1U);
+    EXPECT_THAT(soup.notes[0], HasSubstr("1 (first: face 1 (line 101))"));
+}
+
+} // namespace
+} // namespace difusa
