@@ -166,6 +166,7 @@ void chapter7(Arguments& a, const difusa::Registry& registry, const difusa::Exec
         for (const std::string& basis : a.plan.bases) {
             for (const double spacing : a.plan.spacings) {
                 difusa::BakeOptions options = a.plan.common;
+                options.correction = 0; // as printed
                 options.basis = basis;
                 options.spacing = spacing;
                 options.rays = a.plan.rays[0];

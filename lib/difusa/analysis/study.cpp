@@ -154,6 +154,7 @@ std::vector<Measurement> run_study(const Registry& registry, const StudyPlan& pl
                         for (const std::size_t rays : plan.rays) {
                             for (const double spacing : spacings) {
                                 BakeOptions options = plan.common;
+                                options.correction = 0; // projections are judged by themselves
                                 options.transport = transport;
                                 options.basis = basis;
                                 options.projection = projection;

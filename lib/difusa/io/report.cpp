@@ -111,6 +111,7 @@ std::string report_of(const BakeResult& result) {
     chosen["max_iterations"] = options.solve.max_iterations;
     chosen["direct"] = options.direct;
     chosen["first_bounce"] = options.first_bounce;
+    chosen["correction"] = options.correction;
     chosen["final_gather"] = options.final_gather;
     chosen["error_points"] = options.error_points ? Json(*options.error_points) : Json(nullptr);
     chosen["reflectance"] = list(options.reflectance.value_or(Material{}.reflectance));
