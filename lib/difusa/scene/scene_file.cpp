@@ -372,6 +372,9 @@ class SceneFile {
         double scale = 1.0;
         if (const JsonValue* given = from.find("scale")) {
             scale = positive(*given, quoted("scale"));
+            if (!(scale <= 1e30)) {
+                checks_.fail(*given, "\"scale\" must be at most 1e30, not " + text_of(scale));
+            }
         }
         const JsonValue* split = from.find("split_suns");
         const bool splits = split == nullptr || checks_.truth(*split, quoted("split_suns"));
