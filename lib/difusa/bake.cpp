@@ -311,8 +311,20 @@ class Bake {
         start("look for dark surfaces");
         const std::vector<char> dark = dark_patches(scene, *all_, *tools_.visibility, result_.options.seed, execution_);
         double lit_area = 0.0;
+        std::size_t lost = 0; // triangles whose light goes nowhere
+        Index first_lost = none;
         for (Index t = 0; t < mesh.triangles.size(); ++t) {
-            lit_area += dark[mesh.patch[t]] == 0 ? mesh.areas[t] : 0.0;
+            if (dark[mesh.patch[t]] == 0) {
+                lit_area += mesh.areas[t];
+            } else if ((scene.materials[mesh.material[t]].emission > 0.0).any()) {
+                first_lost = lost++ == 0 ? t : first_lost;
+            }
+        }
+        if (lost > 0 && lit_area > 0.0) {
+            note(std::to_string(lost) + " emitting triangles light nothing, the first of them of face " +
+                 std::to_string(mesh.original_face[first_lost]) + " (material " +
+                 scene.materials[mesh.material[first_lost]].name +
+                 "): their fronts face away from every surface; turn them over, or make the material double-sided");
         }
         start("place sites");
         const Visibility* rays = tools_.sampler->needs_visibility() ? tools_.visibility.get() : nullptr;

@@ -451,6 +451,24 @@ TEST(OnlyWhatTheSceneNeeds, SitesAreNotSpentInTheDark) {
     EXPECT_TRUE(outside);
 }
 
+/// A lamp that hangs with its back to the room lights nothing, which is said.
+TEST(Bake, SaysWhichEmittersFaceAway) {
+    Scene scene = scene_of(plain_box(Vec3::Zero(), Vec3::Ones(), 1, Front::inside), 0.5);
+    scene.materials.resize(2);
+    scene.materials[1].name = "bulb";
+    scene.materials[1].emission = Rgb::Ones();
+    add(scene.mesh, rectangle(Vec3(0.4, 0.4, 2), Vec3(0.1, 0, 0), Vec3(0, 0.1, 0)), 1); // above the room, facing up
+    scene.point_lights = {{Vec3(0.5, 0.5, 0.5), Rgb::Ones()}};
+    const BakeResult result = baked(scene, quick(0.3));
+    const bool said = std::any_of(result.notes.begin(), result.notes.end(), [](const std::string& note) {
+        return note.find("2 emitting triangles light nothing, the first of them of face 12 (material bulb)") == 0;
+    });
+    EXPECT_TRUE(said);
+    add(scene.mesh, rectangle(Vec3(0.4, 0.4, 0.9), Vec3(0, 0.1, 0), Vec3(0.1, 0, 0)), 1); // in the room, facing down
+    scene.point_lights.clear();
+    EXPECT_NO_THROW(baked(scene, quick(0.3)));
+}
+
 /// Places that a user lists, off the surface, and the centres of faces: in a furnace the light is known.
 TEST(Bake, EvaluatesListedPlacesAndCentres) {
     Scene scene = test::uniform_scene(plain_box(Vec3::Zero(), Vec3::Ones(), 2, Front::inside), 0.5, 1.0);
