@@ -17,8 +17,8 @@ inline void hold(bool holds, const char* what) {
     }
 }
 
-/// An entry of a container costs the file at least one byte.
-inline void check(const difusa::PolygonSoup& soup, std::size_t size) {
+/// No container has more than `most` entries, or thrice as many corners: each costs the file at least one byte.
+inline void check(const difusa::PolygonSoup& soup, std::size_t most) {
     const std::size_t points = soup.points.size(), faces = soup.face_count();
     hold(!soup.first_corner.empty() && soup.first_corner.front() == 0, "the first face begins at corner 0");
     hold(soup.first_corner.back() == soup.corners.size(), "the last face ends at the last corner");
@@ -35,14 +35,18 @@ inline void check(const difusa::PolygonSoup& soup, std::size_t size) {
     for (const difusa::Rgb& colour : soup.point_reflectance) {
         hold((colour >= 0.0).all() && (colour <= 1.0).all(), "reflectances of points are within [0,1]");
     }
-    hold(points <= size && faces <= size && soup.corners.size() <= 3 * size, "memory in proportion to the file");
+    hold(soup.corner_texture.empty() || soup.corner_texture.size() == soup.corners.size(),
+         "texture coordinates for all corners or none");
+    hold(points <= most && faces <= most && soup.corners.size() <= 3 * most, "memory in proportion to the file");
 }
 
-/// Reads the input with the reader of a plugin.
-inline void read(const difusa::PluginDescription& plugin, const std::uint8_t* data, std::size_t size) {
+/// Reads the input with the reader of a plugin. `most`: see `check`; 0: the size.
+inline void read(const difusa::PluginDescription& plugin, const std::uint8_t* data, std::size_t size,
+                 std::size_t most = 0) {
     const std::unique_ptr<difusa::Reader> reader(static_cast<difusa::Reader*>(plugin.create(difusa::Parameters{})));
     try {
-        check(reader->parse({reinterpret_cast<const char*>(data), size}, "no-such-directory/input"), size);
+        check(reader->parse({reinterpret_cast<const char*>(data), size}, "no-such-directory/input"),
+              most == 0 ? size : most);
     } catch (const difusa::InputError& error) {
         hold(std::string_view(error.what()).find("input") != std::string_view::npos, "messages name the file");
     }

@@ -12,9 +12,10 @@ fi
 seconds=$1
 build=$(cd "$2" && pwd)
 here=$(cd "$(dirname "$0")" && pwd)
+cd "$here" # scenes of the corpus name files that are there
 status=0
 
-for reader in off obj ply stl; do
+for reader in off obj ply stl gltf scene image; do
     target=$(find "$build" -name "fuzz_$reader" -type f -perm -u+x -print -quit)
     if [[ -z $target ]]; then
         echo "fuzz_$reader is not built in $build: build it first (see tests/fuzz/CMakeLists.txt)" >&2

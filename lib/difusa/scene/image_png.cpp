@@ -105,7 +105,7 @@ Samples decode_png(std::string_view content, const std::string& name) {
         refuse();
     }
     if (bytes == 1) {
-        const png_bytep narrow = memory + offset;
+        const png_byte* const narrow = memory + offset;
         for (std::size_t i = 0; i < samples.size(); ++i) {
             samples.values[i] = narrow[i]; // writes behind what is still to be read
         }
