@@ -36,7 +36,7 @@ if "$bin/bake_radiosity" --list-plugins | grep -q '^  embree '; then
 fi
 common=(--visibility "$visibility" --quiet)
 room_quality=(--size 800 600 --samples 9)
-quality=(--size 800 800 --samples 16 --rays 2048)
+quality=(--size 800 800 --samples 16 --rays 1024)
 box_sites=8000
 hall_quality=(--size 1280 720 --samples 9 --sites 20000)
 if [ -n "$quick" ]; then
@@ -121,11 +121,11 @@ if [ ! -f "$box" ]; then
     # shellcheck disable=SC2054 # coordinates
     view=(--eye 0.278,0.273,-0.8 --towards 0,0,1 --up 0,1,0 --view-angle 39)
 fi
-render cornell_box "$box" "${view[@]}" "${quality[@]}" --sites "$box_sites" --tone filmic --final-gather 64 \
+render cornell_box "$box" "${view[@]}" "${quality[@]}" --sites "$box_sites" --projection galerkin --tone filmic \
     --also "direct=$out/cornell_box_direct.png" --also "indirect=$out/cornell_box_indirect.png"
 few=("${quality[@]}" --sites 600)
 render cornell_box_sites "$box" "${view[@]}" "${few[@]}" --show sites --also "error=$out/cornell_box_error.png" --log
-render basis_element "$box" "${view[@]}" "${few[@]}" --show basis --element 300
+render basis_element "$box" "${view[@]}" "${quality[@]}" --sites 200 --show basis --near 0.4,0.35,0.5592
 
 # A large hall, which is made, not kept.
 if [ -x "$bin/generate_scenes" ]; then

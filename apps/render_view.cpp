@@ -69,6 +69,7 @@ struct Arguments {
     std::optional<difusa::Rgb> background;
     std::optional<std::pair<double, double>> range;
     std::optional<difusa::Index> element;
+    std::optional<difusa::Vec3> near;
     bool logarithmic = false;
 };
 
@@ -176,6 +177,10 @@ void declare_picture(CLI::App& app, Arguments& a) {
                })
         ->group(group)
         ->type_name("I");
+    add_parsed(app, "--near", a.near, "the element whose site is nearest to a point, instead of --element",
+               difusa::parse_point)
+        ->group(group)
+        ->type_name("X,Y,Z");
     add_parsed(app, "--range", a.range,
                "values at the ends of the colour bar (default: the least and the largest seen)", parse_range)
         ->group(group)
@@ -204,18 +209,17 @@ std::vector<Picture> pictures_of(const Arguments& a) {
     pictures.insert(pictures.end(), a.also.begin(), a.also.end());
     bool basis = false, mapped = false;
     std::vector<difusa::OutputName> outputs;
-    for (Picture& picture : pictures) {
+    for (const Picture& picture : pictures) {
         difusa::is_radiance_hdr(picture.file); // or refuse its name
         outputs.push_back({picture.file, false});
         mapped = mapped || colouring_of(picture.show.quantity) == difusa::Colouring::map;
-        if (picture.show.quantity == difusa::Quantity::basis && a.element) {
-            picture.show.element = a.element;
-            picture.show.title = "element " + std::to_string(*a.element);
-        }
         basis = basis || picture.show.quantity == difusa::Quantity::basis;
     }
-    if (a.element && !basis) {
-        throw UsageError("--element " + std::to_string(*a.element) + ": goes with --show basis");
+    if ((a.element || a.near) && !basis) {
+        throw UsageError(std::string(a.element ? "--element" : "--near") + ": goes with --show basis");
+    }
+    if (a.element && a.near) {
+        throw UsageError("--element and --near both choose the element that is shown: give one of them");
     }
     if ((a.range || a.logarithmic) && !mapped) {
         throw UsageError(std::string(a.range ? "--range" : "--log") +
@@ -224,8 +228,29 @@ std::vector<Picture> pictures_of(const Arguments& a) {
     if (a.range && a.logarithmic && !(a.range->first > 0.0)) {
         throw UsageError("--range: must begin above 0 where --log is given");
     }
+    if (a.camera.look_at && a.camera.towards) {
+        throw UsageError("--look-at and --towards both say where the camera looks: give one of them");
+    }
     check_bake_outputs(a.bake, outputs, {{a.mesh, "the scene"}});
     return pictures;
+}
+
+/// Pictures of the basis show the element that was asked for, if one was.
+void choose_element(const Arguments& a, const difusa::SiteSet& sites, std::vector<difusa::Show>& shows) {
+    std::optional<difusa::Index> element = a.element;
+    if (a.near) {
+        const auto nearest =
+            std::min_element(sites.points.begin(), sites.points.end(), [&](const auto& p, const auto& q) {
+                return (p.position - *a.near).squaredNorm() < (q.position - *a.near).squaredNorm();
+            });
+        element = static_cast<difusa::Index>(nearest - sites.points.begin());
+    }
+    for (difusa::Show& show : shows) {
+        if (show.quantity == difusa::Quantity::basis && element) {
+            show.element = element;
+            show.title = "element " + std::to_string(*element);
+        }
+    }
 }
 
 /// The content of a picture's file; says in `how` with which exposure or range it was made.
@@ -244,7 +269,8 @@ std::string developed(const difusa::BakeResult& result, const difusa::View& view
     case difusa::Colouring::map:
         development.scale = a.range ? difusa::ColourScale{a.range->first, a.range->second, a.logarithmic}
                                     : scale_of(view, show, a.logarithmic);
-        how = ", " + difusa::text_of(development.scale.low) + " to " + difusa::text_of(development.scale.high);
+        how = (view.shows[show].element ? ", " + view.shows[show].title : "") + ", " +
+              difusa::text_of(development.scale.low) + " to " + difusa::text_of(development.scale.high);
         break;
     default:
         break;
@@ -290,6 +316,7 @@ void run(Arguments& a) {
         execution.phase("look");
         a.view.camera = place_camera(a.camera, result.camera, result.scene->mesh, *result.field->parts().visibility,
                                      static_cast<double>(a.view.width) / static_cast<double>(a.view.height));
+        choose_element(a, *result.sites, shows);
         view = look(result, a.view, shows, execution);
     } catch (const difusa::Error& error) {
         if (!a.run.quiet && error.code() != ExitCode::interrupted) {

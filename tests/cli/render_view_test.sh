@@ -33,7 +33,9 @@ refuse 1 "--range 2,1: takes LOW,HIGH" "$box" out.png --show luminance --range 2
 refuse 1 "--range: no picture has a colour bar" "$box" out.png --range 1,2
 refuse 1 "--log: no picture has a colour bar" "$box" out.png --log
 refuse 1 "--range: must begin above 0" "$box" out.png --show luminance --range 0,2 --log
-refuse 1 "--element 3: goes with --show basis" "$box" out.png --element 3
+refuse 1 "--element: goes with --show basis" "$box" out.png --element 3
+refuse 1 "--near: goes with --show basis" "$box" out.png --near 1,2,3
+refuse 1 "--element and --near both" "$box" out.png --show basis --element 3 --near 1,2,3
 refuse 1 "two outputs have this name" "$box" out.png --also direct=./out.png
 refuse 1 "two outputs have this name" "$box" out.png --report out.png
 refuse 1 "--at places.csv: what is found there has to be written" "$box" out.png --at places.csv
@@ -46,7 +48,7 @@ rm scene.png
 refuse 1 "there is no such element; they are numbered from 0 to" "$box" out.png $small --show basis --element 9999
 refuse 1 "there is no such light group; there are" "$box" out.png $small --show group:sun
 refuse 1 "--show error: there is no estimate" "$box" out.png $small --show error --error-points 0
-refuse 1 "--look-at and --towards both" "$box" out.png $small --look-at 0,0,0 --towards 0,0,1
+refuse 1 "--look-at and --towards both" "$box" out.png --look-at 0,0,0 --towards 0,0,1
 refuse 1 "--look-at: from where?" "$box" out.png $small --look-at 0,0,0
 refuse 1 "the camera looks along --up" "$box" out.png $small --towards 0,0,1
 
@@ -108,6 +110,12 @@ expect_exit 0 "$render" "$box" element.png $small $view --show basis --element 7
 if cmp -s one/basis.png element.png; then
     fail "--element has no effect"
 fi
+
+# The element of the site at a place is that of the site's number.
+expect_exit 0 "$render" "$box" near.png $small $view --show basis --near 0.3,0.2,0.5592
+number=$(sed -n 's/^written: near.png .*element \([0-9]*\).*/\1/p' stdout)
+expect_exit 0 "$render" "$box" numbered.png $small $view --show basis --element "$number" --quiet
+cmp -s near.png numbered.png || fail "--near shows another element than it says"
 
 # Nothing is half written: where one file cannot be, an older one stays and no other appears.
 echo old >old.png

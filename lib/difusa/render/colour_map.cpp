@@ -26,7 +26,7 @@ std::vector<double> multiples(double step, double low, double high) {
     std::vector<double> values;
     const double slack = 1e-9 * (high - low); // ends that are multiples up to rounding are in
     for (double k = std::ceil((low - slack) / step); k * step <= high + slack; ++k) {
-        values.push_back(k * step);
+        values.push_back(k * step + 0.0); // not -0
     }
     return values;
 }
