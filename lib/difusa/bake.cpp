@@ -396,10 +396,13 @@ class Bake {
             estimate.transport_bytes =
                 static_cast<double>(points) * std::min(n, rays * estimate.elements_per_ray) * entry;
         }
+        expected_segments_ = estimate.segments;
         for (const Part& part : parts_) {
-            estimate.segments += points * part.direct->rays_per_point(lamp_samples);
+            estimate.segments += points * part.direct->most_rays_per_point(lamp_samples);
+            expected_segments_ += points * part.direct->rays_per_point(lamp_samples);
             if (result_.options.first_bounce == "gathered") {
                 estimate.segments += estimate.rays * part.direct->rays_per_point(1);
+                expected_segments_ += estimate.rays * part.direct->rays_per_point(1);
             }
         }
         // Directions are pooled; each thread holds the rays, hits and rows of one site.
@@ -429,7 +432,7 @@ class Bake {
         }
         const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
         const auto cast = static_cast<double>(sample * pool.count());
-        const auto wanted = static_cast<double>(result_.estimate.rays + result_.estimate.segments);
+        const auto wanted = static_cast<double>(result_.estimate.rays + expected_segments_);
         result_.estimate.seconds = took.count() / cast * wanted / static_cast<double>(execution_.threads) * 1.25;
     }
 
@@ -561,19 +564,29 @@ class Bake {
         const Values lit = in_basis ? h : Values(h + sharp);
         result_.irradiance = lit.topRows(n);
         result_.irradiance_direct = (soft + sharp).topRows(n);
-        const std::unique_ptr<Projection> corrected = evaluation();
-        const Projection& evaluated = corrected ? *corrected : *projection_;
-        const auto field = [&](const Part& part, const Values& part_h) {
+        const std::unique_ptr<Projection> correction = evaluation();
+        const auto coefficients = [&](const Values& values) {
+            return correction ? limited(*tools_.basis, sites, values, correction->coefficients(values), execution_)
+                              : projection_->coefficients(values);
+        };
+        const auto field = [&](const Part& part, Values soft_coefficients, Values smooth) {
             return std::make_shared<Field>(FieldParts{
                 result_.scene, result_.sites, tools_.basis, tools_.visibility, tools_.directions, part.direct,
-                part.group, evaluated.coefficients(in_basis ? Values(part.soft + part.sharp) : part.soft),
-                evaluated.coefficients(part_h), lamp_samples, in_basis});
+                part.group, std::move(soft_coefficients), std::move(smooth), lamp_samples, in_basis});
         };
-        result_.field = field({all_lights(scene), all_, soft, sharp}, h);
-        result_.solution.field = result_.field;
-        for (Eigen::Index g = 0; g < count && result_.options.light_groups; ++g) {
-            result_.solution.groups.push_back(field(parts_[static_cast<std::size_t>(g)], all.middleCols(g * c, c)));
+        Values soft_coefficients = Values::Zero(n, c), smooth = soft_coefficients;
+        for (Eigen::Index g = 0; g < count; ++g) {
+            const Part& part = parts_[static_cast<std::size_t>(g)];
+            const Values part_soft = coefficients(in_basis ? Values(part.soft + part.sharp) : part.soft);
+            const Values part_smooth = coefficients(all.middleCols(g * c, c));
+            soft_coefficients += part_soft;
+            smooth += part_smooth;
+            if (result_.options.light_groups) {
+                result_.solution.groups.push_back(field(part, part_soft, part_smooth));
+            }
         }
+        result_.field = field({all_lights(scene), all_, {}, {}}, soft_coefficients, smooth);
+        result_.solution.field = result_.field;
         balance(rho, lit);
     }
 
@@ -935,6 +948,7 @@ class Bake {
     Transport transport_;
     std::shared_ptr<const DirectLight> all_; ///< the sharp light of all groups
     std::vector<Part> parts_;                ///< the groups if they are to be kept apart, else one of all light
+    std::size_t expected_segments_ = 0;      ///< where most penumbrae are narrow
     double dark_area_ = 0.0;                 ///< where no light comes
     std::size_t clear_ = 0;                  ///< points whose lamps nothing could hide
     std::vector<SurfacePoint> points_;       ///< of the projection: the sites first

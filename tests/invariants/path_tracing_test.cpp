@@ -16,11 +16,12 @@
 namespace difusa {
 namespace {
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__clang__) // the sanitizers' build: fewer paths, a wider margin
-constexpr std::size_t paths = 2048;
+#ifdef DIFUSA_SANITIZED // ten times as slow: few paths, so a wide margin, and a coarse bake
+constexpr bool sanitized = true;
 #else
-constexpr std::size_t paths = 65536;
+constexpr bool sanitized = false;
 #endif
+constexpr std::size_t paths = sanitized ? 1024 : 65536;
 
 /// The tracer itself: a floor under a lamp receives what Lambert says, and no more if all is black.
 TEST(PathTracer, AgreesWithLambert) {
@@ -46,22 +47,23 @@ TEST(PathTracer, AgreesWithLambert) {
 
 /// In a closed furnace of even emission and reflectance rho every path brings E (1 + rho + rho² ...) in the mean.
 TEST(PathTracer, AgreesWithTheFurnace) {
-    Mesh mesh = box(Vec3::Zero(), Vec3::Ones(), 1, Front::inside);
-    mesh.material.assign(mesh.triangles.size(), 0);
     const Scene scene = test::uniform_scene(sphere(1.0, 2, Front::inside), 0.5, 1.0);
     const auto visibility = test::plugin<Visibility>("cgal");
     visibility->build(scene.mesh);
     const test::Traced traced =
         test::trace_paths(scene, *visibility, scene.mesh.at(7, 0.3, 0.3), paths, RandomStream(1, "paths"));
     EXPECT_NEAR(traced.mean[0], 2.0, 4.5 * std::sqrt(traced.variance[0]));
-    EXPECT_LT(std::sqrt(traced.variance[0]), 0.05);
+    EXPECT_LT(std::sqrt(traced.variance[0]), 0.2);
 }
 
-/// The Cornell box as it is baked by default: within 0.5 % rms of the radiosity.
+/// The Cornell box as it is baked by default: within 0.5 % rms of the light that it reflects.
 TEST(PathTracing, TheCornellBoxByDefault) {
     BakeOptions options;
-    options.visibility = test::registry().describe("visibility", "cgal").empty() ? "" : "cgal";
     options.error_points = 0;
+    if (sanitized) {
+        options.sites = 400;
+        options.rays = 64;
+    }
     options.output_spacing = 1.0;
     const Execution execution{2, nullptr};
     const BakeResult result =
@@ -80,7 +82,7 @@ TEST(PathTracing, TheCornellBoxByDefault) {
         }
     });
     // The product of two independent differences is free of the noise of the paths, in the mean.
-    double squares = 0.0, variance = 0.0, radiosity = 0.0, noise = 0.0;
+    double squares = 0.0, variance = 0.0, reflected = 0.0, noise = 0.0;
     for (std::size_t i = 0; i < x.size(); ++i) {
         const auto row = static_cast<Eigen::Index>(i);
         for (int c = 0; c < 3; ++c) {
@@ -89,19 +91,16 @@ TEST(PathTracing, TheCornellBoxByDefault) {
             const double v_1 = rho * rho * traced[i][0].variance[c], v_2 = rho * rho * traced[i][1].variance[c];
             squares += first * second;
             variance += v_1 * v_2 + first * first * v_2 + second * second * v_1;
-            radiosity += (B - E) * (B - E);
+            reflected += (B - E) * (B - E);
             noise += 0.25 * (v_1 + v_2);
         }
     }
     const double deviation = std::sqrt(variance);
-    RecordProperty("rms_error_percent", std::to_string(100.0 * std::sqrt(std::max(0.0, squares) / radiosity)));
-    RecordProperty("standard_error_percent", std::to_string(100.0 * std::sqrt(noise / radiosity)));
-    EXPECT_LT(squares / radiosity, 0.005 * 0.005 + 4.5 * deviation / radiosity)
-        << "standard error of the paths: " << 100.0 * std::sqrt(noise / radiosity) << " %";
-    std::printf("rms error %g %%, from %g to %g; standard error of the paths %g %%\n",
-                100.0 * std::sqrt(std::max(0.0, squares) / radiosity),
-                100.0 * std::sqrt(std::max(0.0, squares - 2 * deviation) / radiosity),
-                100.0 * std::sqrt((squares + 2 * deviation) / radiosity), 100.0 * std::sqrt(noise / radiosity));
+    RecordProperty("rms_error_percent", std::to_string(100.0 * std::sqrt(std::max(0.0, squares) / reflected)));
+    RecordProperty("standard_error_percent", std::to_string(100.0 * std::sqrt(noise / reflected)));
+    const double limit = sanitized ? 0.05 : 0.005;
+    EXPECT_LT(squares / reflected, limit * limit + 4.5 * deviation / reflected)
+        << "standard error of the paths: " << 100.0 * std::sqrt(noise / reflected) << " %";
 }
 
 } // namespace

@@ -100,6 +100,7 @@ TEST(DirectLight, SameBitsForAnyNumberOfThreads) {
     EXPECT_TRUE(light.has_lamps());
     EXPECT_EQ(light.lamp_count(), 2U);
     EXPECT_EQ(light.rays_per_point(64), 65U);
+    EXPECT_EQ(light.most_rays_per_point(64), 1U + 64 * Lamps::most_rounds);
     const std::vector<SurfacePoint> points = even_points(lit.scene.mesh, 300, RandomStream(1, "points"));
     DirectLight::Effort effort, effort_of_three;
     const Values one = light.irradiance(points, 3, 16, 1, "test", Execution{1, nullptr}, effort);

@@ -188,7 +188,7 @@ TEST(Lamps, AScreenThatHidesAPart) {
     EXPECT_NEAR(mean, 0.0, 0.0063 + 0.0006);
     EXPECT_GT(squares, 0.0);
     EXPECT_GT(lit.cast, count * 2 * samples); // part of a lamp takes more than one round
-    EXPECT_LE(lit.cast, count * 8 * samples);
+    EXPECT_LE(lit.cast, count * Lamps::most_rounds * samples);
 }
 
 /// Unit squares at z = 0 and 1 with a blocker [0,1/2]² at z = 1/2: the form factor is known.

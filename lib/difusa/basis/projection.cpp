@@ -293,4 +293,22 @@ std::vector<double> Projection::quadrature(const std::vector<double>& integrals)
     return {w.data(), w.data() + w.size()};
 }
 
+Values limited(const Basis& basis, const SiteSet& sites, const Values& values, Values coefficients,
+               const Execution& execution) {
+    parallel_for(sites.size(), 64, execution, [&](std::size_t begin, std::size_t end, unsigned) {
+        BasisRow row;
+        for (std::size_t j = begin; j < end; ++j) {
+            basis.evaluate(sites.points[j], row);
+            Eigen::RowVectorXd least = values.row(static_cast<Eigen::Index>(j)), most = least;
+            for (const Index i : row.element) {
+                least = least.cwiseMin(values.row(i));
+                most = most.cwiseMax(values.row(i));
+            }
+            auto own = coefficients.row(static_cast<Eigen::Index>(j));
+            own = own.cwiseMax(least).cwiseMin(most).eval();
+        }
+    });
+    return coefficients;
+}
+
 } // namespace difusa

@@ -28,10 +28,13 @@ class DirectLight {
     bool has_lamps() const { return !lamp_triangles_.empty(); }
     std::size_t lamp_count() const { return lamps_.count(); }
 
-    /// Shadow rays that `irradiance` casts for a point at most where they settle at once.
+    /// Shadow rays that `irradiance` casts for a point where those of lamps settle at once.
     std::size_t rays_per_point(std::size_t samples) const {
         return suns_.size() + points_.size() + (lamps_.count() > 0 ? samples : 0);
     }
+
+    /// And where they do not settle.
+    std::size_t most_rays_per_point(std::size_t samples) const { return rays_per_point(samples * Lamps::most_rounds); }
 
     struct Worker {
         Lamps::Worker lamps;

@@ -21,10 +21,11 @@ constexpr double opening = 0.15;
 /// Up to so many lamps the one for a single ray is chosen by form factors.
 constexpr std::size_t few_chosen = 4;
 
+/// Places on a lamp of which one is chosen for a single ray.
+constexpr std::size_t candidates = 4;
+
 /// Up to so many lamps it is asked whether anything can hide them; for more of them that costs more than rays.
 constexpr std::size_t few_shafts = 8;
-
-constexpr int most_rounds = 16;
 
 /// Fractional parts of i times the powers of the plastic number's inverse: an even sequence in the square (Roberts).
 double even_u(std::size_t i) {
@@ -166,7 +167,7 @@ Rgb Lamps::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& 
     }
     Rgb seen = Rgb::Zero(), all = Rgb::Zero();
     double sum = 0.0, squares = 0.0;
-    for (int round = 1; round <= most_rounds; ++round) {
+    for (int round = 1; round <= static_cast<int>(most_rounds); ++round) {
         Rgb seen_now, all_now;
         cast_round(x, samples, stream, worker, seen_now, all_now);
         seen += seen_now;
@@ -222,59 +223,55 @@ Rgb Lamps::sample(const SurfacePoint& x, const std::array<double, 3>& u, Worker&
     if (choice.triangle == none || !(choice.form_factor > 0.0)) {
         return Rgb::Zero();
     }
-    const Rgb light = choice.weight * emission(choice.triangle);
-    if (!shafts_) {
-        return choice.form_factor * light;
+    if (shafts_) {
+        const Vec3 to = place_on(x, choice.triangle, u);
+        const Segment segment{x.position, to, x.face, choice.triangle};
+        std::uint8_t blocked = 0;
+        visibility_.occluded(std::span(&segment, 1), std::span(&blocked, 1));
+        ++worker.cast;
+        if (blocked != 0) {
+            return Rgb::Zero();
+        }
     }
-    const Mesh& mesh = scene_.mesh;
-    const Vec3 &a = mesh.corner(choice.triangle, 0), &b = mesh.corner(choice.triangle, 1),
-               &c = mesh.corner(choice.triangle, 2);
-    const double root = std::sqrt(u[1]);
-    SurfacePoint y = mesh.at(choice.triangle, root * (1.0 - u[2]), root * u[2]);
-    Vec3 way = y.position - x.position;
-    // Far away the point-to-point kernel is bounded and serves below. Nearby it is not: there the share that is seen is
-    // taken for the share of all places above the horizon.
-    const double size = std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
-    const bool near = ((a + b + c) / 3.0 - x.position).squaredNorm() < 9.0 * size;
-    if (near && !(x.normal.dot(way) > 0.0)) {
-        y = above_horizon(x, choice.triangle, u);
-        way = y.position - x.position;
-    }
-    const double cosine_x = x.normal.dot(way), cosine_y = -y.normal.dot(way), r2 = way.squaredNorm();
-    if (!(cosine_x > 0.0 && cosine_y > 0.0)) {
-        return choice.form_factor * light; // that place is dark, so what hides it takes nothing away
-    }
-    const Segment segment{x.position, y.position, x.face, y.face};
-    std::uint8_t blocked = 0;
-    visibility_.occluded(std::span(&segment, 1), std::span(&blocked, 1));
-    ++worker.cast;
-    // F - (1 - V) k has the mean ∫ V k, and no noise where nothing blocks.
-    const double hidden =
-        near ? choice.form_factor : cosine_x * cosine_y / (std::numbers::pi * r2 * r2) * mesh.areas[choice.triangle];
-    return (choice.form_factor - (blocked != 0 ? hidden : 0.0)) * light;
+    return choice.weight * choice.form_factor * emission(choice.triangle);
 }
 
-/// A place on the triangle that is above the horizon of x, if a few steps towards its highest corner find one.
-SurfacePoint Lamps::above_horizon(const SurfacePoint& x, Index triangle, const std::array<double, 3>& u) const {
+/// A place on the triangle: of some spread over it one in proportion to what it sends to x, so that being seen or not
+/// counts for as much as it should. Where all of them are below the horizon, one that a few steps to the highest corner
+/// lift above it.
+Vec3 Lamps::place_on(const SurfacePoint& x, Index triangle, const std::array<double, 3>& u) const {
     const Mesh& mesh = scene_.mesh;
-    std::array<double, 3> height;
-    for (int k = 0; k < 3; ++k) {
-        height[static_cast<std::size_t>(k)] = x.normal.dot(mesh.corner(triangle, k) - x.position);
+    std::array<Vec3, candidates> place;
+    std::array<double, candidates> below{};
+    double sum = 0.0;
+    for (std::size_t i = 0; i < candidates; ++i) {
+        const double root = std::sqrt(fraction(u[1] + even_u(i))), along = fraction(u[2] + even_v(i));
+        place[i] = mesh.at(triangle, root * (1.0 - along), root * along).position;
+        const Vec3 way = place[i] - x.position;
+        const double r2 = way.squaredNorm();
+        sum += std::max(0.0, x.normal.dot(way)) * std::max(0.0, -mesh.normals[triangle].dot(way)) / (r2 * r2);
+        below[i] = sum;
     }
-    const auto top = static_cast<std::size_t>(std::max_element(height.begin(), height.end()) - height.begin());
-    const double root = std::sqrt(u[1]);
-    std::array<double, 3> weight{1.0 - root, root * (1.0 - u[2]), root * u[2]};
-    SurfacePoint y;
-    for (int step = 0; step < 8; ++step) { // halfway to the corner each time
-        for (std::size_t k = 0; k < 3; ++k) {
-            weight[k] = 0.5 * weight[k] + (k == top ? 0.5 : 0.0);
-        }
-        y = mesh.at(triangle, weight[1], weight[2]);
-        if (x.normal.dot(y.position - x.position) > 0.0) {
-            break;
+    const double wanted = fraction(u[0] * 64.0) * sum; // what the choice of the lamp has left of it
+    for (std::size_t i = 0; i < candidates; ++i) {
+        if (wanted < below[i]) {
+            return place[i];
         }
     }
-    return y;
+    Index top = 0;
+    double highest = -std::numeric_limits<double>::infinity();
+    for (Index k = 0; k < 3; ++k) {
+        const double height = x.normal.dot(mesh.corner(triangle, static_cast<int>(k)) - x.position);
+        if (height > highest) {
+            highest = height;
+            top = k;
+        }
+    }
+    Vec3 at = place[0];
+    for (int step = 0; step < 8 && !(x.normal.dot(at - x.position) > 0.0); ++step) {
+        at = 0.5 * (at + mesh.corner(triangle, static_cast<int>(top)));
+    }
+    return at;
 }
 
 } // namespace difusa

@@ -59,13 +59,15 @@ class Lamps {
     /// until the rounds agree on the share to `settled`. Exact where nothing blocks.
     Rgb irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker) const;
 
-    /// An estimate of the same with one shadow ray, from three random numbers in [0, 1). Its mean over them is the
-    /// irradiance, but for a lamp nearer than three times its size that is partly hidden. Where nothing blocks, and the
-    /// lamps are few, it is the irradiance itself.
+    /// An estimate of the same with one shadow ray, from three random numbers in [0, 1): the light of one lamp if the
+    /// ray gets through, else 0. Where the lamps are few and nothing blocks, it is the irradiance itself; where all is
+    /// hidden, 0. In a penumbra its mean is right as far as the place the ray goes to, chosen among four by what they
+    /// send, stands for the lamp.
     Rgb sample(const SurfacePoint& x, const std::array<double, 3>& u, Worker& worker) const;
 
     /// How far the shares of two rounds of shadow rays may be apart, in standard errors of their mean.
     static constexpr double settled = 0.002;
+    static constexpr std::size_t most_rounds = 16;
 
   private:
     struct Choice {
@@ -73,7 +75,7 @@ class Lamps {
         double weight = 0.0, form_factor = 0.0; ///< weight: 1 / probability
     };
     Choice choose(const SurfacePoint& x, double u, Worker& worker) const;
-    SurfacePoint above_horizon(const SurfacePoint& x, Index triangle, const std::array<double, 3>& u) const;
+    Vec3 place_on(const SurfacePoint& x, Index triangle, const std::array<double, 3>& u) const;
     double form_factor(const SurfacePoint& x, Index triangle) const;
     const Rgb& emission(Index triangle) const { return scene_.materials[scene_.mesh.material[triangle]].emission; }
     void collect(const SurfacePoint& x, RandomStream& stream, Worker& worker) const;
