@@ -125,7 +125,7 @@ render cornell_box "$box" "${view[@]}" "${quality[@]}" --sites "$box_sites" --pr
     --also "direct=$out/cornell_box_direct.png" --also "indirect=$out/cornell_box_indirect.png"
 few=("${quality[@]}" --sites 600)
 render cornell_box_sites "$box" "${view[@]}" "${few[@]}" --show sites --also "error=$out/cornell_box_error.png" --log
-render basis_element "$box" "${view[@]}" "${quality[@]}" --sites 200 --show basis --near 0.4,0.35,0.5592
+render basis_element "$box" "${view[@]}" "${quality[@]}" --sites 200 --show basis --near 0.15,0.38,0.5592
 
 # A large hall, which is made, not kept.
 if [ -x "$bin/generate_scenes" ]; then

@@ -33,8 +33,8 @@ std::string format_seconds(double seconds);
 
 /// Where to write what; an empty name: not at all.
 struct BakeFiles {
-    std::filesystem::path field, sites, report;
-    std::filesystem::path listed; ///< point_table (io/point_list.h)
+    std::filesystem::path field = {}, sites = {}, report = {};
+    std::filesystem::path listed = {}; ///< point_table (io/point_list.h)
 };
 
 /// Writes field_of, sites_of, point_table and report_of as the phase "write" of `execution`. All are written before the
