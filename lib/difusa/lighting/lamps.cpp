@@ -73,11 +73,14 @@ Lamps::Lamps(const Scene& scene, std::vector<Index> triangles, const Visibility&
     tree_.emplace(scene.mesh, triangles_, power);
 }
 
+/// 0 where it is no more than the rounding of the angles it is a sum of.
 double Lamps::form_factor(const SurfacePoint& x, Index t) const {
+    if (t == x.face) {
+        return 0.0;
+    }
     const Mesh& mesh = scene_.mesh;
-    return t == x.face
-               ? 0.0
-               : lambert_form_factor(x.position, x.normal, mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2));
+    const double F = lambert_form_factor(x.position, x.normal, mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2));
+    return F > 0x1p-48 ? F : 0.0;
 }
 
 /// The lamps that send light to x as if nothing blocked, each with what it stands for.
