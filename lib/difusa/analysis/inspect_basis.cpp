@@ -6,8 +6,8 @@
 #include <difusa/core/memory.h>
 #include <difusa/core/parallel.h>
 #include <difusa/core/random.h>
-#include <difusa/scene/scene_file.h>
 #include <difusa/scene/scene.h>
+#include <difusa/scene/scene_file.h>
 #include <difusa/sites/sampler.h>
 #include <difusa/visibility/visibility.h>
 

@@ -22,7 +22,7 @@ PolygonSoup read_soup(const Registry& registry, const std::filesystem::path& fil
             known.push_back("." + claimed);
         }
     }
-    check_readable(file); // a file that is missing is worse than one of a strange name
+    check_readable(file);        // a file that is missing is worse than one of a strange name
     known.emplace_back(".json"); // scenes, which read_scene has taken already
     std::sort(known.begin(), known.end());
     std::string list;
