@@ -62,7 +62,7 @@ struct BakeOptions {
     double spacing = 0.0;                    ///< unit of the scene; 0: from `sites`
     std::size_t sites = 0;                   ///< wanted number; 0: 5000
     int neighbours = 10;                     ///< m
-    std::size_t rays = 1024;                  ///< a site
+    std::size_t rays = 1024;                 ///< a site
     SolveOptions solve;                      ///< tolerance, iterations
     std::size_t final_gather = 0;            ///< rays from each output vertex; 0: the basis is evaluated
     std::optional<std::size_t> error_points; ///< of the error estimate; 0: none; absent: #S / 8 in 128..4096
