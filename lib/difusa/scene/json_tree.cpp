@@ -41,8 +41,7 @@ class LineCounter {
         ++*this;
         return before;
     }
-    friend bool operator==(const LineCounter& a, const LineCounter& b) { return a.at_ == b.at_; }
-    friend bool operator!=(const LineCounter& a, const LineCounter& b) { return a.at_ != b.at_; }
+    bool operator==(const LineCounter& other) const { return at_ == other.at_; }
 
   private:
     const char* at_;
