@@ -446,7 +446,8 @@ TEST(OnlyWhatTheSceneNeeds, SitesAreNotSpentInTheDark) {
     // Under a sky the outside has sites too.
     options.sky = Rgb::Ones();
     bool outside = false;
-    for (const SurfacePoint& site : baked(scene, options).sites->points) {
+    const BakeResult lit = baked(scene, options);
+    for (const SurfacePoint& site : lit.sites->points) {
         outside = outside || site.face >= 48U;
     }
     EXPECT_TRUE(outside);
