@@ -839,8 +839,8 @@ class Bake {
         std::vector<SurfacePoint> points;
         for (int i = 0; i < 4096; ++i) {
             const SurfacePoint& site = result_.sites->points[stream.below(result_.sites->size())];
-            const double root = std::sqrt(stream.uniform()), part = stream.uniform();
-            points.push_back(mesh.at(site.face, root * (1.0 - part), root * part));
+            const double u = stream.uniform(), v = stream.uniform();
+            points.push_back(uniform_point(mesh, site.face, u, v));
         }
         const Values ones = Values::Ones(static_cast<Eigen::Index>(points_.size()), 1);
         const Values values = evaluate(*tools_.basis, projection_->coefficients(ones), points, execution_);

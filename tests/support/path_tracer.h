@@ -4,6 +4,7 @@
 
 #include <difusa/core/random.h>
 #include <difusa/scene/scene.h>
+#include <difusa/scene/surface_sampling.h>
 #include <difusa/transport/direction_pool.h>
 #include <difusa/visibility/visibility.h>
 
@@ -55,8 +56,8 @@ inline Traced trace_paths(const Scene& scene, const Visibility& visibility, cons
             const auto place = std::upper_bound(below.begin(), below.end(), stream.uniform() * area);
             const Index lamp =
                 lamps[std::min<std::size_t>(static_cast<std::size_t>(place - below.begin()), lamps.size() - 1)];
-            const double root = std::sqrt(stream.uniform()), part = stream.uniform();
-            const SurfacePoint y = mesh.at(lamp, root * (1.0 - part), root * part);
+            const double u = stream.uniform(), v = stream.uniform();
+            const SurfacePoint y = uniform_point(mesh, lamp, u, v);
             const Vec3 way = y.position - path.at.position;
             const double r2 = way.squaredNorm();
             const double cosines = std::max(0.0, path.at.normal.dot(way)) * std::max(0.0, -y.normal.dot(way));

@@ -159,8 +159,8 @@ TEST(Shafts, AnnounceEveryBlocker) {
             }
             bool blocked = false;
             for (int i = 0; i < 200 && !blocked; ++i) {
-                const double root = std::sqrt(stream.uniform()), part = stream.uniform();
-                const SurfacePoint y = mesh.at(lamp, root * (1.0 - part), root * part);
+                const double u = stream.uniform(), v = stream.uniform();
+                const SurfacePoint y = uniform_point(mesh, lamp, u, v);
                 const Segment segment{x.position, y.position, x.face, y.face};
                 std::uint8_t hidden = 0;
                 visibility.occluded(std::span(&segment, 1), std::span(&hidden, 1));

@@ -1,4 +1,5 @@
 // Tone curves, exposure, colours for numbers, and scales.
+#include <difusa/core/colour.h>
 #include <difusa/render/colour_map.h>
 #include <difusa/render/tone_map.h>
 

@@ -224,9 +224,9 @@ TEST(Triangulate, PlanarMeansToAMillionthOfTheDiameter) {
         return std::vector<Vec3>{{0, 0, 0}, {1, 0, height}, {1, 1, 0}, {0, 1, height}};
     };
     for (const double scale : {1e-6, 1.0, 1e6}) {
-        const auto planar = [&](double height) {
-            return triangulate(test::Motion{"", scale, Eigen::Matrix3d::Identity(), {}}(warped(height))).planar;
-        };
+        test::Motion zoom;
+        zoom.scale = scale;
+        const auto planar = [&](double height) { return triangulate(zoom(warped(height))).planar; };
         EXPECT_TRUE(planar(2e-6));  // deviation 1e-6, diameter √2
         EXPECT_FALSE(planar(4e-6)); // deviation 2e-6
     }

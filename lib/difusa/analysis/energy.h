@@ -13,7 +13,7 @@ namespace difusa {
 /// Powers in W, per channel (1 or 3 entries).
 struct EnergyBalance {
     Eigen::ArrayXd emitted;     ///< ∫ E dA: exact, emission patterns by a rule of second degree on each triangle
-    Eigen::ArrayXd from_lights; ///< what arrives straight from suns and point lights and point lights
+    Eigen::ArrayXd from_lights; ///< what arrives straight from suns and point lights
     Eigen::ArrayXd from_sky;    ///< what arrives straight from the sky
     Eigen::ArrayXd absorbed;    ///< ∫ (1-rho) H dA
     // Measured by rays, so absent where transport cast none (pairwise without a sky):

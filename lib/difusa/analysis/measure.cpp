@@ -90,29 +90,17 @@ Measurement measure(const Registry& registry, const Judge& judge, const BakeOpti
     m.iterations = result->solve.iterations;
 
     const auto begin = std::chrono::steady_clock::now();
-    Irradiance H;
-    double noise = 0.0;
-    if (options.final_gather == 0) {
-        H = result->field->evaluate(places, options.seed, "judged", execution);
-    } else { // in two halves, as for the output of a bake
-        const std::size_t half = (options.final_gather + 1) / 2;
-        H = result->field->gather(places, half, options.seed, "judged, first", execution);
-        const Irradiance other = result->field->gather(places, half, options.seed, "judged, second", execution);
-        const Values difference = 0.5 * (result->field->radiosity(places, H.direct + H.indirect) -
-                                         result->field->radiosity(places, other.direct + other.indirect));
-        noise = std::sqrt(difference.squaredNorm() / static_cast<double>(places.size()));
-        H.direct = 0.5 * (H.direct + other.direct);
-        H.indirect = 0.5 * (H.indirect + other.indirect);
-    }
+    const PointValues values = result->solution.at(places, options.final_gather, options.seed, "judged", execution);
+    const double noise = std::sqrt(values.noise.squaredNorm() / static_cast<double>(places.size()));
     m.seconds_output = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     std::vector<double> B, exact_B, indirect, exact_indirect;
     for (std::size_t i = 0; i < places.size(); ++i) {
         const auto row = static_cast<Eigen::Index>(i);
         const double E = reference.scene.emission(places[i])[0];
-        B.push_back(E + judge.rho[i] * (H.direct(row, 0) + H.indirect(row, 0)));
+        B.push_back(E + judge.rho[i] * values.H(row, 0));
         exact_B.push_back(E + judge.rho[i] * judge.H[i]);
         if (judge.H_direct.size() == places.size()) {
-            indirect.push_back(judge.rho[i] * H.indirect(row, 0));
+            indirect.push_back(judge.rho[i] * values.H_indirect(row, 0));
             exact_indirect.push_back(judge.rho[i] * (judge.H[i] - judge.H_direct[i]));
         }
     }

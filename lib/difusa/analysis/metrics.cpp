@@ -1,5 +1,7 @@
 #include <difusa/analysis/metrics.h>
 
+#include <difusa/core/colour.h>
+
 #include <difusa/core/error.h>
 
 #include <algorithm>
@@ -142,7 +144,7 @@ FieldNorms field_norms(const Values& f, const Values& g, std::span<const double>
 }
 
 Values luminance_of(const Values& rgb) {
-    return rgb * Eigen::Vector3d(0.2126, 0.7152, 0.0722);
+    return rgb * luminance_weights;
 }
 
 double convergence_order(std::span<const double> h, std::span<const double> error) {

@@ -1,14 +1,11 @@
 #include <difusa/field/solution.h>
 
+#include <difusa/core/colour.h>
 #include <difusa/scene/surface_sampling.h>
 
 namespace difusa {
 
 namespace {
-
-Values three(const Values& values) {
-    return values.cols() == 3 ? values : Values(values.replicate(1, 3));
-}
 
 /// The light of one field, and the difference of two halves if it was gathered.
 struct Light {
@@ -58,22 +55,22 @@ PointValues Solution::at(std::span<const SurfacePoint> x, std::size_t final_gath
     }
     const auto take = [&](const Field& part) {
         const Light light = light_of(part, inside, final_gather, seed, purpose, execution);
-        add(values.H_direct, three(light.H.direct));
-        add(values.H_indirect, three(light.H.indirect));
+        add(values.H_direct, three_channels(light.H.direct));
+        add(values.H_indirect, three_channels(light.H.indirect));
         if (final_gather > 0) {
             add(values.noise, light.noise);
         }
         values.rays += light.H.rays;
         values.segments += light.H.segments;
         values.clear += light.H.clear;
-        return three(light.H.direct + light.H.indirect);
+        return three_channels(light.H.direct + light.H.indirect);
     };
     if (groups.empty()) {
         values.H = take(*field);
     }
     for (const auto& group : groups) {
         const Values H = take(*group);
-        values.groups.push_back({group->parts().group.name, three(group->radiosity(x, H)), H});
+        values.groups.push_back({group->parts().group.name, three_channels(group->radiosity(x, H)), H});
     }
     if (!groups.empty()) {
         values.H = values.H_direct + values.H_indirect;

@@ -1,5 +1,6 @@
 #include <difusa/io/bake_files.h>
 
+#include <difusa/core/colour.h>
 #include <difusa/core/memory.h>
 #include <difusa/io/field_writers.h>
 #include <difusa/io/point_list.h>
@@ -19,7 +20,6 @@ namespace {
 
 const std::vector<std::string> rgb{"R", "G", "B"};
 const char* const flux = "W/m^2";
-const Eigen::Vector3d luminance_weights(0.2126, 0.7152, 0.0722); // Rec. 709
 
 FieldArray colour(const std::string& name, const std::string& unit, const Values& values) {
     return {name, unit, rgb, values};
@@ -32,11 +32,6 @@ FieldArray scalar(const std::string& name, const std::string& unit, const std::v
 
 FieldArray numbers(const std::string& name, std::vector<std::int32_t> values) {
     return {name, "", {}, std::move(values)};
-}
-
-/// #rows by 1 or 3 to #rows by 3.
-Values three(const Values& values) {
-    return values.cols() == 3 ? values : Values(values.col(0).replicate(1, 3));
 }
 
 std::vector<double> as_vector(const Rgb& c) {
@@ -240,7 +235,8 @@ FieldFile sites_of(const BakeResult& result) {
         face.push_back(static_cast<std::int32_t>(result.scene->mesh.original_face[site.face]));
         patch.push_back(static_cast<std::int32_t>(result.sites->patch[i]));
     }
-    const Values rho = three(result.rho), H = three(result.irradiance), E = three(result.emission);
+    const Values rho = three_channels(result.rho), H = three_channels(result.irradiance),
+                 E = three_channels(result.emission);
     const Values B = E + rho.cwiseProduct(H);
     const Values luminance = B * luminance_weights;
     std::vector<std::uint8_t> display;
@@ -250,7 +246,7 @@ FieldFile sites_of(const BakeResult& result) {
     }
     field.point_arrays = {scalar("radius", "", result.sites->radius),
                           scalar("area", "", result.sites->area),
-                          colour("coefficient", flux, three(result.field->parts().smooth)),
+                          colour("coefficient", flux, three_channels(result.field->parts().smooth)),
                           colour("irradiance", flux, H),
                           colour("radiosity", flux, B),
                           colour("reflectance", "", rho),

@@ -1,6 +1,7 @@
 #include <difusa/lighting/dark_patches.h>
 
 #include <difusa/core/parallel.h>
+#include <difusa/scene/surface_sampling.h>
 #include <difusa/transport/direction_pool.h>
 
 #include <algorithm>
@@ -63,9 +64,8 @@ std::vector<char> dark_patches(const Scene& scene, const DirectLight& lights, co
                     execution.progress->check();
                 }
                 const Index t = own[i % own.size()];
-                const double root = std::sqrt(stream.uniform()), part = stream.uniform();
-                lit =
-                    sees_light(scene, lights, visibility, mesh.at(t, root * (1.0 - part), root * part), stream, worker);
+                const double u = stream.uniform(), v = stream.uniform();
+                lit = sees_light(scene, lights, visibility, uniform_point(mesh, t, u, v), stream, worker);
             }
             dark[p] = lit ? 0 : 1;
         }

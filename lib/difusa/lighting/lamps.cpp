@@ -1,6 +1,7 @@
 #include <difusa/lighting/lamps.h>
 
 #include <difusa/lighting/lambert.h>
+#include <difusa/scene/surface_sampling.h>
 #include <difusa/transport/transport.h>
 
 #include <algorithm>
@@ -130,8 +131,8 @@ void Lamps::cast_round(const SurfacePoint& x, std::size_t samples, RandomStream&
         while (part + 1 != worker.parts.end() && part->mean_below <= share) {
             ++part;
         }
-        const double root = std::sqrt(fraction(even_u(s) + shift_u)), along = fraction(even_v(s) + shift_v);
-        const SurfacePoint y = scene_.mesh.at(part->triangle, root * (1.0 - along), root * along);
+        const SurfacePoint y =
+            uniform_point(scene_.mesh, part->triangle, fraction(even_u(s) + shift_u), fraction(even_v(s) + shift_v));
         const Vec3 way = y.position - x.position;
         const double cosine = x.normal.dot(way), cosines = cosine * -y.normal.dot(way);
         const double r2 = way.squaredNorm();
@@ -248,8 +249,7 @@ Vec3 Lamps::place_on(const SurfacePoint& x, Index triangle, const std::array<dou
     std::array<double, candidates> below{};
     double sum = 0.0;
     for (std::size_t i = 0; i < candidates; ++i) {
-        const double root = std::sqrt(fraction(u[1] + even_u(i))), along = fraction(u[2] + even_v(i));
-        place[i] = mesh.at(triangle, root * (1.0 - along), root * along).position;
+        place[i] = uniform_point(mesh, triangle, fraction(u[1] + even_u(i)), fraction(u[2] + even_v(i))).position;
         const Vec3 way = place[i] - x.position;
         const double r2 = way.squaredNorm();
         sum += std::max(0.0, x.normal.dot(way)) * std::max(0.0, -mesh.normals[triangle].dot(way)) / (r2 * r2);

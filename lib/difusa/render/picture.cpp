@@ -1,6 +1,7 @@
 #include <difusa/render/picture.h>
 
 #include <difusa/analysis/error_estimate.h>
+#include <difusa/core/colour.h>
 #include <difusa/core/memory.h>
 #include <difusa/core/parallel.h>
 #include <difusa/core/random.h>
@@ -49,10 +50,6 @@ constexpr Name names[] = {
 
 Pixel pixel_of(const Rgb& c) {
     return {static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2])};
-}
-
-Rgb rgb_of(const Pixel& pixel) {
-    return {static_cast<double>(pixel[0]), static_cast<double>(pixel[1]), static_cast<double>(pixel[2])};
 }
 
 /// True for what the sky has as well as surfaces.

@@ -23,9 +23,4 @@ Rgb tone_map(const Rgb& light, double exposure, ToneCurve curve);
 /// The exposure under which 95 % of these luminances are at most 0.9; 1 if they are all dark, or none.
 double exposure_for(std::vector<float> luminances);
 
-/// Luminance by the weights of Rec. 709.
-inline double luminance(const Rgb& c) {
-    return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
-}
-
 } // namespace difusa

@@ -1,5 +1,7 @@
 #include <difusa/scene/scene.h>
 
+#include <difusa/core/colour.h>
+
 #include <algorithm>
 
 namespace difusa {
@@ -15,11 +17,7 @@ Rgb factor(const Texture* texture, const Mesh& mesh, const SurfacePoint& x) {
     return texture->at((1.0 - x.u - x.v) * corner[0] + x.u * corner[1] + x.v * corner[2]);
 }
 
-bool grey(const Rgb& c) {
-    return c[0] == c[1] && c[1] == c[2];
-}
-
-bool grey(const Texture* texture) {
+bool equal_channels(const Texture* texture) {
     return texture == nullptr || texture->is_grey();
 }
 
@@ -50,10 +48,10 @@ bool Scene::has_emitters() const {
 }
 
 bool Scene::is_grey() const {
-    if (!grey(sky) || (dome && !dome->is_grey()) ||
-        !std::all_of(suns.begin(), suns.end(), [](const Sun& sun) { return grey(sun.irradiance); }) ||
+    if (!equal_channels(sky) || (dome && !dome->is_grey()) ||
+        !std::all_of(suns.begin(), suns.end(), [](const Sun& sun) { return equal_channels(sun.irradiance); }) ||
         !std::all_of(point_lights.begin(), point_lights.end(),
-                     [](const PointLight& light) { return grey(light.intensity); })) {
+                     [](const PointLight& light) { return equal_channels(light.intensity); })) {
         return false;
     }
     std::vector<char> used(materials.size(), 0);
@@ -62,16 +60,17 @@ bool Scene::is_grey() const {
     }
     for (std::size_t m = 0; m < materials.size(); ++m) {
         const Material& material = materials[m];
-        const bool rho_grey =
-            (material.vertex_colours || grey(material.reflectance)) && grey(material.reflectance_texture.get());
-        if (used[m] != 0 && !(rho_grey && grey(material.emission) && grey(material.emission_texture.get()))) {
+        const bool rho_grey = (material.vertex_colours || equal_channels(material.reflectance)) &&
+                              equal_channels(material.reflectance_texture.get());
+        if (used[m] != 0 &&
+            !(rho_grey && equal_channels(material.emission) && equal_channels(material.emission_texture.get()))) {
             return false;
         }
     }
     for (std::size_t t = 0; t < mesh.corner_reflectance.size(); ++t) {
         if (materials[mesh.material[t]].vertex_colours &&
             !std::all_of(mesh.corner_reflectance[t].begin(), mesh.corner_reflectance[t].end(),
-                         [](const Rgb& rho) { return grey(rho); })) {
+                         [](const Rgb& rho) { return equal_channels(rho); })) {
             return false;
         }
     }

@@ -1,5 +1,7 @@
 #include <difusa/scene/sky_dome.h>
 
+#include <difusa/core/colour.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -7,18 +9,6 @@
 #include <utility>
 
 namespace difusa {
-
-namespace {
-
-bool grey(const Rgb& c) {
-    return c[0] == c[1] && c[1] == c[2];
-}
-
-Rgb colour(const std::array<float, 3>& pixel) {
-    return {static_cast<double>(pixel[0]), static_cast<double>(pixel[1]), static_cast<double>(pixel[2])};
-}
-
-} // namespace
 
 GradientSky::GradientSky(const Rgb& zenith, const Rgb& horizon, const Rgb& ground, const Vec3& up)
     : zenith_(zenith), horizon_(horizon), ground_(ground), up_(up) {}
@@ -29,7 +19,7 @@ Rgb GradientSky::radiance(const Vec3& towards) const {
 }
 
 bool GradientSky::is_grey() const {
-    return grey(zenith_) && grey(horizon_) && grey(ground_);
+    return equal_channels(zenith_) && equal_channels(horizon_) && equal_channels(ground_);
 }
 
 ImageSky::ImageSky(Image image, double scale, const Vec3& up, const Vec3& ahead)
@@ -61,7 +51,7 @@ Rgb ImageSky::radiance(const Vec3& towards) const {
     const double row = polar / std::numbers::pi * static_cast<double>(height) - 0.5;
     const double left = std::floor(column), top = std::floor(row);
     const auto pixel = [&](std::int64_t i, std::int64_t j) {
-        return colour(image_.at(static_cast<std::size_t>((i % width + width) % width),
+        return rgb_of(image_.at(static_cast<std::size_t>((i % width + width) % width),
                                 static_cast<std::size_t>(std::clamp<std::int64_t>(j, 0, height - 1))));
     };
     const auto i = static_cast<std::int64_t>(left), j = static_cast<std::int64_t>(top);
@@ -73,7 +63,7 @@ Rgb ImageSky::radiance(const Vec3& towards) const {
 
 bool ImageSky::is_grey() const {
     return std::all_of(image_.pixels.begin(), image_.pixels.end(),
-                       [](const std::array<float, 3>& p) { return p[0] == p[1] && p[1] == p[2]; });
+                       [](const std::array<float, 3>& p) { return equal_channels(rgb_of(p)); });
 }
 
 std::vector<Sun> ImageSky::split_suns(double limit) {
@@ -88,7 +78,7 @@ std::vector<Sun> ImageSky::split_suns(double limit) {
     double mean = 0.0;
     for (std::size_t row = 0; row < height; ++row) {
         for (std::size_t column = 0; column < width; ++column) {
-            mean += colour(image_.at(column, row)).mean() * solid_angle(row) / (4.0 * std::numbers::pi);
+            mean += rgb_of(image_.at(column, row)).mean() * solid_angle(row) / (4.0 * std::numbers::pi);
         }
     }
     const double threshold = limit * mean;
@@ -96,7 +86,7 @@ std::vector<Sun> ImageSky::split_suns(double limit) {
     std::vector<char> done(image_.pixels.size(), 0);
     std::vector<std::size_t> region;
     for (std::size_t first = 0; first < image_.pixels.size(); ++first) {
-        if (done[first] != 0 || !(colour(image_.pixels[first]).mean() > threshold)) {
+        if (done[first] != 0 || !(rgb_of(image_.pixels[first]).mean() > threshold)) {
             continue;
         }
         region.assign(1, first);
@@ -113,7 +103,7 @@ std::vector<Sun> ImageSky::split_suns(double limit) {
                                          : side == 1 ? row * width + (column + width - 1) % width
                                          : side == 2 ? at - width
                                                      : at + width;
-                if (done[next] == 0 && colour(image_.pixels[next]).mean() > threshold) {
+                if (done[next] == 0 && rgb_of(image_.pixels[next]).mean() > threshold) {
                     done[next] = 1;
                     region.push_back(next);
                 }
@@ -126,7 +116,7 @@ std::vector<Sun> ImageSky::split_suns(double limit) {
         Vec3 towards = Vec3::Zero();
         for (const std::size_t at : region) {
             const std::size_t column = at % width, row = at / width;
-            const Rgb bright = colour(image_.pixels[at]);
+            const Rgb bright = rgb_of(image_.pixels[at]);
             const double kept = threshold / bright.mean();
             const Rgb cut = (1.0 - kept) * bright * solid_angle(row);
             irradiance += cut;

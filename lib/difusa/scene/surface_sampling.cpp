@@ -15,8 +15,8 @@ std::vector<SurfacePoint> even_points(const Mesh& mesh, std::size_t count, Rando
         const double share = (static_cast<double>(i) + stream.uniform()) / static_cast<double>(count) * below.back();
         const auto place = std::upper_bound(below.begin(), below.end(), share);
         const auto face = static_cast<Index>(std::min<std::ptrdiff_t>(place - below.begin(), std::ssize(below) - 1));
-        const double root = std::sqrt(stream.uniform()), part = stream.uniform();
-        points.push_back(mesh.at(face, root * (1.0 - part), root * part));
+        const double u = stream.uniform(), v = stream.uniform();
+        points.push_back(uniform_point(mesh, face, u, v));
     }
     return points;
 }

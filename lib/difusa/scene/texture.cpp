@@ -1,5 +1,7 @@
 #include <difusa/scene/texture.h>
 
+#include <difusa/core/colour.h>
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -36,10 +38,6 @@ Neighbours neighbours(double place, std::size_t count, Texture::Wrap wrap) {
     return {wrapped(pixel, count, wrap), wrapped(pixel + 1.0, count, wrap), at - pixel};
 }
 
-Rgb colour(const std::array<float, 3>& pixel) {
-    return {static_cast<double>(pixel[0]), static_cast<double>(pixel[1]), static_cast<double>(pixel[2])};
-}
-
 } // namespace
 
 Texture::Texture(Image image, Wrap wrap_u, Wrap wrap_v)
@@ -52,8 +50,8 @@ Texture::Texture(std::shared_ptr<const Image> image, Wrap wrap_u, Wrap wrap_v, c
         throw std::invalid_argument("a texture needs an image with pixels");
     }
     for (const std::array<float, 3>& pixel : image_->pixels) {
-        brightest_ = brightest_.max(colour(pixel));
-        grey_ = grey_ && pixel[0] == pixel[1] && pixel[1] == pixel[2];
+        brightest_ = brightest_.max(rgb_of(pixel));
+        grey_ = grey_ && equal_channels(rgb_of(pixel));
     }
 }
 
@@ -62,7 +60,7 @@ Rgb Texture::at(const TextureCoordinates& coordinates) const {
     const Neighbours u = neighbours(place[0], image_->width, wrap_u_);
     const Neighbours v = neighbours(1.0 - place[1], image_->height, wrap_v_); // rows run downwards
     const auto along = [&](std::size_t row) -> Rgb {
-        return (1.0 - u.part) * colour(image_->at(u.first, row)) + u.part * colour(image_->at(u.second, row));
+        return (1.0 - u.part) * rgb_of(image_->at(u.first, row)) + u.part * rgb_of(image_->at(u.second, row));
     };
     return (1.0 - v.part) * along(v.first) + v.part * along(v.second);
 }
@@ -70,7 +68,7 @@ Rgb Texture::at(const TextureCoordinates& coordinates) const {
 Rgb Texture::mean() const {
     Rgb sum = Rgb::Zero();
     for (const std::array<float, 3>& pixel : image_->pixels) {
-        sum += colour(pixel);
+        sum += rgb_of(pixel);
     }
     return sum / static_cast<double>(image_->pixels.size());
 }

@@ -1,0 +1,32 @@
+// Small things about colours that many steps need.
+#pragma once
+
+#include <difusa/core/types.h>
+
+#include <array>
+
+namespace difusa {
+
+/// Weights of Rec. 709 for the luminance of linear R, G, B.
+inline const Eigen::Vector3d luminance_weights(0.2126, 0.7152, 0.0722);
+
+inline double luminance(const Rgb& c) {
+    return luminance_weights.dot(c.matrix());
+}
+
+/// True if all channels are equal.
+inline bool equal_channels(const Rgb& c) {
+    return c[0] == c[1] && c[1] == c[2];
+}
+
+/// A pixel of an Image.
+inline Rgb rgb_of(const std::array<float, 3>& pixel) {
+    return {static_cast<double>(pixel[0]), static_cast<double>(pixel[1]), static_cast<double>(pixel[2])};
+}
+
+/// #rows by 1 or 3 to #rows by 3: a grey scene has three equal channels.
+inline Values three_channels(const Values& values) {
+    return values.cols() == 3 ? values : Values(values.replicate(1, 3));
+}
+
+} // namespace difusa
