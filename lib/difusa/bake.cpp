@@ -219,6 +219,7 @@ void check_scene(const Scene& scene, const std::string& name) {
 struct Part {
     LightGroup group;
     std::shared_ptr<const DirectLight> direct;
+    std::shared_ptr<const FirstBounce> bounce;
     Values soft;  ///< #points by #channels, W/m²: from the sky and emitters that are no lamps
     Values sharp; ///< from suns, point lights and lamps
 };
@@ -302,11 +303,11 @@ class Bake {
         if (result_.options.light_groups) {
             for (LightGroup& group : difusa::light_groups(scene)) {
                 auto direct = std::make_shared<DirectLight>(*all_, group);
-                parts_.push_back({std::move(group), std::move(direct), {}, {}});
+                parts_.push_back({std::move(group), std::move(direct), {}, {}, {}});
             }
         }
         if (parts_.empty()) {
-            parts_.push_back({all_lights(scene), all_, {}, {}});
+            parts_.push_back({all_lights(scene), all_, {}, {}, {}});
         }
         start("look for dark surfaces");
         const std::vector<char> dark = dark_patches(scene, *all_, *tools_.visibility, result_.options.seed, execution_);
@@ -365,6 +366,23 @@ class Bake {
         }
         start("bind basis");
         tools_.basis->bind(mesh, *result_.sites);
+        if (all_->any()) {
+            look_for_bright_surfaces();
+        }
+    }
+
+    void look_for_bright_surfaces() {
+        start("look for bright surfaces");
+        const BakeOptions& options = result_.options;
+        const auto of = [&](const std::shared_ptr<const DirectLight>& direct) {
+            return std::make_shared<FirstBounce>(*result_.scene, *tools_.visibility, direct, options.spacing,
+                                                 options.seed, execution_);
+        };
+        all_bounce_ = of(all_);
+        for (Part& part : parts_) {
+            part.bounce = part.direct == all_ ? all_bounce_ : of(part.direct);
+            result_.segments += part.bounce->segments();
+        }
     }
 
     /// What the transport will take: memory from the overlap of the elements at random surface points.
@@ -401,8 +419,11 @@ class Bake {
             estimate.segments += points * part.direct->most_rays_per_point(lamp_samples);
             expected_segments_ += points * part.direct->rays_per_point(lamp_samples);
             if (result_.options.first_bounce == "gathered") {
-                estimate.segments += estimate.rays * part.direct->rays_per_point(1);
-                expected_segments_ += estimate.rays * part.direct->rays_per_point(1);
+                const std::size_t rays_each = part.direct->rays_per_point(1);
+                const std::size_t places = points * (part.bounce ? part.bounce->places(result_.options.rays) : 0);
+                const std::size_t more = estimate.rays * rays_each + places * (1 + rays_each);
+                estimate.segments += more;
+                expected_segments_ += more;
             }
         }
         // Directions are pooled; each thread holds the rays, hits and rows of one site.
@@ -471,7 +492,7 @@ class Bake {
             Sources sources{!all_->has_lamps(), {}, result_.channels};
             for (const Part& part : parts_) {
                 if (options.first_bounce == "gathered" && all_->any()) {
-                    sources.bounce.push_back(part.direct.get());
+                    sources.bounce.push_back(part.bounce.get());
                 }
             }
             transport_ = gather(scene, points_, *tools_.basis, *tools_.visibility, *tools_.directions, options.rays,
@@ -507,7 +528,7 @@ class Bake {
             soft += part.soft;
             sharp += part.sharp;
         }
-        result_.segments = transport_.segments + effort.segments;
+        result_.segments += transport_.segments + effort.segments;
         clear_ += effort.clear;
         const bool in_basis = result_.options.direct == "interpolated";
         const double brightest = (soft + sharp).maxCoeff();
@@ -570,9 +591,10 @@ class Bake {
                               : projection_->coefficients(values);
         };
         const auto field = [&](const Part& part, Values soft_coefficients, Values smooth) {
-            return std::make_shared<Field>(FieldParts{
-                result_.scene, result_.sites, tools_.basis, tools_.visibility, tools_.directions, part.direct,
-                part.group, std::move(soft_coefficients), std::move(smooth), lamp_samples, in_basis});
+            return std::make_shared<Field>(FieldParts{result_.scene, result_.sites, tools_.basis, tools_.visibility,
+                                                      tools_.directions, part.direct, in_basis ? nullptr : part.bounce,
+                                                      part.group, std::move(soft_coefficients), std::move(smooth),
+                                                      lamp_samples, in_basis});
         };
         Values soft_coefficients = Values::Zero(n, c), smooth = soft_coefficients;
         for (Eigen::Index g = 0; g < count; ++g) {
@@ -585,7 +607,7 @@ class Bake {
                 result_.solution.groups.push_back(field(part, part_soft, part_smooth));
             }
         }
-        result_.field = field({all_lights(scene), all_, {}, {}}, soft_coefficients, smooth);
+        result_.field = field({all_lights(scene), all_, all_bounce_, {}, {}}, soft_coefficients, smooth);
         result_.solution.field = result_.field;
         balance(rho, lit);
     }
@@ -743,6 +765,11 @@ class Bake {
         if (!all_->any()) {
             save("direct light by shadow rays", "there is no sun, no point light and no lamp", "rays",
                  result_.options.first_bounce == "gathered" ? rays : points);
+        }
+        if (all_bounce_ && all_bounce_->bright_share() > FirstBounce::broad) {
+            save("samples on bright surfaces",
+                 text_of(100.0 * all_bounce_->bright_share()) + " % of the surface reflects most of the direct light",
+                 "rays", points * static_cast<double>(result_.options.rays));
         }
         if (!scene.has_sky()) {
             save("sky", "it is dark", "values", points);
@@ -946,12 +973,13 @@ class Bake {
     Tools tools_;
     ElementIntegrals integrals_;
     Transport transport_;
-    std::shared_ptr<const DirectLight> all_; ///< the sharp light of all groups
-    std::vector<Part> parts_;                ///< the groups if they are to be kept apart, else one of all light
-    std::size_t expected_segments_ = 0;      ///< where most penumbrae are narrow
-    double dark_area_ = 0.0;                 ///< where no light comes
-    std::size_t clear_ = 0;                  ///< points whose lamps nothing could hide
-    std::vector<SurfacePoint> points_;       ///< of the projection: the sites first
+    std::shared_ptr<const DirectLight> all_;        ///< the sharp light of all groups
+    std::shared_ptr<const FirstBounce> all_bounce_; ///< after one reflection; null without such light
+    std::vector<Part> parts_;                       ///< the groups if they are to be kept apart, else one of all light
+    std::size_t expected_segments_ = 0;             ///< where most penumbrae are narrow
+    double dark_area_ = 0.0;                        ///< where no light comes
+    std::size_t clear_ = 0;                         ///< points whose lamps nothing could hide
+    std::vector<SurfacePoint> points_;              ///< of the projection: the sites first
     std::unique_ptr<Projection> projection_;
     double bound_evaluated_ = 0.0; ///< of the error of the field as its basis gives it, anywhere
     Values noise_;                 ///< #V by 1: of a gathered output, W/m²

@@ -1,7 +1,7 @@
 # Every transport, basis, visibility, solver and sampler bakes the Cornell box to a finite field in which no light is lost.
 . "$(dirname "$0")/lib.sh"
 
-few="--spacing 0.065 --rays 16" # 400 sites
+few="--spacing 0.065 --rays 16 --output-spacing 0.3" # 400 sites, and no more output points than faces need
 
 # converged CHOICE: the bake ends with a solution, the numbers of its balance are numbers, and what was emitted is
 # absorbed or escapes within a fifth, so few sites and rays these are.

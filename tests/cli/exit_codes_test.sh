@@ -82,12 +82,12 @@ if ! grep -q -e __asan_init -e __tsan_init "$bake"; then # sanitizers reserve mo
     expect_text message "sites would take about" MiB
 fi
 
-# 130: interrupted during transport, within two seconds and without a trace.
+# 130: interrupted during transport, which would take minutes, at once and without a trace.
 set -m # else a shell without a terminal lets its background jobs ignore SIGINT
 for signal in INT TERM HUP; do
     : >stderr # else what an earlier run has told is taken for this one's
     ls -A . >before
-    "$bake" "$box" kept.ply --sites 4000 --rays 4096 >stdout 2>stderr &
+    "$bake" "$box" kept.ply --sites 4000 --rays 65536 >stdout 2>stderr &
     job=$!
     for _ in $(seq 300); do
         grep -qx transport stderr && break
@@ -101,7 +101,7 @@ for signal in INT TERM HUP; do
     wait "$job" || code=$?
     took=$((($(date +%s%N) - begin) / 1000000))
     [ "$code" = 130 ] || fail "exit $code after SIG$signal"
-    [ "$took" -lt 2000 ] || fail "SIG$signal was obeyed after $took ms"
+    [ "$took" -lt 10000 ] || fail "SIG$signal was obeyed after $took ms"
     expect_text stderr "bake_radiosity: interrupted"
     ls -A . >after
     cmp -s before after || fail "the files have changed: $(diff before after)"

@@ -117,7 +117,8 @@ TEST(DirectLight, TheFirstBounceIsGatheredWhereRaysHit) {
     add(mesh, rectangle(Vec3(0, 2, 0), Vec3(2, 0, 0), Vec3(0, 0, 2)), 0);
     const Lit lit(std::move(mesh), {{s, Rgb(1, 2, 3)}});
     const Mesh& m = lit.scene.mesh;
-    const DirectLight light(lit.scene, lit.visibility);
+    const FirstBounce light(lit.scene, lit.visibility, std::make_shared<DirectLight>(lit.scene, lit.visibility), 0.5, 1,
+                            Execution{});
     const SiteSet sites = test::poisson_sites(m, 0.5);
     const auto basis = test::plugin<Basis>("shepard");
     basis->bind(m, sites);

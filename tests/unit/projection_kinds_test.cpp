@@ -9,6 +9,8 @@
 
 #include <meshes.h>
 
+#include <algorithm>
+
 namespace difusa {
 namespace {
 
@@ -163,6 +165,38 @@ TEST(ProjectionKinds, CorrectionIsThePolynomialOfTheCollocationMatrix) {
             EXPECT_LT((dense(projection, setting.sites.size()) - sum).cwiseAbs().maxCoeff(), 1e-12) << name;
         }
     }
+}
+
+/// Values of 0 or more that are 0 on half of the box, coefficients that swing far beyond them, and twice those.
+TEST(ProjectionKinds, LimitedCoefficientsKeepToTheValuesAround) {
+    const Setting setting("normalized-radial");
+    const Eigen::Index n = std::ssize(setting.sites.points);
+    Values values(n, 2), wild(n, 2);
+    RandomStream stream(1, "values");
+    for (Eigen::Index j = 0; j < n; ++j) {
+        const bool dark = setting.sites.points[static_cast<std::size_t>(j)].position.x() < 0.0;
+        values(j, 0) = dark ? 0.0 : 1.0 + 0.1 * stream.uniform();
+        wild(j, 0) = values(j, 0) + 4.0 * stream.uniform() - 2.0;
+    }
+    values.col(1) = 2.0 * values.col(0);
+    wild.col(1) = 2.0 * wild.col(0);
+    const Values kept = limited(*setting.basis, setting.sites, values, wild, Execution{});
+    int moved = 0, stayed = 0;
+    BasisRow row;
+    for (Eigen::Index j = 0; j < n; ++j) {
+        double least = values(j, 0), most = least;
+        setting.basis->evaluate(setting.sites.points[static_cast<std::size_t>(j)], row);
+        for (const Index i : row.element) {
+            least = std::min(least, values(static_cast<Eigen::Index>(i), 0));
+            most = std::max(most, values(static_cast<Eigen::Index>(i), 0));
+        }
+        const double low = std::max(0.0, least - 0.25 * (most - least)), high = most + 0.25 * (most - least);
+        EXPECT_EQ(kept(j, 0), std::clamp(wild(j, 0), low, high));
+        EXPECT_EQ(kept(j, 1), 2.0 * kept(j, 0)); // a doubling is exact
+        (kept(j, 0) == wild(j, 0) ? stayed : moved)++;
+    }
+    EXPECT_GT(moved, 10);
+    EXPECT_GT(stayed, 10);
 }
 
 TEST(ProjectionKinds, QuadratureIsTheTransposedMap) {

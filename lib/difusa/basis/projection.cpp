@@ -305,7 +305,9 @@ Values limited(const Basis& basis, const SiteSet& sites, const Values& values, V
                 most = most.cwiseMax(values.row(i));
             }
             auto own = coefficients.row(static_cast<Eigen::Index>(j));
-            own = own.cwiseMax(least).cwiseMin(most).eval();
+            const Eigen::RowVectorXd more = 0.25 * (most - least);
+            least = (least - more).cwiseMax(least.cwiseMin(0.0));
+            own = own.cwiseMax(least).cwiseMin(most + more).eval();
         }
     });
     return coefficients;

@@ -38,9 +38,10 @@ ProjectionChoice parse_projection(std::string_view choice, std::string& text);
 std::vector<SurfacePoint> projection_points(const ProjectionChoice& choice, const Mesh& mesh, const SiteSet& sites,
                                             std::uint64_t seed);
 
-/// Coefficients whose field has no bumps and dips that the values do not have: each is kept between the least and the
-/// largest of the values at the sites whose elements live at its own. With a partition of unity the field then stays
-/// between the least and the largest value around, and is 0 where no value around differs from 0.
+/// Coefficients whose field has hardly a bump or dip that the values do not have: each is kept within the range of the
+/// values at the sites whose elements live at its own, or a quarter of that range above or below, which the values at
+/// an edge need to go on as they come; and not below 0 where no value is. With a partition of unity the field keeps to
+/// the same limits, and is 0 where no value around differs from 0.
 Values limited(const Basis& basis, const SiteSet& sites, const Values& values, Values coefficients,
                const Execution& execution);
 

@@ -31,9 +31,8 @@ Irradiance Field::gather(std::span<const SurfacePoint> x, std::size_t rays, std:
                          std::string_view purpose, const Execution& execution) const {
     struct Worker {
         Surroundings around;
-        DirectLight::Worker light;
+        FirstBounce::Worker light;
         std::vector<BasisRow> rows;
-        std::vector<Rgb> H;
     };
     const Scene& scene = *parts_.scene;
     const DirectLight& light = *parts_.direct;
@@ -51,10 +50,8 @@ Irradiance Field::gather(std::span<const SurfacePoint> x, std::size_t rays, std:
     const std::size_t grain = std::clamp<std::size_t>(4096 / pool.count(), 1, 16);
     parallel_for(x.size(), grain, execution, [&](std::size_t begin, std::size_t end, unsigned number) {
         if (!workers[number]) {
-            workers[number] = std::make_unique<Worker>(Worker{Surroundings(scene.mesh, *parts_.visibility, pool),
-                                                              {},
-                                                              std::vector<BasisRow>(pool.count()),
-                                                              std::vector<Rgb>(pool.count())});
+            workers[number] = std::make_unique<Worker>(
+                Worker{Surroundings(scene.mesh, *parts_.visibility, pool), {}, std::vector<BasisRow>(pool.count())});
         }
         Worker& work = *workers[number];
         for (std::size_t i = begin; i < end; ++i) {
@@ -62,21 +59,20 @@ Irradiance Field::gather(std::span<const SurfacePoint> x, std::size_t rays, std:
             const std::span<const SurfacePoint> met = work.around.points();
             const std::span<const double> weight = work.around.weights();
             parts_.basis->evaluate(met, work.rows);
-            RandomStream stream(own_seed, "bounce", i);
-            if (parts_.direct_in_basis) {
-                std::fill(work.H.begin(), work.H.end(), Rgb(Rgb::Zero()));
-            } else {
-                light.sample(met, stream, std::span(work.H).first(met.size()), work.light);
-            }
             Rgb sky = Rgb::Zero();
             if (parts_.group.sky) {
                 sky = work.around.sky() * scene.sky + dome_irradiance(scene, work.around);
             }
             Eigen::RowVectorXd direct = sky.head(channel_count).matrix().transpose();
             Eigen::RowVectorXd indirect = Eigen::RowVectorXd::Zero(channel_count);
+            if (parts_.bounce) {
+                RandomStream stream(own_seed, "bounce", i);
+                const Rgb bounced = parts_.bounce->irradiance(x[i], met, weight, pool.count(), stream, work.light);
+                indirect = bounced.head(channel_count).matrix().transpose();
+            }
             Eigen::RowVectorXd H(channel_count);
             for (std::size_t p = 0; p < met.size(); ++p) {
-                H = work.H[p].head(channel_count).matrix().transpose();
+                H.setZero();
                 const BasisRow& row = work.rows[p];
                 for (std::size_t k = 0; k < row.element.size(); ++k) {
                     H += row.weight[k] * parts_.smooth.row(static_cast<Eigen::Index>(row.element[k]));
@@ -94,7 +90,7 @@ Irradiance Field::gather(std::span<const SurfacePoint> x, std::size_t rays, std:
     });
     for (const auto& worker : workers) {
         if (worker) {
-            effort.add(worker->light);
+            effort.add(worker->light.light);
         }
     }
     result.segments = effort.segments;

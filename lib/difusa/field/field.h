@@ -3,7 +3,7 @@
 
 #include <difusa/basis/basis.h>
 #include <difusa/core/types.h>
-#include <difusa/lighting/direct_light.h>
+#include <difusa/lighting/first_bounce.h>
 #include <difusa/transport/directions.h>
 #include <difusa/visibility/visibility.h>
 
@@ -21,6 +21,8 @@ struct FieldParts {
     std::shared_ptr<const Visibility> visibility; ///< built
     std::shared_ptr<const Directions> directions;
     std::shared_ptr<const DirectLight> direct; ///< sharp sources, whose light no basis carries
+    std::shared_ptr<const FirstBounce> bounce; ///< their light after one reflection; null without any, or if
+                                               ///< the coefficients hold it
     LightGroup group;                          ///< whose light this is; `direct` is of the same
     Values soft_direct; ///< #S by #channels: coefficients of the direct light of sky and of emitters that are no lamps
     Values smooth;      ///< likewise: coefficients of h, which is all light but that of sharp sources

@@ -1,5 +1,6 @@
 #include <difusa/lighting/direct_light.h>
 
+#include <difusa/core/even_sequence.h>
 #include <difusa/core/parallel.h>
 
 #include <algorithm>
@@ -9,10 +10,6 @@
 namespace difusa {
 
 namespace {
-
-/// Multiples of these, less their whole parts, fill the cube evenly: powers of the inverse of the root of x⁴ = x + 1
-/// (Roberts).
-constexpr std::array<double, 3> even_steps{0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
 
 std::vector<Index> lamps_of(const Scene& scene, const LightGroup& group, std::vector<Index> lamps) {
     std::erase_if(lamps, [&](Index t) { return group.materials[scene.mesh.material[t]] == 0; });
@@ -154,12 +151,7 @@ void DirectLight::sample(std::span<const SurfacePoint> x, RandomStream& stream, 
     }
     const std::array<double, 3> shift{stream.uniform(), stream.uniform(), stream.uniform()};
     for (std::size_t i = 0; i < x.size(); ++i) {
-        std::array<double, 3> u = shift;
-        for (std::size_t k = 0; k < 3; ++k) {
-            u[k] += static_cast<double>(i) * even_steps[k];
-            u[k] -= std::floor(u[k]);
-        }
-        H[i] += lamps_.sample(x[i], u, worker.lamps);
+        H[i] += lamps_.sample(x[i], even_point(i, shift), worker.lamps);
     }
 }
 

@@ -1,5 +1,6 @@
 #include <difusa/lighting/lamps.h>
 
+#include <difusa/core/even_sequence.h>
 #include <difusa/lighting/lambert.h>
 #include <difusa/scene/surface_sampling.h>
 #include <difusa/transport/transport.h>
@@ -27,17 +28,6 @@ constexpr std::size_t candidates = 4;
 
 /// Up to so many lamps it is asked whether anything can hide them; for more of them that costs more than rays.
 constexpr std::size_t few_shafts = 8;
-
-/// Fractional parts of i times the powers of the plastic number's inverse: an even sequence in the square (Roberts).
-double even_u(std::size_t i) {
-    return static_cast<double>(i) * 0.7548776662466927;
-}
-double even_v(std::size_t i) {
-    return static_cast<double>(i) * 0.5698402909980532;
-}
-double fraction(double x) {
-    return x - std::floor(x);
-}
 
 } // namespace
 
@@ -124,15 +114,16 @@ void Lamps::cast_round(const SurfacePoint& x, std::size_t samples, RandomStream&
     worker.segments.clear();
     worker.light.clear();
     const double whole = worker.parts.back().mean_below;
-    const double shift = stream.uniform(), shift_u = stream.uniform(), shift_v = stream.uniform();
+    const double shift = stream.uniform();
+    const std::array<double, 2> place_shift{stream.uniform(), stream.uniform()};
     auto part = worker.parts.begin();
     for (std::size_t s = 0; s < samples; ++s) {
         const double share = whole * (static_cast<double>(s) + shift) / static_cast<double>(samples);
         while (part + 1 != worker.parts.end() && part->mean_below <= share) {
             ++part;
         }
-        const SurfacePoint y =
-            uniform_point(scene_.mesh, part->triangle, fraction(even_u(s) + shift_u), fraction(even_v(s) + shift_v));
+        const auto [u, v] = even_point<2>(s, place_shift);
+        const SurfacePoint y = uniform_point(scene_.mesh, part->triangle, u, v);
         const Vec3 way = y.position - x.position;
         const double cosine = x.normal.dot(way), cosines = cosine * -y.normal.dot(way);
         const double r2 = way.squaredNorm();
@@ -249,7 +240,8 @@ Vec3 Lamps::place_on(const SurfacePoint& x, Index triangle, const std::array<dou
     std::array<double, candidates> below{};
     double sum = 0.0;
     for (std::size_t i = 0; i < candidates; ++i) {
-        place[i] = uniform_point(mesh, triangle, fraction(u[1] + even_u(i)), fraction(u[2] + even_v(i))).position;
+        const auto [place_u, place_v] = even_point<2>(i, {u[1], u[2]});
+        place[i] = uniform_point(mesh, triangle, place_u, place_v).position;
         const Vec3 way = place[i] - x.position;
         const double r2 = way.squaredNorm();
         sum += std::max(0.0, x.normal.dot(way)) * std::max(0.0, -mesh.normals[triangle].dot(way)) / (r2 * r2);

@@ -16,12 +16,11 @@ struct Worker {
     std::vector<BasisRow> rows;
     RowAccumulator elements, emitters;
     std::vector<RowAccumulator> uneven; ///< one for each channel
-    DirectLight::Worker light;
-    std::vector<Rgb> H;
+    FirstBounce::Worker light;
     Worker(const Mesh& mesh, const Visibility& visibility, const DirectionPool& pool, std::size_t element_count,
            std::size_t material_count)
         : around(mesh, visibility, pool), rows(pool.count()), elements(element_count), emitters(material_count),
-          uneven(3, emitters), H(pool.count()) {}
+          uneven(3, emitters) {}
 };
 
 void add_elements(const Basis& basis, Worker& work) {
@@ -50,17 +49,6 @@ void add_emitters(const Scene& scene, const std::vector<char>& emits, Worker& wo
             }
         }
     }
-}
-
-Rgb reflect(const Scene& scene, const DirectLight& light, RandomStream& stream, Worker& work) {
-    const std::span<const SurfacePoint> met = work.around.points();
-    const std::span<const double> weight = work.around.weights();
-    light.sample(met, stream, std::span(work.H).first(met.size()), work.light);
-    Rgb sum = Rgb::Zero();
-    for (std::size_t p = 0; p < met.size(); ++p) {
-        sum += weight[p] * scene.reflectance(met[p]) * work.H[p];
-    }
-    return sum;
 }
 
 /// What escapes and what meets backs, of point j.
@@ -124,14 +112,19 @@ Transport gather(const Scene& scene, std::span<const SurfacePoint> points, const
             for (std::size_t g = 0; g < sources.bounce.size(); ++g) {
                 RandomStream stream(seed, "first bounce", j);
                 transport.bounce[g].row(static_cast<Eigen::Index>(j)) =
-                    reflect(scene, *sources.bounce[g], stream, work).head(sources.channels).matrix().transpose();
+                    sources.bounce[g]
+                        ->irradiance(points[j], work.around.points(), work.around.weights(), pool.count(), stream,
+                                     work.light)
+                        .head(sources.channels)
+                        .matrix()
+                        .transpose();
             }
         }
     });
     DirectLight::Effort effort;
     for (const auto& worker : workers) {
         if (worker) {
-            effort.add(worker->light);
+            effort.add(worker->light.light);
         }
     }
     transport.segments = effort.segments;

@@ -4,7 +4,7 @@
 #pragma once
 
 #include <difusa/basis/basis.h>
-#include <difusa/lighting/direct_light.h>
+#include <difusa/lighting/first_bounce.h>
 #include <difusa/transport/directions.h>
 #include <difusa/transport/transport.h>
 #include <difusa/visibility/visibility.h>
@@ -21,7 +21,7 @@ struct Sources {
     /// Sharp sources whose light is wanted after one reflection: it is evaluated where rays hit, with one shadow ray
     /// for each sun or point light and one for all lamps, so that no shadow is smoothed by a basis. One column set of
     /// Transport::bounce for each.
-    std::vector<const DirectLight*> bounce = {};
+    std::vector<const FirstBounce*> bounce = {};
     int channels = 3; ///< of `bounce`
 };
 

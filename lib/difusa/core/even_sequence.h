@@ -1,0 +1,31 @@
+// Points that fill a unit square or cube evenly, however many of them are taken.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace difusa {
+
+/// x less its whole part, in [0, 1) for x that are not too large to have another.
+inline double fraction(double x) {
+    return x - std::floor(x);
+}
+
+/// For N = 2 and 3: powers of 1/g, where g is the root above 1 of g^(N+1) = g + 1.
+template <std::size_t N> constexpr std::array<double, N> even_steps = {};
+template <> inline constexpr std::array<double, 2> even_steps<2>{0.7548776662466927, 0.5698402909980532};
+template <>
+inline constexpr std::array<double, 3> even_steps<3>{0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
+
+/// Point i, from 0, of the sequence in [0, 1)^N that begins at `shift`: the fractional parts of shift + i / g^k
+/// (Roberts 2018, the additive recurrence R_N).
+template <std::size_t N> std::array<double, N> even_point(std::size_t i, const std::array<double, N>& shift) {
+    std::array<double, N> u = shift;
+    for (std::size_t k = 0; k < N; ++k) {
+        u[k] = fraction(shift[k] + static_cast<double>(i) * even_steps<N>[k]);
+    }
+    return u;
+}
+
+} // namespace difusa
