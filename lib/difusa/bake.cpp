@@ -452,9 +452,25 @@ class Bake {
             tools_.visibility->first_hits(rays, hits);
         }
         const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-        const auto cast = static_cast<double>(sample * pool.count());
-        const auto wanted = static_cast<double>(result_.estimate.rays + expected_segments_);
-        result_.estimate.seconds = took.count() / cast * wanted / static_cast<double>(execution_.threads) * 1.25;
+        const double each = took.count() / static_cast<double>(sample * pool.count() * execution_.threads) * 1.25;
+        BakeEstimate& estimate = result_.estimate;
+        estimate.seconds = each * static_cast<double>(estimate.rays + expected_segments_);
+        const auto gathered_twice = [&](std::size_t points, std::size_t half) {
+            const std::size_t lights = all_->rays_per_point(1);
+            const std::size_t places = all_bounce_ ? all_bounce_->places(half) : 0;
+            estimate.further_rays += 2 * points * half;
+            estimate.further_seconds +=
+                each * 2.0 * static_cast<double>(points) *
+                static_cast<double>(half * (1 + lights) + places * (1 + lights) + all_->rays_per_point(lamp_samples));
+        };
+        gathered_twice(error_points(), std::max<std::size_t>(1, result_.options.rays / 2));
+        if (result_.options.final_gather > 0) {
+            const Mesh& mesh = result_.scene->mesh;
+            gathered_twice(refine(mesh, result_.options.output_spacing, result_.options.crease_angle,
+                                  available_memory() / 500, execution_)
+                               .vertices.size(),
+                           (result_.options.final_gather + 1) / 2);
+        }
     }
 
     // 5. Transport operator: geometry only.
@@ -624,6 +640,10 @@ class Bake {
                                             integrals_.area, execution_);
     }
 
+    std::size_t error_points() const {
+        return result_.options.error_points.value_or(std::clamp<std::size_t>(result_.sites->size() / 8, 128, 4096));
+    }
+
     /// At the points of the projection. A site stands for its whole element, so where a texture makes the reflectance
     /// change within elements their means are taken, unless the basis is fitted to further points.
     Values reflectances() const {
@@ -641,8 +661,7 @@ class Bake {
 
     // 8. Judge: how far is this from the solution?
     void judge() {
-        const std::size_t sites = result_.sites->size();
-        const std::size_t points = result_.options.error_points.value_or(std::clamp<std::size_t>(sites / 8, 128, 4096));
+        const std::size_t points = error_points();
         result_.options.error_points = points;
         if (points == 0) {
             return;

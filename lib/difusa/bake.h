@@ -84,6 +84,8 @@ struct BakeEstimate {
     double elements_per_ray = 0.0; ///< measured at random surface points
     double transport_bytes = 0.0;  ///< upper estimate
     double seconds = 0.0;          ///< of the transport phase, from a sample of rays; 0 if not measured
+    std::size_t further_rays = 0;  ///< those of the error estimate and of a final gather; 0 if not measured
+    double further_seconds = 0.0;  ///< likewise, with their shadow rays
 };
 
 /// Everything known about a finished bake.

@@ -21,6 +21,8 @@ for choice in "" "--basis shepard" "--basis radial" "--transport pairwise --sky 
     expect_text dry.sites "\"count\": $sites,"
     real_rays=$(sed -n '/"transport": {/,/}/s/^ *"rays": \([0-9]*\),/\1/p' real.json)
     [ "$(entry dry.json estimated_rays)" = "$real_rays" ] || fail "rays: $(entry dry.json estimated_rays), $real_rays"
+    further=$(sed -n '/"error": {/,/}/s/^ *"rays": \([0-9]*\),/\1/p' real.json)
+    [ "$(entry dry.json estimated_further_rays)" = "$further" ] || fail "rays of the error estimate: $further"
     segments=$(entry real.json segments)
     [ "$(entry dry.json estimated_segments)" -ge "$segments" ] || fail "segments: more than estimated"
     bytes=$(entry dry.json estimated_bytes)

@@ -424,6 +424,52 @@ TEST(OnlyWhatTheSceneNeeds, WithoutSharpLightsThereAreNoShadowRays) {
     EXPECT_TRUE(saved("direct light by shadow rays"));
 }
 
+/// 256 lamps of different brightness close above a floor, of which far ones stand for each other: that is the only
+/// error of the light on the floor, since nothing reflects, and the estimate and its bound tell it.
+TEST(ManyLights, TheErrorOfStandingForEachOtherIsInsideTheBound) {
+    constexpr int across = 16, kinds = 4;
+    Scene scene = scene_of(rectangle(Vec3::Zero(), Vec3(4, 0, 0), Vec3(0, 4, 0)), 0.5);
+    scene.materials.resize(1 + kinds);
+    for (int kind = 1; kind <= kinds; ++kind) {
+        Material& lamp = scene.materials[static_cast<std::size_t>(kind)];
+        lamp.reflectance = Rgb::Zero();
+        lamp.emission = Rgb::Constant(std::pow(3.0, kind));
+    }
+    RandomStream stream(1, "kinds");
+    for (int i = 0; i < across; ++i) {
+        for (int j = 0; j < across; ++j) {
+            const Vec3 corner(0.25 * i + 0.1, 0.25 * j + 0.1, 0.5); // facing down
+            add(scene.mesh, rectangle(corner, Vec3(0, 0.04, 0), Vec3(0.04, 0, 0)),
+                1 + static_cast<Index>(stream.below(kinds)));
+        }
+    }
+    BakeOptions options = quick(0.25);
+    options.error_points = 512;
+    const BakeResult result = baked(scene, options);
+    ASSERT_EQ(result.lamps, 2U * across * across);
+    const Mesh& mesh = result.scene->mesh;
+    const std::vector<SurfacePoint> x = even_points(mesh, 400, RandomStream(2, "judged"));
+    const PointValues values = result.solution.at(x, 0, 3, "judged", Execution{});
+    double squares = 0.0, light = 0.0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        double H = 0.0;
+        for (Index t = 2; t < mesh.triangles.size() && x[i].face < 2; ++t) {
+            H += scene.materials[mesh.material[t]].emission[0] *
+                 lambert_form_factor(x[i].position, x[i].normal, mesh.corner(t, 0), mesh.corner(t, 1),
+                                     mesh.corner(t, 2));
+        }
+        const auto row = static_cast<Eigen::Index>(i);
+        const double B = 0.5 * H; // of a lamp nobody asks
+        squares += x[i].face < 2 ? std::pow(values.B(row, 0) - B, 2) : 0.0;
+        light += B * B;
+    }
+    const double error = std::sqrt(squares / 400.0);
+    EXPECT_GT(error, 1e-4 * std::sqrt(light / 400.0)); // they do stand for each other
+    EXPECT_LT(error, 0.05 * std::sqrt(light / 400.0));
+    ASSERT_TRUE(result.error);
+    EXPECT_LE(error, result.error->bound_rms);
+}
+
 /// The outside of a closed room under no sky sees nothing: it gets no sites, and the inside as many as wanted.
 TEST(OnlyWhatTheSceneNeeds, SitesAreNotSpentInTheDark) {
     Mesh mesh = plain_box(Vec3::Zero(), Vec3::Ones(), 2, Front::inside);

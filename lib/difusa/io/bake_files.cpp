@@ -334,7 +334,9 @@ std::string summary_of(const BakeResult& result) {
         const BakeEstimate& estimate = result.estimate;
         text << "rays: " << estimate.rays << ", visibility segments: at most " << estimate.segments << "\n"
              << "memory for transport: at most " << format_bytes(estimate.transport_bytes) << "\n"
-             << "time for transport: about " << format_seconds(estimate.seconds) << "\n";
+             << "time for transport: about " << format_seconds(estimate.seconds) << "\n"
+             << "error estimate" << (result.options.final_gather > 0 ? " and final gather: " : ": ")
+             << estimate.further_rays << " rays, about " << format_seconds(estimate.further_seconds) << "\n";
         return text.str();
     }
     text << "transport: " << result.rays << " rays, " << result.segments << " segments, " << result.nonzeros

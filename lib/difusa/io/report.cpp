@@ -146,6 +146,8 @@ std::string report_of(const BakeResult& result) {
     transport["estimated_bytes"] = result.estimate.transport_bytes;
     if (!baked) {
         transport["estimated_seconds"] = result.estimate.seconds;
+        transport["estimated_further_rays"] = result.estimate.further_rays;
+        transport["estimated_further_seconds"] = result.estimate.further_seconds;
     } else {
         transport["rays"] = result.rays;
         transport["segments"] = result.segments;
