@@ -89,8 +89,8 @@ CLI::Option* add_light_arguments(CLI::App& app, BakeOptions& options, const std:
              "dissertation)",
              group);
     add_name(app, "--first-bounce", options.first_bounce,
-             "light of suns and lamps after one reflection: gathered where rays hit (default; sharp), or interpolated "
-             "between sites (half the rays; the way of pairwise)",
+             "light of suns and lamps after one reflection: gathered where rays hit and on bright surfaces (default; "
+             "sharp), or interpolated between sites (fewer rays; the way of pairwise)",
              group);
     add_name(app, "--visibility", options.visibility, "ray casting: cgal (reference) or embree (fast)", group);
     return add_name(app, "--kernel", options.kernel, "form factor of pairwise transport: disc or point", group);

@@ -14,6 +14,7 @@
 #include <difusa/plugin/choice.h>
 #include <difusa/scene/scene_file.h>
 #include <difusa/scene/surface_sampling.h>
+#include <difusa/scene/texture_coordinates.h>
 #include <difusa/sites/sampler.h>
 #include <difusa/solve/spectral_radius.h>
 #include <difusa/solve/transport_operator.h>
@@ -193,12 +194,27 @@ void check_scene(const Scene& scene, const std::string& name) {
             refuse("a triangle has the material " + std::to_string(material) + " of " +
                    std::to_string(scene.materials.size()));
         }
+        if (is_textured(scene.materials[material]) && mesh.corner_texture.size() != mesh.triangles.size()) {
+            refuse("the material " + scene.materials[material].name +
+                   " has a texture, and the mesh no texture coordinates for each triangle");
+        }
+        if (scene.materials[material].vertex_colours && mesh.corner_reflectance.size() != mesh.triangles.size()) {
+            refuse("the material " + scene.materials[material].name +
+                   " is that of the vertices' colours, and the mesh has none for each triangle");
+        }
+    }
+    if (!is_light(scene.sky)) {
+        refuse("the sky's irradiance is negative or not finite");
     }
     for (const Material& material : scene.materials) {
         if (!((material.reflectance >= 0.0) && (material.reflectance <= 1.0)).all() || !is_light(material.emission)) {
             refuse("the material " + material.name +
                    " has a reflectance outside [0,1], or an emission that is negative "
                    "or not finite");
+        }
+        if (material.reflectance_texture &&
+            !(material.reflectance_texture->brightest() * material.reflectance <= 1.0).all()) {
+            refuse("the material " + material.name + " has a texture that makes its reflectance exceed 1");
         }
     }
     for (const Sun& sun : scene.suns) {
@@ -213,6 +229,18 @@ void check_scene(const Scene& scene, const std::string& name) {
                 "is negative or not finite, or an inner cone wider than the outer one");
         }
     }
+}
+
+/// The row without the columns that are marked.
+SparseRows::Row without(const SparseRows::Row& row, const std::vector<char>& marked) {
+    SparseRows::Row rest;
+    for (std::size_t k = 0; k < row.column.size(); ++k) {
+        if (marked[row.column[k]] == 0) {
+            rest.column.push_back(row.column[k]);
+            rest.value.push_back(row.value[k]);
+        }
+    }
+    return rest;
 }
 
 /// The light of one group, or of all.
@@ -349,6 +377,11 @@ class Bake {
         if (lit_area > 0.0) {
             const std::size_t all = points.size();
             std::erase_if(points, [&](const SurfacePoint& x) { return dark[mesh.patch[x.face]] != 0; });
+            if (points.empty()) {
+                throw InputError(result_.file + ": the observer of the sampler " + options.sampler +
+                                 " sees nothing but surface that no light reaches: turn it, or use --sampler "
+                                 "poisson-disk");
+            }
             if (points.size() < all) {
                 save("sites",
                      text_of(100.0 * (1.0 - lit_area / mesh.area)) + " % of the surface sees nothing that sends light",
@@ -366,22 +399,28 @@ class Bake {
         }
         start("bind basis");
         tools_.basis->bind(mesh, *result_.sites);
-        if (all_->any()) {
-            look_for_bright_surfaces();
-        }
+        look_for_bright_surfaces();
     }
 
     void look_for_bright_surfaces() {
-        start("look for bright surfaces");
         const BakeOptions& options = result_.options;
+        const bool judged = options.final_gather > 0 || options.error_points.value_or(1) != 0;
+        if (!all_->any() || options.direct == "interpolated" || (options.first_bounce != "gathered" && !judged)) {
+            return; // nobody asks
+        }
+        start("look for bright surfaces");
+        const double sets = parts_.front().direct == all_ ? 1.0 : 1.0 + static_cast<double>(parts_.size());
+        require_memory(sets * FirstBounce::memory(result_.scene->mesh, options.spacing),
+                       "the light of small pieces of the surface", "give a larger --spacing");
         const auto of = [&](const std::shared_ptr<const DirectLight>& direct) {
             return std::make_shared<FirstBounce>(*result_.scene, *tools_.visibility, direct, options.spacing,
                                                  options.seed, execution_);
         };
         all_bounce_ = of(all_);
+        result_.segments += all_bounce_->segments();
         for (Part& part : parts_) {
             part.bounce = part.direct == all_ ? all_bounce_ : of(part.direct);
-            result_.segments += part.bounce->segments();
+            result_.segments += part.direct == all_ ? 0 : part.bounce->segments();
         }
     }
 
@@ -498,14 +537,15 @@ class Bake {
         start("transport");
         if (tools_.pairwise) {
             transport_ = pairwise(scene, sites, integrals_, *tools_.visibility, *tools_.kernel, execution_);
-            if (all_->has_lamps()) { // which light the sites apart
-                transport_.L = SparseRows(sites.size(), scene.materials.size());
+            for (std::size_t j = 0; j < sites.size(); ++j) {
+                transport_.L.row(j) =
+                    without(transport_.L.row(j), all_->lamp_materials()); // which light the sites apart
             }
             start("sky"); // and, for the energy balance, what escapes
             gather_sky(scene, points_, *tools_.visibility, *tools_.directions, options.rays, options.seed, execution_,
                        transport_);
         } else {
-            Sources sources{!all_->has_lamps(), {}, result_.channels};
+            Sources sources{all_->lamp_materials(), {}, result_.channels};
             for (const Part& part : parts_) {
                 if (options.first_bounce == "gathered" && all_->any()) {
                     sources.bounce.push_back(part.bounce.get());
@@ -782,10 +822,14 @@ class Bake {
                  2.0 * points * static_cast<double>(parts_.size()));
         }
         if (!all_->any()) {
-            save("direct light by shadow rays", "there is no sun, no point light and no lamp", "rays",
-                 result_.options.first_bounce == "gathered" ? rays : points);
+            save("direct light by shadow rays",
+                 scene.has_emitters() ? "there is no sun and no point light, and the faces that emit are too large, or "
+                                        "emit too unevenly, for lamps"
+                                      : "there is no sun, no point light and no lamp",
+                 "rays", result_.options.first_bounce == "gathered" ? rays : points);
         }
-        if (all_bounce_ && all_bounce_->bright_share() > FirstBounce::broad) {
+        if (all_bounce_ && result_.options.first_bounce == "gathered" &&
+            all_bounce_->bright_share() > FirstBounce::broad) {
             save("samples on bright surfaces",
                  text_of(100.0 * all_bounce_->bright_share()) + " % of the surface reflects most of the direct light",
                  "rays", points * static_cast<double>(result_.options.rays));
@@ -809,7 +853,13 @@ class Bake {
     void judge_gathered(const Values& noise) {
         ErrorEstimate& error = *result_.error;
         const double rho = error.largest_reflectance;
-        noise_ = noise.rowwise().norm();
+        // The difference of two halves may vanish by chance: the root mean square around a vertex does not.
+        ErrorEstimate measured;
+        measured.place = result_.mesh.vertices;
+        for (Eigen::Index v = 0; v < noise.rows(); ++v) {
+            measured.squared.push_back(noise.row(v).squaredNorm());
+        }
+        noise_ = spread_residual(measured, *tools_.basis, result_.mesh.vertices, execution_);
         error.noise = std::sqrt(noise.rowwise().squaredNorm().mean());
         error.factor *= rho;
         error.bound_rms = rho * error.bound_rms + error.noise;

@@ -126,6 +126,28 @@ TEST(PointLights, AWallCastsItsShadow) {
 }
 
 /// The sun through a window: what it lights is the window's image along its rays, with sharp borders.
+/// A bulb at the height of the ceiling: rounding must not put it behind.
+TEST(PointLights, OnAFaceLightsTheWholeRoom) {
+    Scene scene = scene_of(plain_box(Vec3::Zero(), Vec3::Ones(), 16, Front::inside), 0.0);
+    scene.point_lights = {{Vec3(0.37, 0.41, 1.0), Rgb::Ones()}};
+    for (const std::string& engine : test::plugin_names<Visibility>()) {
+        BakeOptions options = quick(0.5, 1);
+        options.visibility = engine;
+        const BakeResult result = baked(scene, options);
+        const Mesh& mesh = result.scene->mesh;
+        std::vector<SurfacePoint> x;
+        for (Index t = 0; t < mesh.triangles.size(); ++t) {
+            x.push_back(mesh.at(t, 1.0 / 3.0, 1.0 / 3.0));
+        }
+        const PointValues values = result.solution.at(x, 0, 1, "test", Execution{});
+        for (std::size_t t = 0; t < x.size(); ++t) {
+            const Vec3 way = scene.point_lights[0].position - x[t].position;
+            const double exact = x[t].position.z() < 1.0 ? x[t].normal.dot(way) / std::pow(way.norm(), 3) : 0.0;
+            EXPECT_NEAR(values.H(static_cast<Eigen::Index>(t), 0), exact, 1e-12 * exact) << engine;
+        }
+    }
+}
+
 TEST(Suns, ThroughAWindow) {
     // A closed room [0,1]³ without its wall x = 1, and before that a wall with a window: four rectangles around it.
     Mesh mesh = box(Vec3::Zero(), Vec3::Ones(), 1, Front::inside);

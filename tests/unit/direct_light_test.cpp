@@ -97,7 +97,7 @@ TEST(DirectLight, SameBitsForAnyNumberOfThreads) {
     add(lit.scene.mesh, rectangle(Vec3(1.4, 1.2, 3), Vec3(0, 0.5, 0), Vec3(0.5, 0, 0)), 1);
     lit.visibility.build(lit.scene.mesh);
     const DirectLight light(lit.scene, lit.visibility);
-    EXPECT_TRUE(light.has_lamps());
+    EXPECT_EQ(light.lamp_materials(), (std::vector<char>{0, 1}));
     EXPECT_EQ(light.lamp_count(), 2U);
     EXPECT_EQ(light.rays_per_point(64), 65U);
     EXPECT_EQ(light.most_rays_per_point(64), 1U + 64 * Lamps::most_rounds);
@@ -125,7 +125,7 @@ TEST(DirectLight, TheFirstBounceIsGatheredWhereRaysHit) {
     constexpr std::size_t N = 4096;
     const Transport transport =
         gather(lit.scene, sites.points, *basis, lit.visibility, *test::plugin<Directions>("low-discrepancy"), N, 1,
-               Execution{}, {true, {&light}, 3});
+               Execution{}, {{}, {&light}, 3});
     ASSERT_EQ(transport.bounce.size(), 1U);
     ASSERT_EQ(transport.bounce[0].rows(), std::ssize(sites.points));
     EXPECT_GT(transport.segments, 0U);

@@ -304,7 +304,8 @@ TEST(Lamps, SamplesHaveTheirIrradianceAsMean) {
         const int count = 20000;
         double mean = 0.0, squares = 0.0;
         for (int i = 0; i < count; ++i) {
-            const Rgb H = light.sample(x, {stream.uniform(), stream.uniform(), stream.uniform()}, worker);
+            const Rgb H =
+                light.sample(x, {stream.uniform(), stream.uniform(), stream.uniform(), stream.uniform()}, worker);
             EXPECT_DOUBLE_EQ(H[1], 2.0 * H[0]);
             EXPECT_DOUBLE_EQ(H[2], 3.0 * H[0]);
             mean += H[0] / count;
@@ -313,6 +314,17 @@ TEST(Lamps, SamplesHaveTheirIrradianceAsMean) {
         EXPECT_NEAR(mean, F, 4.5 * std::sqrt((squares - mean * mean) / count)) << cells;
         EXPECT_LT(squares, 2.5 * F * F); // the sample varies mostly by being hidden or not (3/5 are seen)
     }
+}
+
+std::vector<Index> lamp_triangles(const Scene& scene) {
+    const std::vector<char> lamps = lamp_materials(scene);
+    std::vector<Index> triangles;
+    for (Index t = 0; t < scene.mesh.triangles.size(); ++t) {
+        if (lamps[scene.mesh.material[t]] != 0) {
+            triangles.push_back(t);
+        }
+    }
+    return triangles;
 }
 
 /// A row of `cells` unit squares of two triangles each, the first `bright` of them emitting, `materials` in turn.
@@ -338,6 +350,7 @@ TEST(Lamps, WhichTrianglesAreLamps) {
     EXPECT_TRUE(chosen(100, 11).empty());
     EXPECT_EQ(chosen(24000, 2049).size(), 4098U); // however many
     EXPECT_EQ(chosen(400, 33, 33).size(), 66U);
+    EXPECT_EQ(chosen(100, 13, 2).size(), 12U); // of 7 and 6 squares the smaller, since both would be too large
 }
 
 TEST(Lamps, WhatEmitsUnevenlyIsNoLamp) {
@@ -349,6 +362,10 @@ TEST(Lamps, WhatEmitsUnevenlyIsNoLamp) {
     EXPECT_EQ(lamp_triangles(scene).size(), 1U);
     scene.materials[1].emission_pattern = [](const Vec3& x) { return x.x(); };
     EXPECT_TRUE(lamp_triangles(scene).empty());
+    scene.materials.push_back(Material{});
+    scene.materials[2].emission = Rgb::Ones();
+    scene.mesh.material[7] = 2;
+    EXPECT_EQ(lamp_triangles(scene), (std::vector<Index>{7})); // whatever the others do
 }
 
 } // namespace

@@ -40,8 +40,8 @@ std::vector<SurfacePoint> projection_points(const ProjectionChoice& choice, cons
 
 /// Coefficients whose field has hardly a bump or dip that the values do not have: each is kept within the range of the
 /// values at the sites whose elements live at its own, or a quarter of that range above or below, which the values at
-/// an edge need to go on as they come; and not below 0 where no value is. With a partition of unity the field keeps to
-/// the same limits, and is 0 where no value around differs from 0.
+/// an edge need to go on as they come; and not below 0 where no value is. With a partition of unity the field is then 0
+/// where no value around differs from 0, and, if no weight is negative either, keeps to the same limits.
 Values limited(const Basis& basis, const SiteSet& sites, const Values& values, Values coefficients,
                const Execution& execution);
 

@@ -36,7 +36,8 @@ Irradiance Field::gather(std::span<const SurfacePoint> x, std::size_t rays, std:
     };
     const Scene& scene = *parts_.scene;
     const DirectLight& light = *parts_.direct;
-    const bool emits = scene.has_emitters() && !light.has_lamps();
+    const bool emits = scene.has_emitters();
+    const std::vector<char>& lamps = light.lamp_materials();
     const auto channel_count = static_cast<Eigen::Index>(channels());
     // A seed of its own: the directions must not be those of the sites.
     const std::uint64_t own_seed = RandomStream(seed, purpose).bits();
@@ -79,7 +80,7 @@ Irradiance Field::gather(std::span<const SurfacePoint> x, std::size_t rays, std:
                 }
                 const Rgb rho = scene.reflectance(met[p]);
                 indirect += weight[p] * H.cwiseProduct(rho.head(channel_count).matrix().transpose());
-                if (emits) {
+                if (emits && lamps[scene.mesh.material[met[p].face]] == 0) {
                     direct +=
                         weight[p] * emission(scene, parts_.group, met[p]).head(channel_count).matrix().transpose();
                 }

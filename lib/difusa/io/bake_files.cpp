@@ -301,9 +301,14 @@ namespace {
 std::string error_sentence(const ErrorEstimate& error) {
     std::ostringstream text;
     const auto percent = [&](double value) { return error.reflected > 0.0 ? 100.0 * value / error.reflected : 0.0; };
-    text << std::setprecision(2) << "error: rms residual " << percent(error.rms)
-         << " % of the rms reflected radiosity (95 %: " << percent(error.low) << " to " << percent(error.high) << " %, "
-         << error.points << " points); ";
+    text << std::setprecision(2) << "error: rms residual ";
+    if (error.low > 0.0) {
+        text << percent(error.rms) << " % of the rms reflected radiosity (95 %: " << percent(error.low) << " to "
+             << percent(error.high) << " %, ";
+    } else { // no more than the noise of its measurement
+        text << "below " << percent(error.high) << " % of the rms reflected radiosity (95 %, ";
+    }
+    text << error.points << " points); ";
     if (std::isfinite(error.bound_rms)) {
         text << "rms error at most " << percent(error.bound_rms) << " %, largest error at most "
              << percent(error.bound_largest) << " % as far as the points tell";

@@ -11,27 +11,37 @@ namespace difusa {
 
 namespace {
 
-std::vector<Index> lamps_of(const Scene& scene, const LightGroup& group, std::vector<Index> lamps) {
-    std::erase_if(lamps, [&](Index t) { return group.materials[scene.mesh.material[t]] == 0; });
+std::vector<Index> lamps_of(const Scene& scene, const LightGroup& group, const std::vector<char>& materials) {
+    std::vector<Index> lamps;
+    for (Index t = 0; t < scene.mesh.triangles.size(); ++t) {
+        const Index m = scene.mesh.material[t];
+        if (materials[m] != 0 && group.materials[m] != 0) {
+            lamps.push_back(t);
+        }
+    }
     return lamps;
 }
 
-std::shared_ptr<const Shafts> shafts_for(const Scene& scene, const std::vector<Index>& lamps) {
-    return lamps.empty() || scene.mesh.convex ? nullptr : std::make_shared<Shafts>(scene.mesh);
+std::shared_ptr<const Shafts> shafts_for(const Scene& scene, const std::vector<char>& lamps) {
+    return std::find(lamps.begin(), lamps.end(), 1) == lamps.end() || scene.mesh.convex
+               ? nullptr
+               : std::make_shared<Shafts>(scene.mesh);
 }
 
 } // namespace
 
 DirectLight::DirectLight(const Scene& scene, const Visibility& visibility)
     : scene_(scene), visibility_(visibility), reach_(2.0 * scene.mesh.diameter()),
-      lamp_triangles_(lamp_triangles(scene)), shafts_(shafts_for(scene, lamp_triangles_)),
-      lamps_(scene, lamp_triangles_, visibility, shafts_) {
+      rounding_(0x1p-44 * scene.mesh.magnitude()), lamp_materials_(difusa::lamp_materials(scene)),
+      shafts_(shafts_for(scene, lamp_materials_)),
+      lamps_(scene, lamps_of(scene, all_lights(scene), lamp_materials_), visibility, shafts_) {
     add_lights(all_lights(scene));
 }
 
 DirectLight::DirectLight(const DirectLight& all, const LightGroup& group)
-    : scene_(all.scene_), visibility_(all.visibility_), reach_(all.reach_), lamp_triangles_(all.lamp_triangles_),
-      shafts_(all.shafts_), lamps_(scene_, lamps_of(scene_, group, lamp_triangles_), visibility_, shafts_) {
+    : scene_(all.scene_), visibility_(all.visibility_), reach_(all.reach_), rounding_(all.rounding_),
+      lamp_materials_(all.lamp_materials_), shafts_(all.shafts_),
+      lamps_(scene_, lamps_of(scene_, group, lamp_materials_), visibility_, shafts_) {
     add_lights(group);
 }
 
@@ -79,7 +89,9 @@ void DirectLight::add_outside(const SurfacePoint& x, Index owner, Worker& worker
         const double cosine = x.normal.dot(towards);
         const double falloff = cosine > 0.0 ? light.falloff(-towards) : 0.0;
         if (falloff > 0.0) {
-            add(shadow_ray(x, towards, distance), cosine * falloff / (distance * distance) * light.intensity);
+            // A light may lie on a face, which by rounding may be before it.
+            const double short_of_it = std::max(0.0, distance * (1.0 - 0x1p-40) - rounding_);
+            add(shadow_ray(x, towards, short_of_it), cosine * falloff / (distance * distance) * light.intensity);
         }
     }
 }
@@ -149,7 +161,7 @@ void DirectLight::sample(std::span<const SurfacePoint> x, RandomStream& stream, 
     if (lamps_.count() == 0) {
         return;
     }
-    const std::array<double, 3> shift{stream.uniform(), stream.uniform(), stream.uniform()};
+    const std::array<double, 4> shift{stream.uniform(), stream.uniform(), stream.uniform(), stream.uniform()};
     for (std::size_t i = 0; i < x.size(); ++i) {
         H[i] += lamps_.sample(x[i], even_point(i, shift), worker.lamps);
     }

@@ -23,9 +23,9 @@ class DirectLight {
     /// False: there is no such light, and nothing below casts a ray.
     bool any() const { return !suns_.empty() || !points_.empty() || lamps_.count() > 0; }
 
-    /// True if the emission of faces, of whatever group, is counted by a DirectLight, so that the rays of a gather must
-    /// not count it again.
-    bool has_lamps() const { return !lamp_triangles_.empty(); }
+    /// For each material 1 if what its faces emit, of whatever group, is counted by a DirectLight, so that the rays of
+    /// a gather must not count it again (lighting/lamps.h).
+    const std::vector<char>& lamp_materials() const { return lamp_materials_; }
     std::size_t lamp_count() const { return lamps_.count(); }
 
     /// Shadow rays that `irradiance` casts for a point where those of lamps settle at once.
@@ -79,10 +79,11 @@ class DirectLight {
 
     const Scene& scene_;
     const Visibility& visibility_;
-    std::vector<Sun> suns_;             ///< those that shine
-    std::vector<PointLight> points_;    ///< likewise
-    double reach_;                      ///< a length that leads out of the scene from any point of it
-    std::vector<Index> lamp_triangles_; ///< of all groups
+    std::vector<Sun> suns_;            ///< those that shine
+    std::vector<PointLight> points_;   ///< likewise
+    double reach_;                     ///< a length that leads out of the scene from any point of it
+    double rounding_;                  ///< of a place computed from coordinates of the scene
+    std::vector<char> lamp_materials_; ///< of all groups
     std::shared_ptr<const Shafts> shafts_;
     Lamps lamps_;
 };

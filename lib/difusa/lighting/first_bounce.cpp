@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 namespace difusa {
 
@@ -15,6 +16,9 @@ namespace {
 /// Cells in the square of the site distance; places at which the light of a whole cell is measured.
 constexpr double cells_per_square = 8.0;
 constexpr double places_per_cell = 4.0;
+
+/// Cells that one thread measures in a row.
+constexpr std::size_t block = 1024;
 
 /// A triangle is cut along n - 1 lines parallel to each side into n² cells, in n rows along the second barycentric
 /// coordinate v: row j has n - j cells that stand like the triangle, and between them n - j - 1 upside down.
@@ -65,10 +69,11 @@ FirstBounce::FirstBounce(const Scene& scene, const Visibility& visibility, std::
     }
     below_.assign(first_.back() + 1, 0.0);
     std::vector<std::size_t> cast(execution.threads, 0);
-    parallel_for(mesh.triangles.size(), 16, execution, [&](std::size_t begin, std::size_t end, unsigned number) {
+    const std::size_t cells = first_.back();
+    parallel_for((cells + block - 1) / block, 1, execution, [&](std::size_t begin, std::size_t end, unsigned number) {
         Worker worker;
-        for (std::size_t t = begin; t < end; ++t) {
-            measure(static_cast<Index>(t), seed, worker);
+        for (std::size_t b = begin; b < end; ++b) {
+            measure(b * block, std::min(cells, (b + 1) * block), RandomStream(seed, "light of cells", b), worker);
         }
         cast[number] += worker.light.cast + worker.light.lamps.cast;
     });
@@ -93,25 +98,44 @@ FirstBounce::FirstBounce(const Scene& scene, const Visibility& visibility, std::
     }
 }
 
-/// Writes the light of the cells of triangle t, the mean of the channels times the area, to `below_`.
-void FirstBounce::measure(Index t, std::uint64_t seed, Worker& worker) {
-    const std::size_t count = first_[t + 1] - first_[t], n = rows_for(scene_.mesh.areas[t], cell_area_);
-    const double area = scene_.mesh.areas[t] / static_cast<double>(count);
-    const auto each = static_cast<std::size_t>(std::ceil(places_per_cell * std::min(1.0, area / cell_area_)));
-    RandomStream stream(seed, "light of cells", t);
+double FirstBounce::memory(const Mesh& mesh, double spacing) {
+    double cells = 0.0;
+    for (const double area : mesh.areas) {
+        cells += std::pow(static_cast<double>(rows_for(area, spacing * spacing / cells_per_square)), 2);
+    }
+    return (cells + static_cast<double>(mesh.areas.size())) * sizeof(double);
+}
+
+Index FirstBounce::triangle_of(std::size_t cell) const {
+    const auto next = std::upper_bound(first_.begin(), first_.end(), cell);
+    return static_cast<Index>(std::distance(first_.begin(), next)) - 1;
+}
+
+/// Writes the light of the cells from `first` to `last`, the mean of the channels times the area, to `below_`.
+void FirstBounce::measure(std::size_t first, std::size_t last, RandomStream stream, Worker& worker) {
     const std::array<double, 2> shift{stream.uniform(), stream.uniform()};
     worker.places.clear();
-    for (std::size_t k = 0; k < count * each; ++k) {
-        const auto [a, b] = even_point<2>(k, shift);
-        const double root = std::sqrt(a);
-        const auto [u, v] = in_cell(k / each, n, root * (1.0 - b), root * b);
-        worker.places.push_back(scene_.mesh.at(t, u, v));
+    std::vector<std::pair<std::size_t, double>> owner; // of each place the cell, and the area it stands for
+    Index t = triangle_of(first);
+    for (std::size_t cell = first; cell < last; ++cell) {
+        t += cell == first_[t + 1] ? 1 : 0;
+        const std::size_t n = rows_for(scene_.mesh.areas[t], cell_area_);
+        const double area = scene_.mesh.areas[t] / static_cast<double>(n * n);
+        const double count = std::ceil(places_per_cell * std::min(1.0, area / cell_area_));
+        for (double k = 0.0; k < count; ++k) {
+            const auto [a, b] = even_point<2>(owner.size(), shift);
+            const double root = std::sqrt(a);
+            const auto [u, v] = in_cell(cell - first_[t], n, root * (1.0 - b), root * b);
+            worker.places.push_back(scene_.mesh.at(t, u, v));
+            owner.emplace_back(cell, area / count);
+        }
     }
     worker.H.resize(worker.places.size());
     light_->sample(worker.places, stream, worker.H, worker.light);
     for (std::size_t k = 0; k < worker.places.size(); ++k) {
-        const Rgb B = is_dark(worker.H[k]) ? Rgb(Rgb::Zero()) : Rgb(scene_.reflectance(worker.places[k]) * worker.H[k]);
-        below_[first_[t] + k / each] += B.mean() * area / static_cast<double>(each);
+        if (!is_dark(worker.H[k])) {
+            below_[owner[k].first] += owner[k].second * (scene_.reflectance(worker.places[k]) * worker.H[k]).mean();
+        }
     }
 }
 
@@ -139,8 +163,7 @@ double FirstBounce::ray_density(const SurfacePoint& x, const SurfacePoint& y) co
 SurfacePoint FirstBounce::place(double light, double u, double v) const {
     const auto after = std::upper_bound(below_.begin(), below_.end() - 1, light);
     const auto cell = static_cast<std::size_t>(std::distance(below_.begin(), after)) - 1;
-    const auto next = std::upper_bound(first_.begin(), first_.end(), cell);
-    const auto t = static_cast<Index>(std::distance(first_.begin(), next)) - 1;
+    const Index t = triangle_of(cell);
     const double root = std::sqrt(u);
     const auto [a, b] =
         in_cell(cell - first_[t], rows_for(scene_.mesh.areas[t], cell_area_), root * (1.0 - v), root * v);

@@ -19,6 +19,9 @@ namespace difusa {
 /// the cells miss the rays see, so that the mean is right whatever the cells are like.
 class FirstBounce {
   public:
+    /// Bytes that the cells take.
+    static double memory(const Mesh& mesh, double spacing);
+
     /// `spacing`: site distance of the basis, a length. Keeps references to scene and visibility.
     FirstBounce(const Scene& scene, const Visibility& visibility, std::shared_ptr<const DirectLight> light,
                 double spacing, std::uint64_t seed, const Execution& execution);
@@ -50,7 +53,8 @@ class FirstBounce {
                    std::size_t rays, RandomStream& stream, Worker& worker) const;
 
   private:
-    void measure(Index t, std::uint64_t seed, Worker& worker);
+    void measure(std::size_t first, std::size_t last, RandomStream stream, Worker& worker);
+    Index triangle_of(std::size_t cell) const;
     double chance(const SurfacePoint& y) const;
     double ray_density(const SurfacePoint& x, const SurfacePoint& y) const;
     SurfacePoint place(double light, double u, double v) const;

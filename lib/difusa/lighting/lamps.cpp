@@ -31,21 +31,24 @@ constexpr std::size_t few_shafts = 8;
 
 } // namespace
 
-std::vector<Index> lamp_triangles(const Scene& scene) {
+std::vector<char> lamp_materials(const Scene& scene) {
     const std::vector<char> emits = emitting_materials(scene);
-    std::vector<Index> lamps;
-    double area = 0.0;
-    bool uneven = false;
+    std::vector<double> area(scene.materials.size(), 0.0);
     for (Index t = 0; t < scene.mesh.triangles.size(); ++t) {
-        const Index material = scene.mesh.material[t];
-        if (emits[material] != 0) {
-            lamps.push_back(t);
-            area += scene.mesh.areas[t];
-            uneven = uneven || scene.materials[material].emits_unevenly();
+        area[scene.mesh.material[t]] += scene.mesh.areas[t];
+    }
+    std::vector<std::size_t> even;
+    for (std::size_t m = 0; m < scene.materials.size(); ++m) {
+        if (emits[m] != 0 && area[m] > 0.0 && !scene.materials[m].emits_unevenly()) {
+            even.push_back(m);
         }
     }
-    if (uneven || area > largest_share * scene.mesh.area) {
-        lamps.clear();
+    std::stable_sort(even.begin(), even.end(), [&](std::size_t a, std::size_t b) { return area[a] < area[b]; });
+    std::vector<char> lamps(scene.materials.size(), 0);
+    double sum = 0.0;
+    for (const std::size_t m : even) {
+        sum += area[m];
+        lamps[m] = sum <= largest_share * scene.mesh.area ? 1 : 0;
     }
     return lamps;
 }
@@ -170,9 +173,6 @@ Rgb Lamps::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& 
         const double share = all_now.sum() > 0.0 ? seen_now.sum() / all_now.sum() : 1.0;
         sum += share;
         squares += share * share;
-        if (round == 1 && (share == 0.0 || (seen_now == all_now).all())) {
-            break; // all or nothing
-        }
         const double n = round;
         if (round > 1 && (squares - sum * sum / n) / (n * (n - 1.0)) <= settled * settled) {
             break;
@@ -213,13 +213,13 @@ Lamps::Choice Lamps::choose(const SurfacePoint& x, double u, Worker& worker) con
     return {};
 }
 
-Rgb Lamps::sample(const SurfacePoint& x, const std::array<double, 3>& u, Worker& worker) const {
+Rgb Lamps::sample(const SurfacePoint& x, const std::array<double, 4>& u, Worker& worker) const {
     const Choice choice = choose(x, u[0], worker);
     if (choice.triangle == none || !(choice.form_factor > 0.0)) {
         return Rgb::Zero();
     }
     if (shafts_) {
-        const Vec3 to = place_on(x, choice.triangle, u);
+        const Vec3 to = place_on(x, choice.triangle, {u[1], u[2], u[3]});
         const Segment segment{x.position, to, x.face, choice.triangle};
         std::uint8_t blocked = 0;
         visibility_.occluded(std::span(&segment, 1), std::span(&blocked, 1));
@@ -240,14 +240,14 @@ Vec3 Lamps::place_on(const SurfacePoint& x, Index triangle, const std::array<dou
     std::array<double, candidates> below{};
     double sum = 0.0;
     for (std::size_t i = 0; i < candidates; ++i) {
-        const auto [place_u, place_v] = even_point<2>(i, {u[1], u[2]});
+        const auto [place_u, place_v] = even_point<2>(i, {u[0], u[1]});
         place[i] = uniform_point(mesh, triangle, place_u, place_v).position;
         const Vec3 way = place[i] - x.position;
         const double r2 = way.squaredNorm();
         sum += std::max(0.0, x.normal.dot(way)) * std::max(0.0, -mesh.normals[triangle].dot(way)) / (r2 * r2);
         below[i] = sum;
     }
-    const double wanted = fraction(u[0] * 64.0) * sum; // what the choice of the lamp has left of it
+    const double wanted = u[2] * sum;
     for (std::size_t i = 0; i < candidates; ++i) {
         if (wanted < below[i]) {
             return place[i];

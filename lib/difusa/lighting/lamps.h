@@ -19,9 +19,9 @@
 
 namespace difusa {
 
-/// The emitting triangles that are lamps: all of them, if they make at most a tenth of the surface and emit evenly;
-/// else none.
-std::vector<Index> lamp_triangles(const Scene& scene);
+/// Which materials' faces are lamps, 1 for each that is: of those that emit evenly the ones of least area, as long as
+/// together they make at most a tenth of the surface.
+std::vector<char> lamp_materials(const Scene& scene);
 
 /// Some lamps of a scene, and the light they send to a point. Keeps references to scene and visibility.
 class Lamps {
@@ -55,15 +55,15 @@ class Lamps {
     /// (LightTree::cut): right in the mean, and exact where each lamp is alone in its group.
     ///
     /// Share: none is hidden where no face reaches between x and them (Shafts). Else `samples` shadow rays are cast,
-    /// stratified over the lamps by what they send and weighted by the integrand, and again as many up to sixteen times
+    /// stratified over the lamps by what they send and weighted by the integrand, twice and again up to sixteen times
     /// until the rounds agree on the share to `settled`. Exact where nothing blocks.
     Rgb irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker) const;
 
-    /// An estimate of the same with one shadow ray, from three random numbers in [0, 1): the light of one lamp if the
+    /// An estimate of the same with one shadow ray, from four random numbers in [0, 1): the light of one lamp if the
     /// ray gets through, else 0. Where the lamps are few and nothing blocks, it is the irradiance itself; where all is
     /// hidden, 0. In a penumbra its mean is right as far as the place the ray goes to, chosen among four by what they
     /// send, stands for the lamp.
-    Rgb sample(const SurfacePoint& x, const std::array<double, 3>& u, Worker& worker) const;
+    Rgb sample(const SurfacePoint& x, const std::array<double, 4>& u, Worker& worker) const;
 
     /// How far the shares of two rounds of shadow rays may be apart, in standard errors of their mean.
     static constexpr double settled = 0.002;

@@ -74,8 +74,11 @@ Transport gather(const Scene& scene, std::span<const SurfacePoint> points, const
                  const Visibility& visibility, const Directions& directions, std::size_t rays, std::uint64_t seed,
                  const Execution& execution, const Sources& sources) {
     const DirectionPool pool(directions, rays, seed);
-    const std::vector<char> emits = emitting_materials(scene);
-    const bool any_emits = sources.emission && std::find(emits.begin(), emits.end(), 1) != emits.end();
+    std::vector<char> emits = emitting_materials(scene);
+    for (std::size_t m = 0; m < sources.lamps.size(); ++m) {
+        emits[m] = sources.lamps[m] != 0 ? 0 : emits[m];
+    }
+    const bool any_emits = std::find(emits.begin(), emits.end(), 1) != emits.end();
     const bool uneven = any_emits && has_uneven_emitters(scene);
     const auto count = static_cast<Eigen::Index>(points.size());
     Transport transport;

@@ -16,11 +16,12 @@ namespace difusa {
 
 /// What is to be gathered besides what the surface reflects.
 struct Sources {
-    /// Emission of faces, into L and `uneven`; false where all of it is computed otherwise (DirectLight::has_lamps).
-    bool emission = true;
-    /// Sharp sources whose light is wanted after one reflection: it is evaluated where rays hit, with one shadow ray
-    /// for each sun or point light and one for all lamps, so that no shadow is smoothed by a basis. One column set of
-    /// Transport::bounce for each.
+    /// #materials, or empty: those whose emission is computed otherwise, so that it is not to come into L or `uneven`
+    /// (DirectLight::lamp_materials).
+    std::vector<char> lamps = {};
+    /// Sharp sources whose light is wanted after one reflection: it is evaluated where rays hit, and at places drawn on
+    /// bright surfaces (FirstBounce), with one shadow ray for each sun or point light and one for all lamps, so that no
+    /// shadow is smoothed by a basis. One column set of Transport::bounce for each.
     std::vector<const FirstBounce*> bounce = {};
     int channels = 3; ///< of `bounce`
 };
