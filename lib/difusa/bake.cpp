@@ -902,6 +902,9 @@ class Bake {
 
     void light() {
         Scene& scene = *result_.scene;
+        if (result_.options.sky) { // in place of the scene's, with the suns taken out of that
+            std::erase_if(scene.suns, [](const Sun& sun) { return sun.of_sky; });
+        }
         scene.suns.insert(scene.suns.end(), result_.options.suns.begin(), result_.options.suns.end());
         scene.point_lights.insert(scene.point_lights.end(), result_.options.point_lights.begin(),
                                   result_.options.point_lights.end());

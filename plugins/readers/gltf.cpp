@@ -4,13 +4,18 @@
 // (PNG, JPEG; KHR_texture_transform), double-sided materials, point, spot and directional lights (KHR_lights_punctual),
 // the first perspective camera. Lengths are metres; y stays up.
 //
-// A diffuse surface reflects base colour times (1 - metallic). glTF counts light in photometric units, difusa in watts:
-// 683 lm are taken for 1 W, the convention of exporters (its inverse turns them back), so 1 cd/m² of emission is
-// pi/683 W/m², 1 cd of intensity 1/683 W/sr, and 1 lux of a sun 1/683 W/m².
+// A diffuse surface reflects base colour times (1 - metallic), or the diffuse colour of
+// KHR_materials_pbrSpecularGlossiness times (1 - the largest channel of its specular colour), as the specifications
+// have it. They also say that a material without "metallicFactor" is metal: it is black here, and noted, since
+// exporters often mean paint. Unlit materials (KHR_materials_unlit) count as paint of their base colour. Faces of
+// primitives without a material have the default reflectance (--reflectance), and not glTF's white metal. glTF counts
+// light in photometric units, difusa in watts: 683 lm are taken for 1 W, the convention of exporters (its inverse turns
+// them back), so 1 cd/m² of emission is pi/683 W/m², 1 cd of intensity 1/683 W/sr, and 1 lux of a sun 1/683 W/m².
 //
-// Noted: lines and points, transparency, metal by texture (its mean counts), skins, morphs, instances, ranges of
-// lights, and extensions that change what is diffuse. Refused: a file that cannot do without an extension not read
-// here.
+// Noted: lines and points, vertices left over, transparency, metal and specular colour by texture (their means count),
+// normal and occlusion textures, skins, morphs, instances, ranges of lights, materials with extensions that are not
+// known here. Refused: a file that cannot do without an extension that is neither read here nor without meaning for
+// diffuse light.
 #include <difusa/core/error.h>
 #include <difusa/core/memory.h>
 #include <difusa/plugin/plugin.h>
@@ -22,16 +27,38 @@
 #include <difusa/scene/texture_coordinates.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
 #include <set>
+#include <string_view>
 
 namespace {
 
 using namespace difusa;
 
 constexpr double lumens_per_watt = 683.0;
+
+/// Extensions that are read.
+constexpr std::array<std::string_view, 6> extensions_read{
+    "KHR_lights_punctual", "KHR_materials_emissive_strength", "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_unlit", "KHR_mesh_quantization",           "KHR_texture_transform"};
+/// Extensions that change nothing about diffuse light: of what is mirrored, of choices among materials other than the
+/// one by default, of animations, and of remarks.
+constexpr std::array<std::string_view, 11> extensions_without_meaning{
+    "KHR_animation_pointer",   "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat", "KHR_materials_dispersion",
+    "KHR_materials_ior",       "KHR_materials_iridescence",
+    "KHR_materials_sheen",     "KHR_materials_specular",
+    "KHR_materials_variants",  "KHR_xmp",
+    "KHR_xmp_json_ld"};
+
+bool can_be_read(std::string_view extension) {
+    return std::find(extensions_read.begin(), extensions_read.end(), extension) != extensions_read.end() ||
+           std::find(extensions_without_meaning.begin(), extensions_without_meaning.end(), extension) !=
+               extensions_without_meaning.end();
+}
 
 std::string quoted(std::string_view name) {
     return "\"" + std::string(name) + "\"";
@@ -63,21 +90,36 @@ class GltfScene {
     struct Count {
         std::string what, meaning;
         std::size_t count = 0;
+        std::vector<std::string> where; ///< different ones, as many as are named
+        bool more = false;
     };
 
-    void note(const std::string& what, const std::string& meaning) {
-        for (Count& each : counts_) {
-            if (each.what == what) {
-                ++each.count;
-                return;
+    /// `where`: a material or mesh by its name.
+    void note(const std::string& what, const std::string& meaning, const std::string& where = {},
+              std::size_t amount = 1) {
+        constexpr std::size_t most_named = 5;
+        auto each = std::find_if(counts_.begin(), counts_.end(), [&](const Count& c) { return c.what == what; });
+        if (each == counts_.end()) {
+            each = counts_.insert(each, Count{what, meaning, 0, {}, false});
+        }
+        each->count += amount;
+        if (!where.empty() && std::find(each->where.begin(), each->where.end(), where) == each->where.end()) {
+            if (each->where.size() < most_named) {
+                each->where.push_back(where);
+            } else {
+                each->more = true;
             }
         }
-        counts_.push_back({what, meaning, 1});
     }
 
     void write_notes() {
         for (const Count& each : counts_) {
-            soup_.notes.push_back(each.what + ": " + std::to_string(each.count) + "; " + each.meaning);
+            std::string text = each.what + ": " + std::to_string(each.count);
+            for (std::size_t i = 0; i < each.where.size(); ++i) {
+                text += (i == 0 ? " (" : ", ") + each.where[i];
+            }
+            text += each.where.empty() ? "" : each.more ? ", ...)" : ")";
+            soup_.notes.push_back(text + "; " + each.meaning);
         }
     }
 
@@ -115,8 +157,7 @@ class GltfScene {
         }
         for (const JsonValue& each : checks_.list(*required, quoted("extensionsRequired"))) {
             const std::string& name = checks_.text(each, "an extension");
-            if (name.substr(0, 14) == "KHR_materials_" || name == "KHR_lights_punctual" ||
-                name == "KHR_texture_transform" || name == "KHR_mesh_quantization") {
+            if (can_be_read(name)) {
                 continue;
             }
             std::string remedy = "export the scene without it";
@@ -128,6 +169,8 @@ class GltfScene {
                 remedy = "export the scene with pictures in PNG or JPEG";
             } else if (name == "EXT_mesh_gpu_instancing") {
                 remedy = "export each instance as a node of its own";
+            } else if (name.starts_with("KHR_materials_") || name.starts_with("EXT_materials_")) {
+                remedy = "export opaque materials of metal and roughness alone";
             }
             checks_.fail(each, "the scene requires the extension " + excerpt(name) + ", which is not read: " + remedy);
         }
@@ -228,23 +271,66 @@ class GltfScene {
 
     // ---- materials --------------------------------------------------------------------------------------------
 
+    /// The image of a "textureInfo"; null as in image().
+    std::shared_ptr<const Image> image_of(const JsonValue& from, PixelEncoding encoding) {
+        checks_.object(from, "a texture of a material");
+        return image(file_.entry("textures", checks_.required(from, "a texture of a material", "index")), encoding);
+    }
+
     /// Metals have no diffuse part. Of a texture its mean counts.
-    double metallic(const JsonValue& pbr) {
+    double metallic(const JsonValue& pbr, const std::string& name) {
         double factor = std::clamp(number(pbr, "metallicFactor", 1.0), 0.0, 1.0);
         if (const JsonValue* from = pbr.find("metallicRoughnessTexture"); from != nullptr && factor > 0.0) {
-            checks_.object(*from, "a texture of a material");
-            const JsonValue& texture =
-                file_.entry("textures", checks_.required(*from, "a texture of a material", "index"));
-            if (const std::shared_ptr<const Image> picture = image(texture, PixelEncoding::linear)) {
+            if (const std::shared_ptr<const Image> picture = image_of(*from, PixelEncoding::linear)) {
                 double sum = 0.0;
                 for (const std::array<float, 3>& pixel : picture->pixels) {
                     sum += static_cast<double>(pixel[2]);
                 }
                 factor *= std::min(sum / static_cast<double>(picture->pixels.size()), 1.0);
             }
-            note("materials whose metal is painted by a texture", "its mean counts everywhere");
+            note("materials whose metal is painted by a texture", "its mean counts everywhere", name);
+        } else if (pbr.find("metallicFactor") == nullptr) {
+            note("materials without \"metallicFactor\"",
+                 "glTF then means metal, which has no diffuse part and is black here; for paint export "
+                 "\"metallicFactor\": 0",
+                 name);
+            return 1.0;
         }
+        note_mirror(factor, name);
         return factor;
+    }
+
+    /// The part that KHR_materials_pbrSpecularGlossiness mirrors, which is not diffuse: the largest channel of the
+    /// specular colour. Of a texture its mean counts.
+    double specular(const JsonValue& gloss, const std::string& name) {
+        const Rgb factor = vector(gloss, "specularFactor", Vec3::Ones()).array().max(0.0).min(1.0);
+        double largest = factor.maxCoeff();
+        if (const JsonValue* from = gloss.find("specularGlossinessTexture"); from != nullptr && largest > 0.0) {
+            if (const std::shared_ptr<const Image> picture = image_of(*from, PixelEncoding::srgb)) {
+                double sum = 0.0;
+                for (const std::array<float, 3>& pixel : picture->pixels) {
+                    sum += (factor * Rgb(pixel[0], pixel[1], pixel[2])).maxCoeff();
+                }
+                largest = std::min(sum / static_cast<double>(picture->pixels.size()), 1.0);
+            }
+            note("materials whose specular colour is painted by a texture", "its mean counts everywhere", name);
+        }
+        note_mirror(largest, name);
+        return largest;
+    }
+
+    void note_mirror(double share, const std::string& name) {
+        if (share == 1.0) {
+            note("materials of metal", "they have no diffuse part and are black here; mirrors are not computed", name);
+        }
+    }
+
+    /// Four numbers, of which the last, opacity, does not count.
+    Rgb colour(const JsonValue& object, const char* member) const {
+        const JsonValue* factor = object.find(member);
+        const std::vector<double> c =
+            factor == nullptr ? std::vector<double>(4, 1.0) : checks_.numbers(*factor, quoted(member), 4);
+        return {c[0], c[1], c[2]};
     }
 
     Surface surface(const JsonValue& from, std::size_t index) {
@@ -252,22 +338,26 @@ class GltfScene {
         Material& material = result.material;
         material.name = text(from, "name", "");
         material.name = material.name.empty() ? "material " + std::to_string(index) : material.name;
+        const std::string name = quoted(std::string_view(material.name));
         const JsonValue nothing;
         const JsonValue* given = from.find("pbrMetallicRoughness");
         const JsonValue& pbr = given == nullptr ? nothing : *given;
-        Rgb base = Rgb::Ones();
-        if (const JsonValue* factor = pbr.find("baseColorFactor")) {
-            const std::vector<double> c = checks_.numbers(*factor, quoted("baseColorFactor"), 4);
-            base = Rgb(c[0], c[1], c[2]);
+        const JsonValue* gloss = extension(from, "KHR_materials_pbrSpecularGlossiness");
+        const JsonValue* base_texture = nullptr;
+        if (extension(from, "KHR_materials_unlit") != nullptr) {
+            material.reflectance = colour(pbr, "baseColorFactor");
+            base_texture = pbr.find("baseColorTexture");
+            note("unlit materials", "what they show counts as reflectance: light is computed here", name);
+        } else if (gloss != nullptr) {
+            material.reflectance = colour(*gloss, "diffuseFactor") * (1.0 - specular(*gloss, name));
+            base_texture = gloss->find("diffuseTexture");
+        } else {
+            material.reflectance = colour(pbr, "baseColorFactor") * (1.0 - metallic(pbr, name));
+            base_texture = pbr.find("baseColorTexture");
         }
-        const double metal = metallic(pbr);
-        if (metal == 1.0) {
-            note("materials of metal", "they have no diffuse part and are black here; mirrors are not computed");
-        }
-        material.reflectance = base * (1.0 - metal);
         Map base_map, emission_map;
-        if (const JsonValue* texture = pbr.find("baseColorTexture")) {
-            base_map = map(*texture);
+        if (base_texture != nullptr) {
+            base_map = map(*base_texture);
             material.reflectance_texture = base_map.texture;
         }
         const JsonValue* strength = extension(from, "KHR_materials_emissive_strength");
@@ -280,7 +370,7 @@ class GltfScene {
         }
         result.texture_set = base_map.texture ? base_map.set : emission_map.set;
         if (base_map.texture && emission_map.texture && base_map.set != emission_map.set) {
-            note("materials whose textures use different coordinates", "the mean of the emission's counts");
+            note("materials whose textures use different coordinates", "the mean of the emission's counts", name);
             material.emission *= emission_map.texture->mean();
             material.emission_texture = nullptr;
         }
@@ -288,12 +378,20 @@ class GltfScene {
             material.double_sided = checks_.truth(*both, quoted("doubleSided"));
         }
         if (text(from, "alphaMode", "OPAQUE") != "OPAQUE") {
-            note("materials that are not opaque", "transparency is not read, every face is opaque");
+            note("materials that are not opaque", "transparency is not read, every face is opaque", name);
         }
-        for (const char* each : {"KHR_materials_transmission", "KHR_materials_pbrSpecularGlossiness",
-                                 "KHR_materials_unlit", "KHR_materials_diffuse_transmission"}) {
-            if (extension(from, each) != nullptr) {
-                note(std::string("materials with ") + each, "it is not read, their metallic-roughness part counts");
+        if (from.find("normalTexture") != nullptr) {
+            note("materials with normal textures", "they are not read: the shape is that of the triangles", name);
+        }
+        if (from.find("occlusionTexture") != nullptr) {
+            note("materials with occlusion textures", "they are not read: shade is computed", name);
+        }
+        if (const JsonValue* extensions = from.find("extensions")) {
+            checks_.object(*extensions, quoted("extensions"));
+            for (const std::string& each : extensions->names) {
+                if (!can_be_read(each)) {
+                    note("materials with " + each, "it is not read, the rest of them counts", name);
+                }
             }
         }
         return result;
@@ -333,12 +431,21 @@ class GltfScene {
     void read_mesh(const JsonValue& index, const Placement& place) {
         const JsonValue& mesh = file_.entry("meshes", index);
         const std::string name = "mesh " + std::to_string(static_cast<std::size_t>(index.number));
+        mesh_is_new_ = meshes_.insert(static_cast<std::size_t>(index.number)).second;
         if (mesh.find("weights") != nullptr) {
-            note("meshes with morph targets", "their base shape is read");
+            note_mesh("meshes with morph targets", "their base shape is read", name);
         }
         for (const JsonValue& primitive :
              checks_.list(checks_.required(mesh, name, "primitives"), quoted("primitives"))) {
             read_primitive(primitive, name, place);
+        }
+    }
+
+    /// Of a mesh that stands in many places only once.
+    void note_mesh(const std::string& what, const std::string& meaning, const std::string& name,
+                   std::size_t amount = 1) {
+        if (mesh_is_new_) {
+            note(what, meaning, name, amount);
         }
     }
 
@@ -363,14 +470,14 @@ class GltfScene {
         const JsonValue* mode_given = from.find("mode");
         const std::size_t mode = mode_given == nullptr ? 4 : checks_.whole(*mode_given, quoted("mode"));
         if (mode < 4 || mode > 6) {
-            note("primitives of points or lines", "they carry no surface and are not read");
+            note_mesh("primitives of points or lines", "they carry no surface and are not read", name);
             return;
         }
         const JsonValue& attributes = checks_.required(from, "a primitive of " + name, "attributes");
         checks_.object(attributes, quoted("attributes"));
         const JsonValue* position_index = attributes.find("POSITION");
         if (position_index == nullptr) {
-            note("primitives without positions", "they are not read");
+            note_mesh("primitives without positions", "they are not read", name);
             return;
         }
         const GltfAccessor positions = file_.accessor(*position_index, "POSITION", 3);
@@ -401,15 +508,24 @@ class GltfScene {
             }
         }
         if (from.find("targets") != nullptr) {
-            note("primitives with morph targets", "their base shape is read");
+            note_mesh("primitives with morph targets", "their base shape is read", name);
         }
         const Index number_of_material = material(material_index, colours.has_value());
+        if (number_of_material == none) {
+            note_mesh("primitives without a material",
+                      "their faces have the default reflectance (--reflectance); give them a material", name);
+        }
         const Rgb factor = look == nullptr ? Rgb(Rgb::Ones()) : look->material.reflectance;
 
         // Vertices are numbered as faces come to them: many primitives may share one large array.
         std::vector<Index> vertex(positions.count(), none);
         const std::size_t count = indices ? indices->count() : positions.count();
         const std::size_t triangles = mode == 4 ? count / 3 : count < 3 ? 0 : count - 2;
+        const std::size_t left_over = mode == 4 ? count % 3 : count < 3 ? count : 0;
+        if (left_over > 0) {
+            note_mesh("vertices left over that make no triangle", "they are not read; export the mesh again", name,
+                      left_over);
+        }
         require_room(triangles);
         for (std::size_t t = 0; t < triangles; ++t) {
             std::array<std::size_t, 3> corners = triangle(mode, t);
@@ -478,8 +594,30 @@ class GltfScene {
 
     // ---- nodes ------------------------------------------------------------------------------------------------
 
-    Placement placement_of(const JsonValue& node) const {
+    /// A node's placement, and its rotation alone, which a scale of 0 leaves as it is. NaN: it cannot be told.
+    struct NodePlace {
         Placement place;
+        Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+    };
+
+    /// The axes of a matrix, of unit length. One that is lost is normal to the others.
+    static Eigen::Matrix3d axes(const Eigen::Matrix3d& linear) {
+        Eigen::Matrix3d result;
+        for (Eigen::Index k = 0; k < 3; ++k) {
+            result.col(k) = linear.col(k).stableNormalized();
+        }
+        for (Eigen::Index k = 0; k < 3; ++k) {
+            if (result.col(k).isZero(0.0)) {
+                const Vec3 normal = result.col((k + 1) % 3).cross(result.col((k + 2) % 3));
+                result.col(k) = normal / normal.norm(); // NaN if another one is lost
+            }
+        }
+        return result;
+    }
+
+    NodePlace placement_of(const JsonValue& node) const {
+        NodePlace result;
+        Placement& place = result.place;
         if (const JsonValue* matrix = node.find("matrix")) {
             const std::vector<double> m = checks_.numbers(*matrix, quoted("matrix"), 16); // column by column
             for (std::size_t column = 0; column < 3; ++column) {
@@ -489,7 +627,8 @@ class GltfScene {
                 }
                 place.offset[static_cast<Eigen::Index>(column)] = m[12 + column];
             }
-            return place;
+            result.turn = axes(place.linear);
+            return result;
         }
         place.offset = vector(node, "translation", Vec3::Zero());
         const Vec3 scale = vector(node, "scale", Vec3::Ones());
@@ -500,9 +639,10 @@ class GltfScene {
             if (!(turn.norm() > 0.0)) {
                 checks_.fail(*rotation, "\"rotation\" is a quaternion of length 0: export the scene again");
             }
-            place.linear = turn.normalized().toRotationMatrix() * place.linear;
+            result.turn = turn.normalized().toRotationMatrix();
+            place.linear = result.turn * place.linear;
         }
-        return place;
+        return result;
     }
 
     /// The nodes to begin with: those of the scene to be shown, or all that are no children.
@@ -550,7 +690,7 @@ class GltfScene {
     void read_nodes() {
         struct Step {
             const JsonValue* index;
-            Placement parent;
+            NodePlace parent;
         };
         std::vector<Step> open;
         for (const JsonValue* root : roots()) {
@@ -569,7 +709,8 @@ class GltfScene {
                                               " has two parents, or is its own: export the scene again");
             }
             again = 1;
-            const Placement place = step.parent * placement_of(node);
+            const NodePlace own = placement_of(node);
+            const NodePlace place{step.parent.place * own.place, step.parent.turn * own.turn};
             read_node(node, place);
             if (const JsonValue* children = node.find("children")) {
                 const std::vector<JsonValue>& list = checks_.list(*children, quoted("children"));
@@ -580,7 +721,7 @@ class GltfScene {
         }
     }
 
-    void read_node(const JsonValue& node, const Placement& place) {
+    void read_node(const JsonValue& node, const NodePlace& place) {
         if (node.find("skin") != nullptr) {
             note("nodes with a skin", "their meshes are read as they are without it");
         }
@@ -589,7 +730,7 @@ class GltfScene {
                  "one is read; export each instance as a node of its own");
         }
         if (const JsonValue* mesh = node.find("mesh")) {
-            read_mesh(*mesh, place);
+            read_mesh(*mesh, place.place);
         }
         if (const JsonValue* camera = node.find("camera")) {
             read_camera(*camera, place);
@@ -599,16 +740,22 @@ class GltfScene {
         }
     }
 
-    /// Where a direction of the node points; its -z, along which cameras look and lights shine.
-    Vec3 turned(const JsonValue& at, const Placement& place, const Vec3& direction) const {
-        const Vec3 result = (place.linear * direction).stableNormalized();
-        if (!(std::abs(result.norm() - 1.0) < 1e-6)) {
-            checks_.fail(at, "a node with a camera or light has a scale of 0: export the scene again");
+    /// Where a direction of the node points; its -z, along which cameras look and lights shine. What a scale of 0
+    /// takes is told by the rotations alone.
+    Vec3 turned(const JsonValue& at, const NodePlace& node, const Vec3& direction) const {
+        const auto is_unit = [](const Vec3& v) { return std::abs(v.norm() - 1.0) < 1e-6; };
+        Vec3 result = (node.place.linear * direction).stableNormalized();
+        if (!is_unit(result)) {
+            result = (node.turn * direction).stableNormalized();
+        }
+        if (!is_unit(result)) {
+            checks_.fail(at, "where a camera or light points cannot be told, since the matrix of its node or of one "
+                             "above it has a scale of 0: export the scene again");
         }
         return result;
     }
 
-    void read_camera(const JsonValue& index, const Placement& place) {
+    void read_camera(const JsonValue& index, const NodePlace& place) {
         const JsonValue& from = file_.entry("cameras", index);
         const JsonValue* perspective = from.find("perspective");
         if (perspective == nullptr) {
@@ -621,7 +768,7 @@ class GltfScene {
         }
         checks_.object(*perspective, quoted("perspective"));
         Camera camera;
-        camera.eye = place.offset;
+        camera.eye = place.place.offset;
         camera.towards = turned(index, place, -Vec3::UnitZ());
         camera.up = turned(index, place, Vec3::UnitY());
         camera.view_angle = checks_.number(checks_.required(*perspective, "a camera", "yfov"), quoted("yfov"));
@@ -633,7 +780,7 @@ class GltfScene {
         soup_.camera = camera;
     }
 
-    void read_light(const JsonValue& index, const Placement& place) {
+    void read_light(const JsonValue& index, const NodePlace& place) {
         const JsonValue* extension_of_root = extension(file_.root(), "KHR_lights_punctual");
         const std::size_t number_of = checks_.whole(index, quoted("light"));
         const JsonValue* lights = extension_of_root == nullptr ? nullptr : extension_of_root->find("lights");
@@ -645,7 +792,7 @@ class GltfScene {
         const std::string& type = checks_.text(checks_.required(from, "a light", "type"), quoted("type"));
         const double intensity = number(from, "intensity", 1.0);
         const Rgb colour = vector(from, "color", Vec3::Ones()).array() * (intensity / lumens_per_watt);
-        if (!(colour >= 0.0).all() || !(colour <= 1e30).all() || !place.offset.allFinite()) {
+        if (!(colour >= 0.0).all() || !(colour <= 1e30).all() || !place.place.offset.allFinite()) {
             checks_.fail(from, "a light has a colour or intensity that is negative or too large: correct it");
         }
         if (from.find("range") != nullptr) {
@@ -656,7 +803,7 @@ class GltfScene {
             return;
         }
         PointLight light;
-        light.position = place.offset;
+        light.position = place.place.offset;
         light.intensity = colour;
         light.name = text(from, "name", "");
         if (type == "spot") {
@@ -690,6 +837,8 @@ class GltfScene {
     std::map<std::size_t, std::vector<std::pair<TexturePlacement, std::shared_ptr<const Texture>>>> textures_;
     std::map<std::size_t, Surface> surfaces_;
     std::map<std::pair<std::size_t, bool>, Index> numbers_; ///< of materials in the soup
+    std::set<std::size_t> meshes_;                          ///< met
+    bool mesh_is_new_ = true;                               ///< the one that is read had not been met
     std::vector<JsonValue> own_indices_;                    ///< of nodes, for a file without scenes
     double asked_for_ = 0x1p26;                             ///< bytes that are known to be there
 };

@@ -332,6 +332,77 @@ TEST(Skies, BrightSpotsBecomeSuns) {
     EXPECT_TRUE(sky.split_suns(8.0).empty() || sky.split_suns(8.0)[0].irradiance.mean() < suns[0].irradiance.mean());
 }
 
+/// Radiance times solid angle over all pixels of an image sky, and the irradiance of the suns taken out of it.
+Rgb total(const ImageSky& sky, const std::vector<Sun>& suns, std::size_t width, std::size_t height) {
+    Rgb sum = Rgb::Zero();
+    for (std::size_t row = 0; row < height; ++row) {
+        const double step = pi / static_cast<double>(height), polar = (static_cast<double>(row) + 0.5) * step;
+        const double size = 2 * pi / static_cast<double>(width) * 2.0 * std::sin(polar) * std::sin(0.5 * step);
+        for (std::size_t column = 0; column < width; ++column) {
+            const double azimuth = ((static_cast<double>(column) + 0.5) / static_cast<double>(width) - 0.5) * 2 * pi;
+            sum += size * sky.radiance(Vec3(std::sin(polar) * std::sin(azimuth), std::sin(polar) * std::cos(azimuth),
+                                            std::cos(polar)));
+        }
+    }
+    for (const Sun& sun : suns) {
+        sum += sun.irradiance;
+    }
+    return sum;
+}
+
+/// Two suns in one wide halo above the limit: each is taken out above the halo, which stays, and no light is lost.
+TEST(Skies, SunsInAHaloAreFound) {
+    constexpr std::size_t width = 256, height = 128;
+    Image image{width, height, std::vector<std::array<float, 3>>(width * height, {1.0F, 1.0F, 1.0F})};
+    for (std::size_t row = 24; row < 40; ++row) { // 0.11 sr
+        for (std::size_t column = 100; column < 116; ++column) {
+            image.pixels[row * width + column] = {40.0F, 40.0F, 40.0F};
+        }
+    }
+    image.pixels[30 * width + 104] = {40000.0F, 30000.0F, 20000.0F};
+    image.pixels[33 * width + 112] = {5000.0F, 5000.0F, 5000.0F};
+    const ImageSky whole(image, 1.0, Vec3::UnitZ(), Vec3::UnitY());
+    ImageSky sky = whole;
+    ASSERT_GT(40.0, 8 * whole.mean());
+    const std::vector<Sun> suns = sky.split_suns(8.0);
+    ASSERT_EQ(suns.size(), 2U);
+    for (const auto& [sun, row, column] : {std::tuple(suns[0], 30, 104), std::tuple(suns[1], 33, 112)}) {
+        EXPECT_TRUE(sun.of_sky);
+        const double polar = (row + 0.5) / height * pi, azimuth = ((column + 0.5) / width - 0.5) * 2 * pi;
+        const Vec3 there(std::sin(polar) * std::sin(azimuth), std::sin(polar) * std::cos(azimuth), std::cos(polar));
+        EXPECT_LT((sun.towards - there).norm(), 1e-12);
+        // What is left is no darker than the halo and at most twice as bright.
+        EXPECT_GE(sky.radiance(there).mean(), 40.0);
+        EXPECT_LE(sky.radiance(there).mean(), 80.0);
+    }
+    EXPECT_TRUE(total(sky, suns, width, height).isApprox(total(whole, {}, width, height), 1e-6));
+    // The halo is left as it was, and is told.
+    const double halo = 16 * 2 * pi / width * (std::cos(24 * pi / height) - std::cos(40 * pi / height));
+    EXPECT_NEAR(sky.solid_angle_above(39.0), halo, 1e-12);
+    EXPECT_EQ(sky.solid_angle_above(80.0), 0.0);
+    // Without the suns nothing in it is small: nothing is taken.
+    image.pixels[30 * width + 104] = image.pixels[33 * width + 112] = {40.0F, 40.0F, 40.0F};
+    ImageSky wide(image, 1.0, Vec3::UnitZ(), Vec3::UnitY());
+    EXPECT_TRUE(wide.split_suns(8.0).empty());
+    EXPECT_EQ(wide.mean(), ImageSky(image, 1.0, Vec3::UnitZ(), Vec3::UnitY()).mean());
+    // Neither is there a sun in a black sky.
+    ImageSky black({8, 4, std::vector<std::array<float, 3>>(32, {0.0F, 0.0F, 0.0F})}, 1.0, Vec3::UnitZ(),
+                   Vec3::UnitY());
+    EXPECT_TRUE(black.split_suns(8.0).empty());
+}
+
+/// A sky on the command line takes the place of the scene's, with the suns taken out of that, but of no others.
+TEST(Skies, AnotherSkyTakesThePlaceOfItsSuns) {
+    Scene scene = scene_of(rectangle(Vec3::Zero(), Vec3(1, 0, 0), Vec3(0, 1, 0)), 0.0);
+    scene.dome = std::make_shared<GradientSky>(Rgb::Ones(), Rgb::Ones(), Rgb::Ones(), Vec3::UnitZ());
+    scene.suns = {{Vec3::UnitZ(), Rgb::Constant(5), "sky", true}, {Vec3::UnitZ(), Rgb::Constant(3), "sky"}};
+    BakeOptions options = quick(0.3, 1024);
+    options.sky = Rgb::Zero();
+    EXPECT_LT((baked(scene, options).output.H.array() - 3.0).abs().maxCoeff(), 1e-14 * 3.0);
+    scene.suns.pop_back();
+    EXPECT_THROW(baked(scene, options), InputError) << "no light is left";
+}
+
 /// A room with a lamp, a sun, a point light and a sky: each group is what its lights alone would give, and the groups
 /// add up to the whole.
 TEST(LightGroups, AddUpToTheWhole) {

@@ -222,12 +222,16 @@ TEST(GltfReader, StripsFansAndBarePoints) {
         }
         return text + notes(soup);
     };
-    EXPECT_EQ(faces(4), "012 ");
-    EXPECT_EQ(faces(5), "012 132 234 ") << "every other triangle is turned";
-    EXPECT_EQ(faces(6), "120 230 340 ");
+    const std::string plain = "primitives without a material: 1 (mesh 0); their faces have the default reflectance "
+                              "(--reflectance); give them a material\n";
+    EXPECT_EQ(faces(4), "012 " + plain +
+                            "vertices left over that make no triangle: 2 (mesh 0); they are not read; "
+                            "export the mesh again\n");
+    EXPECT_EQ(faces(5), "012 132 234 " + plain) << "every other triangle is turned";
+    EXPECT_EQ(faces(6), "120 230 340 " + plain);
     EXPECT_THAT(faces(1), HasSubstr("primitives of points or lines: 1"));
     arrays.add<std::uint8_t>("SCALAR", 5121, 7, {0, 1, 2, 2, 3, 3, 4});
-    EXPECT_EQ(faces(5, ",\"indices\":1"), "012 ") << "joined strips: triangles without area are left out";
+    EXPECT_EQ(faces(5, ",\"indices\":1"), "012 " + plain) << "joined strips: triangles without area are left out";
 }
 
 TEST(GltfReader, PrimitivesTakeTheVerticesTheyName) {
@@ -311,7 +315,52 @@ TEST(GltfReader, MaterialsAndLight) {
     EXPECT_NEAR(lamp.emission[1], 0.5 * std::numbers::pi, 1e-14);
     EXPECT_THAT(notes(soup), HasSubstr("materials that are not opaque: 1"));
     EXPECT_THAT(notes(gltf("\"nodes\":[{\"mesh\":0}],\"materials\":[{}]," + square_mesh + "," + square().embedded())),
-                HasSubstr("materials of metal: 1"));
+                AllOf(HasSubstr("materials without \"metallicFactor\": 1 (\"material 0\"); glTF then means metal"),
+                      HasSubstr("black here; for paint export \"metallicFactor\": 0")));
+    EXPECT_THAT(notes(gltf("\"nodes\":[{\"mesh\":0}],\"materials\":[{\"name\":\"gold\",\"pbrMetallicRoughness\":{"
+                           "\"metallicFactor\":1}}]," +
+                           square_mesh + "," + square().embedded())),
+                HasSubstr("materials of metal: 1 (\"gold\")"));
+}
+
+TEST(GltfReader, NotesNameMaterialsAndMeshesOnce) {
+    const std::string material = "{\"pbrMetallicRoughness\":{\"metallicFactor\":0},\"normalTexture\":{\"index\":0},"
+                                 "\"extensions\":{\"KHR_materials_madeup\":{},\"KHR_materials_ior\":{}}";
+    Arrays arrays = square();
+    arrays.add<std::uint16_t>("SCALAR", 5123, 4, {0, 1, 2, 0});
+    std::string materials, primitives;
+    for (int m = 0; m < 7; ++m) {
+        const std::string comma = m == 0 ? "" : ",";
+        materials += comma + material + (m == 3 ? ",\"occlusionTexture\":{\"index\":0}}" : "}");
+        primitives += comma + "{\"attributes\":{\"POSITION\":0},\"indices\":" + (m == 2 ? "3" : "2") +
+                      ",\"material\":" + std::to_string(m) + "}";
+    }
+    const PolygonSoup soup = gltf("\"nodes\":[{\"mesh\":0},{\"mesh\":0}],\"materials\":[" + materials +
+                                  "],\"meshes\":[{\"primitives\":[" + primitives + "]}]," + arrays.embedded());
+    EXPECT_EQ(soup.face_count(), 2U * 13);
+    const std::string first = " (\"material 0\", \"material 1\", \"material 2\", \"material 3\", \"material 4\", ...)";
+    EXPECT_THAT(
+        soup.notes,
+        testing::UnorderedElementsAre(
+            "materials with normal textures: 7" + first + "; they are not read: the shape is that of the triangles",
+            "materials with occlusion textures: 1 (\"material 3\"); they are not read: shade is computed",
+            "materials with KHR_materials_madeup: 7" + first + "; it is not read, the rest of them counts",
+            "vertices left over that make no triangle: 1 (mesh 0); they are not read; export the mesh again"));
+}
+
+TEST(GltfReader, SaysWhyThereAreNoFaces) {
+    const PolygonSoup soup =
+        gltf("\"nodes\":[{\"mesh\":0}],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},"
+             "\"mode\":1},{\"attributes\":{}}]}]," +
+             square().embedded());
+    try {
+        diagnose(soup);
+        FAIL() << "accepted";
+    } catch (const InputError& error) {
+        EXPECT_THAT(error.what(),
+                    AllOf(HasSubstr("has no faces"), HasSubstr("primitives of points or lines: 1 (mesh 0)"),
+                          HasSubstr("primitives without positions: 1 (mesh 0)")));
+    }
 }
 
 TEST(GltfReader, PunctualLights) {
@@ -344,6 +393,30 @@ TEST(GltfReader, PunctualLights) {
     EXPECT_THAT(notes(soup), HasSubstr("lights with a range: 1"));
 }
 
+TEST(GltfReader, LightsDoNotCareForScale) {
+    const auto lights = [](const std::string& parent, const std::string& node, const std::string& type) {
+        return "\"extensions\":{\"KHR_lights_punctual\":{\"lights\":[{\"type\":\"" + type +
+               "\"}]}},\"nodes\":[{\"children\":[1]," + parent + "},{" + node +
+               ",\"extensions\":{\"KHR_lights_punctual\":{\"light\":0}}}]";
+    };
+    const std::string half = std::to_string(std::sqrt(0.5)), move = "\"translation\":[1,2,3]";
+    const std::string about_x = "\"rotation\":[" + half + ",0,0," + half + "]";
+    const std::string about_y = "\"rotation\":[0," + half + ",0," + half + "]";
+    const std::string zero = "\"scale\":[0,0,0]", no_matrix = "\"matrix\":[0,0,0,0, 0,0,0,0, 0,0,0,0, 1,2,3,1]";
+    EXPECT_EQ(gltf(lights(move + "," + zero, zero, "point")).lights.points.at(0).position, Vec3(1, 2, 3));
+    EXPECT_EQ(gltf(lights(zero, no_matrix, "point")).lights.points.at(0).position, Vec3(0, 0, 0));
+    // About x by 90 degrees, what shone along -z shines along y; about y then, along y still, or -z along -x.
+    EXPECT_LT(
+        (gltf(lights(about_y + "," + zero, about_x, "spot")).lights.points.at(0).direction - Vec3(0, 1, 0)).norm(),
+        1e-6);
+    EXPECT_LT((gltf(lights(about_y, zero, "directional")).lights.suns.at(0).towards - Vec3(1, 0, 0)).norm(), 1e-6);
+    // A matrix that loses z alone still has a normal; of a matrix of zeros nothing is left.
+    const std::string flat = "\"matrix\":[0,3,0,0, 0,0,2,0, 0,0,0,0, 0,0,0,1]";
+    EXPECT_LT((gltf(lights(move, flat, "spot")).lights.points.at(0).direction - Vec3(-1, 0, 0)).norm(), 1e-15);
+    EXPECT_THAT(refused(lights(move, no_matrix, "spot")), HasSubstr("cannot be told"));
+    EXPECT_THAT(refused(lights(no_matrix, about_x, "directional")), HasSubstr("cannot be told"));
+}
+
 TEST(GltfReader, TheFirstPerspectiveCamera) {
     const PolygonSoup soup =
         gltf("\"cameras\":[{\"type\":\"orthographic\",\"orthographic\":{}},{\"type\":\"perspective\",\"perspective\":{"
@@ -357,11 +430,12 @@ TEST(GltfReader, TheFirstPerspectiveCamera) {
     EXPECT_THAT(notes(soup), AllOf(HasSubstr("cameras without perspective: 1"), HasSubstr("further cameras: 1")));
 }
 
-/// A picture of 2 by 2 pixels as BMP (told by its bytes): upper row 0 and 1, lower row 1 and 1, in all channels.
-std::string picture() {
+/// A picture of 2 by 2 pixels as BMP (told by its bytes): upper row 0 and 1, lower row 1 and 1, in all channels, where
+/// 1 is `bright` of 255.
+std::string picture(char bright = '\xff') {
     std::string bmp("BM\0\0\0\0\0\0\0\0\x36\0\0\0\x28\0\0\0\2\0\0\0\2\0\0\0\1\0\x18\0", 30);
-    return bmp + std::string(24, '\0') + std::string(6, '\xff') + std::string(2, '\0') + std::string(3, '\0') +
-           std::string(3, '\xff') + std::string(2, '\0');
+    return bmp + std::string(24, '\0') + std::string(6, bright) + std::string(2, '\0') + std::string(3, '\0') +
+           std::string(3, bright) + std::string(2, '\0');
 }
 
 TEST(GltfReader, TexturesAndTheirPlacement) {
@@ -420,7 +494,55 @@ TEST(GltfReader, MetalOfATextureIsItsMean) {
     EXPECT_THAT(notes(soup), HasSubstr("painted by a texture: 1"));
 }
 
+/// Both colours of KHR_materials_pbrSpecularGlossiness, and that they take the place of the others.
+TEST(GltfReader, SpecularGlossiness) {
+    const auto material = [](const std::string& gloss, const std::string& name, bool required) {
+        return gltf((required ? "\"extensionsRequired\":[\"" + name + "\"]," : std::string()) +
+                    "\"nodes\":[{\"mesh\":0}],\"images\":[{\"uri\":\"data:image/bmp;base64," + base64(picture()) +
+                    "\"},{\"uri\":\"data:image/bmp;base64," + base64(picture('\x80')) +
+                    "\"}],\"textures\":[{\"source\":0},{\"source\":1}],\"materials\":[{\"pbrMetallicRoughness\":{"
+                    "\"baseColorFactor\":[0.1,0.2,0.3,1]},\"extensions\":{\"" +
+                    name + "\":{" + gloss + "}}}]," + square_mesh + "," + square().embedded());
+    };
+    const std::string extension = "KHR_materials_pbrSpecularGlossiness";
+    for (const bool required : {false, true}) {
+        const PolygonSoup soup = material("\"diffuseFactor\":[0.5,0.25,1,0.5],\"specularFactor\":[0.25,0.5,0],"
+                                          "\"diffuseTexture\":{\"index\":1}",
+                                          extension, required);
+        EXPECT_TRUE((soup.materials[0].reflectance == Rgb(0.25, 0.125, 0.5)).all());
+        ASSERT_TRUE(soup.materials[0].reflectance_texture);
+        // 128 of 255 in sRGB: ((128/255 + 0.055) / 1.055)^2.4.
+        EXPECT_NEAR(soup.materials[0].reflectance_texture->at({0.25, 0.25})[0],
+                    std::pow((128.0 / 255.0 + 0.055) / 1.055, 2.4), 1e-6);
+        EXPECT_THAT(soup.notes, IsEmpty());
+    }
+    const PolygonSoup mirror = material("", extension, false);
+    EXPECT_TRUE((mirror.materials[0].reflectance == 0.0).all()) << "both colours are white by default";
+    EXPECT_THAT(notes(mirror), HasSubstr("materials of metal: 1 (\"material 0\")"));
+    // Three of four pixels are white: 1/4 of what is diffuse is left, with half the specular colour 5/8.
+    const PolygonSoup painted =
+        material("\"specularFactor\":[0.5,0,0.5],\"specularGlossinessTexture\":{\"index\":0}", extension, false);
+    EXPECT_TRUE((painted.materials[0].reflectance == 0.625).all());
+    EXPECT_THAT(notes(painted), HasSubstr("specular colour is painted by a texture: 1"));
+    EXPECT_THAT(refused(scene("{\"mesh\":0}")
+                            .replace(scene("{\"mesh\":0}").find("\"pbrMetallicRoughness\""), 0,
+                                     "\"extensions\":{\"" + extension + "\":{\"diffuseFactor\":[1,1,1]}},")),
+                HasSubstr("\"diffuseFactor\""));
+    // Unlit materials are paint, though they do not say that they are no metal.
+    const PolygonSoup unlit = material("", "KHR_materials_unlit", true);
+    EXPECT_TRUE((unlit.materials[0].reflectance == Rgb(0.1, 0.2, 0.3)).all());
+    EXPECT_THAT(unlit.notes, ElementsAre(HasSubstr("unlit materials: 1 (\"material 0\")")));
+}
+
 TEST(GltfReader, RefusesWhatItCannotDoWithout) {
+    for (const char* known : {"KHR_materials_clearcoat", "KHR_materials_ior", "KHR_materials_emissive_strength",
+                              "KHR_texture_transform", "KHR_mesh_quantization"}) {
+        EXPECT_EQ(gltf("\"extensionsRequired\":[\"" + std::string(known) + "\"]").face_count(), 0U);
+    }
+    for (const char* other : {"KHR_materials_madeup", "KHR_materials_transmission", "KHR_materials_"}) {
+        EXPECT_THAT(refused("\"extensionsRequired\":[\"" + std::string(other) + "\"]"),
+                    AllOf(HasSubstr(other), HasSubstr("export opaque materials of metal and roughness alone")));
+    }
     EXPECT_THAT(refused("\"extensionsRequired\":[\"KHR_draco_mesh_compression\"]"),
                 AllOf(HasSubstr("test.gltf:2: "), HasSubstr("without compression of meshes")));
     EXPECT_THAT(refused("\"extensionsRequired\":[\"EXT_meshopt_compression\"]"), HasSubstr("without compression"));

@@ -320,6 +320,8 @@ TEST_F(SceneFile, ASkysBrightSpotsBecomeSuns) {
     ASSERT_TRUE(soup.lights.dome);
     const Sun& sun = soup.lights.suns[0];
     EXPECT_EQ(sun.name, "sky");
+    EXPECT_TRUE(sun.of_sky);
+    EXPECT_THAT(soup.notes, testing::ElementsAre(HasSubstr("its brightest spots count as suns: 1")));
     // The middle column lies towards y, the next ones to the right of it, x.
     const double polar = 10.5 / 32.0 * std::numbers::pi, azimuth = (40.5 / 64.0 - 0.5) * 2.0 * std::numbers::pi;
     EXPECT_LT(
@@ -341,6 +343,17 @@ TEST_F(SceneFile, ASkysBrightSpotsBecomeSuns) {
     EXPECT_NEAR(whole.lights.dome->radiance(Vec3(std::sin(polar) * std::cos(azimuth),
                                                  -std::sin(polar) * std::sin(azimuth), std::cos(polar)))[0],
                 256.0, 1e-9);
+}
+
+TEST_F(SceneFile, BrightSpotsTooWideForSunsAreNoted) {
+    // A pixel here is 0.0095 sr wide at the horizon: two of them are no sun.
+    std::string hdr = bright_spot(15, 40);
+    hdr[hdr.size() - 4U * (32 * 64 - 15 * 64 - 41) + 3] = '\x89';
+    write("sky.hdr", hdr);
+    const PolygonSoup soup = with("\"sky\": {\"type\": \"image\", \"file\": \"sky.hdr\"}");
+    EXPECT_THAT(soup.lights.suns, IsEmpty());
+    EXPECT_THAT(soup.notes, testing::ElementsAre(HasSubstr("sr stay more than 20 times as bright as its mean")));
+    EXPECT_THAT(with("\"sky\": {\"type\": \"image\", \"file\": \"sky.hdr\", \"split_suns\": false}").notes, IsEmpty());
 }
 
 TEST_F(SceneFile, ASkyOfManySpotsDoesNotBecomeManySuns) {

@@ -172,8 +172,11 @@ void remove_duplicates(const PolygonSoup& soup, Triangles& triangles, FindingLis
 void refuse_empty(const PolygonSoup& soup, const FindingList& found) {
     std::string message = file_prefix(soup, 0);
     if (soup.face_count() == 0) {
-        throw InputError(message + "has no faces (" + std::to_string(soup.points.size()) +
-                         " points). There is nothing to bake: give a mesh with polygons.");
+        message += "has no faces (" + std::to_string(soup.points.size()) + " points).";
+        for (const std::string& note : soup.notes) { // what was skipped
+            message += " " + note + ".";
+        }
+        throw InputError(message + " There is nothing to bake: give a mesh with polygons.");
     }
     message += "none of the " + std::to_string(soup.face_count()) + " faces can be baked.";
     for (const Finding& finding : found.findings()) {

@@ -15,6 +15,7 @@ struct Sun {
     Vec3 towards = Vec3::UnitZ(); ///< unit, from the surface to the sun
     Rgb irradiance = Rgb::Zero(); ///< of a surface that faces it, W/m²
     std::string name = {};        ///< its light group; empty: "sun"
+    bool of_sky = false;          ///< part of the sky: another sky takes its place, too
 };
 
 /// Light from one point, in all directions or in a cone: a surface at distance r that faces it receives the irradiance

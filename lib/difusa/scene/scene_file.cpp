@@ -390,6 +390,14 @@ class SceneFile {
                 soup_.notes.push_back(path.string() +
                                       ": its brightest spots count as suns: " + std::to_string(suns.size()));
             }
+            // What the suns left is at most as bright as the limit, but where they are too wide or too many.
+            const double bright = 2.0 * sun_limit * whole.mean();
+            if (const double left = splits ? dome->solid_angle_above(bright) : 0.0; left > 0.0) {
+                soup_.notes.push_back(path.string() + ": " + text_of(left) + " sr stay more than " +
+                                      text_of(2.0 * sun_limit) +
+                                      " times as bright as its mean, in spots too wide or too many to count as suns: "
+                                      "rays find them by chance; use more (--rays), or darken them in the image");
+            }
             soup_.lights.suns.insert(soup_.lights.suns.end(), suns.begin(), suns.end());
             soup_.lights.dome = std::move(dome);
         } catch (const InputError& error) {

@@ -66,66 +66,112 @@ bool ImageSky::is_grey() const {
                        [](const std::array<float, 3>& p) { return equal_channels(rgb_of(p)); });
 }
 
-std::vector<Sun> ImageSky::split_suns(double limit) {
-    constexpr double largest_sun = 0.01; // sr: 6.5 degrees across
-    const std::size_t width = image_.width, height = image_.height;
-    // The solid angle of a pixel is that of its row divided by the columns.
-    const auto solid_angle = [&](std::size_t row) {
-        const double step = std::numbers::pi / static_cast<double>(height);
-        return 2.0 * std::numbers::pi / static_cast<double>(width) *
-               (std::cos(static_cast<double>(row) * step) - std::cos(static_cast<double>(row + 1) * step));
-    };
+double ImageSky::solid_angle(std::size_t row) const {
+    const double step = std::numbers::pi / static_cast<double>(image_.height);
+    return 2.0 * std::numbers::pi / static_cast<double>(image_.width) *
+           (std::cos(static_cast<double>(row) * step) - std::cos(static_cast<double>(row + 1) * step));
+}
+
+double ImageSky::mean() const {
     double mean = 0.0;
-    for (std::size_t row = 0; row < height; ++row) {
-        for (std::size_t column = 0; column < width; ++column) {
+    for (std::size_t row = 0; row < image_.height; ++row) {
+        for (std::size_t column = 0; column < image_.width; ++column) {
             mean += rgb_of(image_.at(column, row)).mean() * solid_angle(row) / (4.0 * std::numbers::pi);
         }
     }
-    const double threshold = limit * mean;
-    std::vector<Sun> suns;
-    std::vector<char> done(image_.pixels.size(), 0);
-    std::vector<std::size_t> region;
-    for (std::size_t first = 0; first < image_.pixels.size(); ++first) {
-        if (done[first] != 0 || !(rgb_of(image_.pixels[first]).mean() > threshold)) {
-            continue;
+    return mean;
+}
+
+double ImageSky::solid_angle_above(double radiance) const {
+    double sum = 0.0;
+    for (std::size_t at = 0; at < image_.pixels.size(); ++at) {
+        sum += brightness(at) > radiance ? solid_angle(at / image_.width) : 0.0;
+    }
+    return sum;
+}
+
+double ImageSky::brightness(std::size_t pixel) const {
+    return rgb_of(image_.pixels[pixel]).mean();
+}
+
+ImageSky::Region ImageSky::region(std::size_t first, double threshold, std::uint16_t mark,
+                                  std::vector<std::uint16_t>& marks) const {
+    const std::size_t width = image_.width, height = image_.height;
+    Region result{{first}, 0.0};
+    marks[first] = mark;
+    for (std::size_t next_of = 0; next_of < result.pixels.size(); ++next_of) {
+        const std::size_t at = result.pixels[next_of], column = at % width, row = at / width;
+        result.size += solid_angle(row);
+        for (int side = 0; side < 4; ++side) {
+            if ((side == 2 && row == 0) || (side == 3 && row + 1 == height)) {
+                continue;
+            }
+            const std::size_t next = side == 0   ? row * width + (column + 1) % width
+                                     : side == 1 ? row * width + (column + width - 1) % width
+                                     : side == 2 ? at - width
+                                                 : at + width;
+            if (marks[next] < mark && brightness(next) > threshold) {
+                marks[next] = mark;
+                result.pixels.push_back(next);
+            }
         }
-        region.assign(1, first);
-        done[first] = 1;
-        double size = 0.0;
-        for (std::size_t next_of = 0; next_of < region.size(); ++next_of) {
-            const std::size_t at = region[next_of], column = at % width, row = at / width;
-            size += solid_angle(row);
-            for (int side = 0; side < 4; ++side) {
-                if ((side == 2 && row == 0) || (side == 3 && row + 1 == height)) {
+    }
+    return result;
+}
+
+Sun ImageSky::cut(const Region& region, double threshold) {
+    Rgb irradiance = Rgb::Zero();
+    Vec3 towards = Vec3::Zero();
+    for (const std::size_t at : region.pixels) {
+        const std::size_t column = at % image_.width, row = at / image_.width;
+        const Rgb bright = rgb_of(image_.pixels[at]);
+        const double kept = threshold / bright.mean();
+        const Rgb taken = (1.0 - kept) * bright * solid_angle(row);
+        irradiance += taken;
+        towards += taken.mean() * direction(static_cast<double>(column) + 0.5, static_cast<double>(row) + 0.5);
+        for (float& channel : image_.pixels[at]) {
+            channel *= static_cast<float>(kept);
+        }
+    }
+    return {towards.normalized(), irradiance, "sky", true};
+}
+
+std::vector<Sun> ImageSky::split_suns(double limit) {
+    constexpr double largest_sun = 0.01; // sr: 6.5 degrees across
+    const double threshold = limit * mean();
+    std::vector<Sun> suns;
+    if (!(threshold > 0.0)) {
+        return suns;
+    }
+    // Regions above the threshold times 2^level, in those above half of it that are too large; a pixel's mark is one
+    // more than the highest level at which its region is known.
+    struct Step {
+        std::vector<std::size_t> pixels;
+        std::uint16_t level;
+    };
+    std::vector<std::uint16_t> marks(image_.pixels.size(), 0);
+    std::vector<Step> open;
+    for (std::size_t first = 0; first < image_.pixels.size(); ++first) {
+        if (marks[first] == 0 && brightness(first) > threshold) {
+            open.push_back({{first}, 0});
+        }
+        while (!open.empty()) {
+            const Step step = std::move(open.back());
+            open.pop_back();
+            const double raised = std::ldexp(threshold, step.level);
+            const auto mark = static_cast<std::uint16_t>(step.level + 1);
+            for (const std::size_t seed : step.pixels) {
+                if (marks[seed] >= mark || !(brightness(seed) > raised)) {
                     continue;
                 }
-                const std::size_t next = side == 0   ? row * width + (column + 1) % width
-                                         : side == 1 ? row * width + (column + width - 1) % width
-                                         : side == 2 ? at - width
-                                                     : at + width;
-                if (done[next] == 0 && rgb_of(image_.pixels[next]).mean() > threshold) {
-                    done[next] = 1;
-                    region.push_back(next);
+                Region found = region(seed, raised, mark, marks);
+                if (found.size <= largest_sun) {
+                    suns.push_back(cut(found, raised));
+                } else {
+                    open.push_back({std::move(found.pixels), mark});
                 }
             }
         }
-        if (size > largest_sun) {
-            continue;
-        }
-        Rgb irradiance = Rgb::Zero();
-        Vec3 towards = Vec3::Zero();
-        for (const std::size_t at : region) {
-            const std::size_t column = at % width, row = at / width;
-            const Rgb bright = rgb_of(image_.pixels[at]);
-            const double kept = threshold / bright.mean();
-            const Rgb cut = (1.0 - kept) * bright * solid_angle(row);
-            irradiance += cut;
-            towards += cut.mean() * direction(static_cast<double>(column) + 0.5, static_cast<double>(row) + 0.5);
-            for (float& channel : image_.pixels[at]) {
-                channel *= static_cast<float>(kept);
-            }
-        }
-        suns.push_back({towards.normalized(), irradiance, "sky"});
     }
     return suns;
 }

@@ -4,6 +4,8 @@
 #include <difusa/scene/image.h>
 #include <difusa/scene/lights.h>
 
+#include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace difusa {
@@ -37,13 +39,32 @@ class ImageSky final : public SkyDome {
     bool is_grey() const override;
 
     /// What is far brighter than the rest, a sun above all, would make the light of a few hundred rays noisy: takes it
-    /// out of the image, and returns it as suns. A pixel is cut where it exceeds `limit` times the mean radiance of the
-    /// sphere; what is cut from pixels that touch, if they span no more than 0.01 sr, becomes one sun in the mean
-    /// direction, of the irradiance they gave to a surface that faced each of them.
+    /// out of the image, and returns it as suns. A pixel is cut where it exceeds `limit` > 0 times the mean radiance of
+    /// the sphere; what is cut from pixels that touch, if they span no more than 0.01 sr, becomes one sun in the mean
+    /// direction, of the irradiance they gave to a surface that faced each of them. In a region that spans more, as a
+    /// sun with its halo, the threshold is doubled until it falls apart into such regions or has no pixel left: the
+    /// sun takes what is above its surroundings, and the image with the suns gives what the image gave.
     std::vector<Sun> split_suns(double limit);
 
+    /// The mean radiance of the sphere, over all channels, W/(m² sr).
+    double mean() const;
+
+    /// The solid angle of the pixels whose mean over the channels exceeds `radiance`, sr.
+    double solid_angle_above(double radiance) const;
+
   private:
+    /// Pixels that touch, and the solid angle they span.
+    struct Region {
+        std::vector<std::size_t> pixels;
+        double size;
+    };
     Vec3 direction(double column, double row) const;
+    double solid_angle(std::size_t row) const; ///< of a pixel
+    double brightness(std::size_t pixel) const;
+    /// The pixels above the threshold that are connected with `first`, with marks below `mark`, which they get.
+    Region region(std::size_t first, double threshold, std::uint16_t mark, std::vector<std::uint16_t>& marks) const;
+    /// Takes what is above the threshold out of the image.
+    Sun cut(const Region& region, double threshold);
     Image image_;
     Vec3 up_, ahead_, right_;
 };
