@@ -367,7 +367,8 @@ class Bake {
                                     std::to_string(limit) + ": give fewer --sites");
             }
             // Sites are wanted where there is light; those of the rest will be left out.
-            const double more = lit_area > 0.0 && rays == nullptr ? mesh.area / lit_area : 1.0;
+            constexpr double most = 50.0; // times the wanted number, on dark surfaces for the most part
+            const double more = lit_area > 0.0 && rays == nullptr ? std::min(most, mesh.area / lit_area) : 1.0;
             const double count = std::min(static_cast<double>(limit), more * static_cast<double>(options.sites));
             options.spacing = spacing_for_count(*tools_.sampler, mesh, rays, static_cast<std::size_t>(count),
                                                 options.seed, execution_);
@@ -1030,6 +1031,10 @@ class Bake {
         }
         result_.energy =
             energy_balance(scene, transport_, projection_->quadrature(integrals_.area), rho, H, emission, sun);
+        if (result_.energy.imbalance && result_.energy.imbalance->abs().maxCoeff() > 0.1) {
+            note(text_of(std::round(100.0 * result_.energy.imbalance->abs().maxCoeff())) +
+                 " % of the light is lost or invented between the sites: give a smaller --spacing, and more --rays");
+        }
     }
 
     std::size_t projection_points_of(std::size_t sites) const {

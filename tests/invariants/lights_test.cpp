@@ -126,6 +126,24 @@ TEST(PointLights, AWallCastsItsShadow) {
 }
 
 /// The sun through a window: what it lights is the window's image along its rays, with sharp borders.
+/// On edges between triangles, where places with round coordinates often are, the light is that of the very place.
+TEST(PointLights, OnEdgesToo) {
+    Scene scene = scene_of(rectangle(Vec3::Zero(), Vec3(1000, 0, 0), Vec3(0, 1000, 0)), 0.5);
+    scene.point_lights = {{Vec3(3, 3, 0.1), Rgb::Ones()}};
+    const std::vector<SurfacePoint> x{scene.mesh.at(0, 0.0, 0.003), scene.mesh.at(0, 0.003, 0.0),
+                                      scene.mesh.at(1, 0.0, 0.003), scene.mesh.at(1, 0.003, 0.0)};
+    const PointValues values = at(scene, quick(100.0, 16), x);
+    bool below = false;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        const Vec3 way = scene.point_lights[0].position - x[i].position;
+        const double exact = 0.1 / std::pow(way.norm(), 3);
+        EXPECT_NEAR(values.H_direct(static_cast<Eigen::Index>(i), 0), exact,
+                    1e-11 * exact); // rounding of places of 1000, thrice over 0.1
+        below = below || way.norm() < 0.2;
+    }
+    EXPECT_TRUE(below); // one of them is right below the light
+}
+
 /// A bulb at the height of the ceiling: rounding must not put it behind.
 TEST(PointLights, OnAFaceLightsTheWholeRoom) {
     Scene scene = scene_of(plain_box(Vec3::Zero(), Vec3::Ones(), 16, Front::inside), 0.0);
@@ -590,6 +608,25 @@ TEST(OnlyWhatTheSceneNeeds, SitesAreNotSpentInTheDark) {
         outside = outside || site.face >= 48U;
     }
     EXPECT_TRUE(outside);
+}
+
+/// A floor that sees nothing but a lamp of a ten thousandth of its size, or less, which no handful of rays meets.
+TEST(OnlyWhatTheSceneNeeds, WhatALampLightsIsNotDark) {
+    for (const double size : {10.0, 40.0, 400.0}) {
+        for (const bool even : {true, false}) {
+            Scene scene = scene_of(rectangle(Vec3(-size / 2, -size / 2, 0), Vec3(size, 0, 0), Vec3(0, size, 0)), 0.5);
+            scene.materials.resize(2);
+            scene.materials[1].emission = Rgb::Constant(100.0);
+            if (!even) { // no lamp: left to the rays
+                scene.materials[1].emission_pattern = [](const Vec3&) { return 1.0; };
+            }
+            add(scene.mesh, rectangle(Vec3(0, 0, 3), Vec3(0, 0.3, 0), Vec3(0.3, 0, 0)), 1); // facing down
+            BakeOptions options = quick(0.0, 16);
+            options.sites = 300;
+            const BakeResult result = baked(scene, options);
+            EXPECT_NEAR(static_cast<double>(result.sites->size()), 300.0, 60.0) << size;
+        }
+    }
 }
 
 /// A lamp that hangs with its back to the room lights nothing, which is said.

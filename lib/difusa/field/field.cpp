@@ -2,6 +2,7 @@
 
 #include <difusa/core/parallel.h>
 #include <difusa/field/evaluate.h>
+#include <difusa/scene/surface_sampling.h>
 #include <difusa/transport/surroundings.h>
 
 #include <algorithm>
@@ -14,7 +15,12 @@ Irradiance Field::evaluate(std::span<const SurfacePoint> x, std::uint64_t seed, 
     Irradiance H;
     Values both(parts_.smooth.rows(), 2 * parts_.smooth.cols());
     both << parts_.soft_direct, parts_.smooth;
-    const Values h = difusa::evaluate(*parts_.basis, both, x, execution);
+    std::vector<SurfacePoint> inside;
+    inside.reserve(x.size());
+    for (const SurfacePoint& point : x) {
+        inside.push_back(inset(parts_.scene->mesh, point));
+    }
+    const Values h = difusa::evaluate(*parts_.basis, both, inside, execution);
     const Eigen::Index c = channels();
     H.direct = h.leftCols(c);
     H.indirect = h.rightCols(c) - H.direct;

@@ -43,7 +43,8 @@ struct Irradiance {
 /// gathered anew from the surroundings of x (`gather`): the iterated projection (Sloan 1976), in graphics
 /// "final gather".
 ///
-/// Places on edges should be put inside of their faces (scene/surface_sampling.h, inset): rays start from them.
+/// Places may lie on edges: elements are then looked up, and rays start, a little inside of their faces
+/// (scene/surface_sampling.h, inset), and light that is computed is that of the very place.
 class Field {
   public:
     explicit Field(FieldParts parts) : parts_(std::move(parts)) {}

@@ -1,7 +1,6 @@
 #include <difusa/field/solution.h>
 
 #include <difusa/core/colour.h>
-#include <difusa/scene/surface_sampling.h>
 
 namespace difusa {
 
@@ -49,12 +48,8 @@ PointValues Solution::at(std::span<const SurfacePoint> x, std::size_t final_gath
         values.rho.row(i) = scene.reflectance(point).matrix().transpose();
         values.E.row(i) = scene.emission(point).matrix().transpose();
     }
-    std::vector<SurfacePoint> inside(x.begin(), x.end());
-    for (SurfacePoint& point : inside) {
-        point = inset(scene.mesh, point);
-    }
     const auto take = [&](const Field& part) {
-        const Light light = light_of(part, inside, final_gather, seed, purpose, execution);
+        const Light light = light_of(part, x, final_gather, seed, purpose, execution);
         add(values.H_direct, three_channels(light.H.direct));
         add(values.H_indirect, three_channels(light.H.indirect));
         if (final_gather > 0) {

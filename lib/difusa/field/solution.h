@@ -28,7 +28,7 @@ struct PointValues {
     std::size_t clear = 0;              ///< points that needed no shadow rays to lamps
 };
 
-/// Places may lie on edges: rays start from a little inside of their faces (inset).
+/// Places may lie on edges: rays start from a little inside of their faces.
 struct Solution {
     std::shared_ptr<const Field> field;               ///< all light
     std::vector<std::shared_ptr<const Field>> groups; ///< empty, or fields that add up to it

@@ -3,6 +3,7 @@
 #include <difusa/core/parallel.h>
 #include <difusa/scene/surface_sampling.h>
 #include <difusa/transport/direction_pool.h>
+#include <difusa/transport/transport.h>
 
 #include <algorithm>
 #include <array>
@@ -17,10 +18,26 @@ constexpr std::size_t rays_a_place = 32;
 constexpr std::size_t least_places = 64; ///< on a patch
 
 /// Whether light can reach x as far as a handful of rays tell.
-bool sees_light(const Scene& scene, const DirectLight& lights, const Visibility& visibility, const SurfacePoint& x,
-                RandomStream& stream, DirectLight::Worker& worker) {
-    if ((lights.from_outside(x, worker) > 0.0).any()) {
+bool sees_light(const Scene& scene, const DirectLight& lights, std::span<const Index> others,
+                const Visibility& visibility, const SurfacePoint& x, RandomStream& stream,
+                DirectLight::Worker& worker) {
+    Rgb direct;
+    lights.sample({&x, 1}, stream, {&direct, 1}, worker);
+    if ((direct > 0.0).any()) {
         return true;
+    }
+    if (!others.empty()) {
+        const double u = stream.uniform(), v = stream.uniform();
+        const SurfacePoint y = uniform_point(scene.mesh, others[stream.below(others.size())], u, v);
+        const Vec3 way = y.position - x.position;
+        if (x.normal.dot(way) > 0.0 && y.normal.dot(way) < 0.0) {
+            const Segment segment{x.position, y.position, x.face, y.face};
+            std::uint8_t blocked = 0;
+            visibility.occluded({&segment, 1}, {&blocked, 1});
+            if (blocked == 0) {
+                return true;
+            }
+        }
     }
     Vec3 t, b;
     tangents(x.normal, t, b);
@@ -51,6 +68,13 @@ std::vector<char> dark_patches(const Scene& scene, const DirectLight& lights, co
     for (Index t = 0; t < mesh.triangles.size(); ++t) {
         triangles[mesh.patch[t]].push_back(t);
     }
+    const std::vector<char> emits = emitting_materials(scene);
+    std::vector<Index> others; // emitting triangles that are no lamps
+    for (Index t = 0; t < mesh.triangles.size(); ++t) {
+        if (emits[mesh.material[t]] != 0 && lights.lamp_materials()[mesh.material[t]] == 0) {
+            others.push_back(t);
+        }
+    }
     std::vector<char> dark(mesh.patch_count, 0);
     parallel_for(mesh.patch_count, 1, execution, [&](std::size_t begin, std::size_t end, unsigned) {
         DirectLight::Worker worker;
@@ -65,7 +89,7 @@ std::vector<char> dark_patches(const Scene& scene, const DirectLight& lights, co
                 }
                 const Index t = own[i % own.size()];
                 const double u = stream.uniform(), v = stream.uniform();
-                lit = sees_light(scene, lights, visibility, uniform_point(mesh, t, u, v), stream, worker);
+                lit = sees_light(scene, lights, others, visibility, uniform_point(mesh, t, u, v), stream, worker);
             }
             dark[p] = lit ? 0 : 1;
         }

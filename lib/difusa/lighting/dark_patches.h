@@ -9,8 +9,9 @@
 
 namespace difusa {
 
-/// For each patch of the mesh 1 if it sees nothing that could send it light: rays from many places of it, at least one
-/// on each triangle, meet nothing but backs or leave to a sky without light, and no sun or point light shines on it.
+/// For each patch of the mesh 1 if it sees nothing that could send it light: from many places of it, at least one on
+/// each triangle, rays meet nothing but backs or leave to a sky without light, and shadow rays towards suns, point
+/// lights, lamps and other emitting faces do not get through.
 /// What sees nothing is seen by nothing, so such a patch plays no part. The rays are finite in number: a patch lit only
 /// through a hole that all of them miss counts as dark.
 std::vector<char> dark_patches(const Scene& scene, const DirectLight& lights, const Visibility& visibility,

@@ -2,6 +2,7 @@
 
 #include <difusa/core/even_sequence.h>
 #include <difusa/core/parallel.h>
+#include <difusa/scene/surface_sampling.h>
 
 #include <algorithm>
 #include <array>
@@ -58,16 +59,16 @@ void DirectLight::add_lights(const LightGroup& group) {
     }
 }
 
-Segment DirectLight::shadow_ray(const SurfacePoint& x, const Vec3& direction, double length) const {
+Segment DirectLight::shadow_ray(const SurfacePoint& from, const Vec3& direction, double length) const {
     // A shading normal may face a light that is below the plane of the face, or in it: then the face and those beside
     // it do not hide it.
-    const Vec3& n = scene_.mesh.normals[x.face];
+    const Vec3& n = scene_.mesh.normals[from.face];
     const double height = n.dot(direction);
     Vec3 way = direction;
-    if (x.normal != n && height < 0x1p-30) {
+    if (from.normal != n && height < 0x1p-30) {
         way += (std::max(-height, 0x1p-30) - height) * n;
     }
-    return {x.position, x.position + way * length, x.face, none};
+    return {from.position, from.position + way * length, from.face, none};
 }
 
 void DirectLight::add_outside(const SurfacePoint& x, Index owner, Worker& worker) const {
@@ -76,10 +77,11 @@ void DirectLight::add_outside(const SurfacePoint& x, Index owner, Worker& worker
         worker.light.push_back(light);
         worker.owner.push_back(owner);
     };
+    const SurfacePoint from = inset(scene_.mesh, x);
     for (const Sun& sun : suns_) {
         const double cosine = x.normal.dot(sun.towards);
         if (cosine > 0.0) {
-            add(shadow_ray(x, sun.towards, reach_), cosine * sun.irradiance);
+            add(shadow_ray(from, sun.towards, reach_), cosine * sun.irradiance);
         }
     }
     for (const PointLight& light : points_) {
@@ -90,8 +92,10 @@ void DirectLight::add_outside(const SurfacePoint& x, Index owner, Worker& worker
         const double falloff = cosine > 0.0 ? light.falloff(-towards) : 0.0;
         if (falloff > 0.0) {
             // A light may lie on a face, which by rounding may be before it.
-            const double short_of_it = std::max(0.0, distance * (1.0 - 0x1p-40) - rounding_);
-            add(shadow_ray(x, towards, short_of_it), cosine * falloff / (distance * distance) * light.intensity);
+            const Vec3 ray = light.position - from.position;
+            const double length = ray.norm(), short_of_it = std::max(0.0, length * (1.0 - 0x1p-40) - rounding_);
+            add(shadow_ray(from, ray / length, short_of_it),
+                cosine * falloff / (distance * distance) * light.intensity);
         }
     }
 }

@@ -58,7 +58,8 @@ class DirectLight {
     /// The part of `irradiance` that comes from suns and point lights.
     Rgb from_outside(const SurfacePoint& x, Worker& worker) const;
 
-    /// Irradiance at x in W/m², per channel: one shadow ray for each sun and point light, `samples` and more for the
+    /// Irradiance at x in W/m², per channel, of the very place even where, from an edge, shadow rays start beside it
+    /// (scene/surface_sampling.h, inset): one shadow ray for each sun and point light, `samples` and more for the
     /// lamps (Lamps::irradiance).
     Rgb irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker) const;
 
@@ -75,7 +76,7 @@ class DirectLight {
 
     /// Collects the shadow rays of x; `owner` is its number.
     void add_outside(const SurfacePoint& x, Index owner, Worker& worker) const;
-    Segment shadow_ray(const SurfacePoint& x, const Vec3& direction, double length) const;
+    Segment shadow_ray(const SurfacePoint& from, const Vec3& direction, double length) const;
 
     const Scene& scene_;
     const Visibility& visibility_;

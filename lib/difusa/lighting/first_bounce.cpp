@@ -172,6 +172,7 @@ SurfacePoint FirstBounce::place(double light, double u, double v) const {
 
 Rgb FirstBounce::irradiance(const SurfacePoint& x, std::span<const SurfacePoint> met, std::span<const double> weight,
                             std::size_t rays, RandomStream& stream, Worker& worker) const {
+    const SurfacePoint from = inset(scene_.mesh, x); // where the rays started
     worker.H.resize(met.size());
     light_->sample(met, stream, worker.H, worker.light);
     const std::size_t count = places(rays);
@@ -183,7 +184,7 @@ Rgb FirstBounce::irradiance(const SurfacePoint& x, std::span<const SurfacePoint>
         }
         double share = 1.0;
         if (const double other = count == 0 ? 0.0 : by_places * chance(met[p]); other > 0.0) {
-            const double own = by_rays * ray_density(x, met[p]);
+            const double own = by_rays * ray_density(from, met[p]);
             share = own / (own + other);
         }
         sum += weight[p] * share * scene_.reflectance(met[p]) * worker.H[p];
@@ -198,9 +199,9 @@ Rgb FirstBounce::irradiance(const SurfacePoint& x, std::span<const SurfacePoint>
     for (std::size_t k = 0; k < count; ++k) {
         const auto [u, v] = even_point<2>(k, shift);
         const SurfacePoint y = place((static_cast<double>(k) + along) / by_places * below_.back(), u, v);
-        if (ray_density(x, y) > 0.0) {
+        if (ray_density(from, y) > 0.0) {
             worker.places.push_back(y);
-            worker.segments.push_back({x.position, y.position, x.face, y.face});
+            worker.segments.push_back({from.position, y.position, from.face, y.face});
         }
     }
     worker.blocked.assign(worker.places.size(), 0);
@@ -219,7 +220,7 @@ Rgb FirstBounce::irradiance(const SurfacePoint& x, std::span<const SurfacePoint>
     light_->sample(worker.places, stream, worker.H, worker.light);
     for (std::size_t k = 0; k < seen; ++k) {
         const SurfacePoint& y = worker.places[k];
-        const double density = ray_density(x, y);
+        const double density = ray_density(from, y);
         sum += density / (by_rays * density + by_places * chance(y)) * scene_.reflectance(y) * worker.H[k];
     }
     return sum;

@@ -159,7 +159,8 @@ Rgb Lamps::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& 
     for (const Worker::Part& part : worker.parts) {
         H += part.weight * part.form_factor * emission(part.triangle);
     }
-    if (!may_be_hidden(x, worker)) {
+    const SurfacePoint from = inset(scene_.mesh, x);
+    if (!may_be_hidden(from, worker)) {
         ++worker.clear;
         return H;
     }
@@ -167,7 +168,7 @@ Rgb Lamps::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& 
     double sum = 0.0, squares = 0.0;
     for (int round = 1; round <= static_cast<int>(most_rounds); ++round) {
         Rgb seen_now, all_now;
-        cast_round(x, samples, stream, worker, seen_now, all_now);
+        cast_round(from, samples, stream, worker, seen_now, all_now);
         seen += seen_now;
         all += all_now;
         const double share = all_now.sum() > 0.0 ? seen_now.sum() / all_now.sum() : 1.0;
@@ -219,8 +220,9 @@ Rgb Lamps::sample(const SurfacePoint& x, const std::array<double, 4>& u, Worker&
         return Rgb::Zero();
     }
     if (shafts_) {
-        const Vec3 to = place_on(x, choice.triangle, {u[1], u[2], u[3]});
-        const Segment segment{x.position, to, x.face, choice.triangle};
+        const SurfacePoint from = inset(scene_.mesh, x);
+        const Vec3 to = place_on(from, choice.triangle, {u[1], u[2], u[3]});
+        const Segment segment{from.position, to, from.face, choice.triangle};
         std::uint8_t blocked = 0;
         visibility_.occluded(std::span(&segment, 1), std::span(&blocked, 1));
         ++worker.cast;

@@ -1,11 +1,13 @@
 #include <difusa/transport/surroundings.h>
 
+#include <difusa/scene/surface_sampling.h>
+
 #include <numbers>
 
 namespace difusa {
 
 void Surroundings::look(const SurfacePoint& x, std::size_t number) {
-    const std::span<const double> weight = pool_.rays(x, number, rays_);
+    const std::span<const double> weight = pool_.rays(inset(mesh_, x), number, rays_);
     const Vec3& n = mesh_.normals[x.face];
     if (x.normal != n) {
         for (Ray& ray : rays_) {

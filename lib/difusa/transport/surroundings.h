@@ -16,9 +16,9 @@ class Surroundings {
     Surroundings(const Mesh& mesh, const Visibility& visibility, const DirectionPool& pool)
         : mesh_(mesh), visibility_(visibility), pool_(pool), rays_(pool.count()), hits_(pool.count()) {}
 
-    /// Casts the rays of point number `number` (DirectionPool::rays) from x. Where the normal of x is a shading normal,
-    /// directions below the plane of its face are mirrored to above it: the surface that the normal speaks of does not
-    /// hide them.
+    /// Casts the rays of point number `number` (DirectionPool::rays) from x, or from beside it if it is on an edge.
+    /// Where the normal of x is a shading normal, directions below the plane of its face are mirrored to above it: the
+    /// surface that the normal speaks of does not hide them.
     void look(const SurfacePoint& x, std::size_t number);
 
     std::span<const SurfacePoint> points() const { return points_; } ///< what the rays met on a front
