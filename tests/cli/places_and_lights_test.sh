@@ -49,3 +49,13 @@ refuse 1 "--light-groups: a .ply has no room for the light of each group; write 
 refuse 1 "--face-centres: a .ply has no room for the light at the centres of faces; write out.ply as a .vtp" \
     --face-centres --at places.csv --at-output light2.csv
 expect_refusal 1 "--face-centres: a .ply has no room" "$bake" square.off OUT.PLY --face-centres
+
+# A name that XML has to be told of comes through to other programs.
+cat >named.json <<'SCENE'
+{"difusa_scene": 1, "meshes": [{"file": "square.off"}],
+ "lights": [{"type": "point", "name": "Lamp & \"shade\" <1>", "position": [0, 0, 3], "intensity": 2}]}
+SCENE
+expect_exit 0 "$bake" named.json named.vtp $small --light-groups
+cp named.vtp same.vtp
+expect_exit 0 "$DIFUSA_BIN/compare_fields" named.vtp same.vtp --array 'irradiance_of_Lamp & "shade" <1>'
+expect_text stdout 'irradiance_of_Lamp & "shade" <1>'
