@@ -72,12 +72,16 @@ void add_scene_arguments(CLI::App& app, BakeOptions& options) {
                  parse_sun)
         ->group(group)
         ->type_name("X,Y,Z,R[,G,B]");
-    add_repeated(app, "--point-light", options.point_lights,
-                 "point light: its place, and its radiant intensity in W/sr (may be repeated)", parse_point_light)
+    add_repeated(
+        app, "--point-light", options.point_lights,
+        "point light: its place (in metres for a scene file), and its radiant intensity in W/sr (may be repeated)",
+        parse_point_light)
         ->group(group)
         ->type_name("X,Y,Z,R[,G,B]");
-    app.add_flag("--light-groups", options.light_groups,
-                 "keep the light of each lamp's material, sun, point light and of the sky apart")
+    app.add_flag(
+           "--light-groups", options.light_groups,
+           "keep the light of each lamp's material, sun, point light and of the sky apart: arrays radiosity_of_NAME "
+           "and irradiance_of_NAME (in a .vtp, and in the table of --at)")
         ->group(group);
 }
 
@@ -135,8 +139,8 @@ void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::stri
     const std::string output = "Output";
     add_whole<std::size_t>(app, "--final-gather", options.final_gather, 1,
                            "gather the light at " + gathered +
-                               " with so many rays (an even number), instead of evaluating the basis: slower, and far "
-                               "more accurate")
+                               " with so many rays (rounded up to an even number), instead of evaluating the basis: "
+                               "slower, and far more accurate")
         ->group(output)
         ->type_name("N");
     add_parsed(
@@ -148,8 +152,10 @@ void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::stri
     app.add_option("--sites-output", arguments.files.sites, "write the sites as points, .vtp or .ply")
         ->group(output)
         ->type_name("FILE");
-    app.add_option("--at", arguments.at,
-                   "table of places to tell the light at, with --at-output: x y z, or x y z and a normal, on each line")
+    app.add_option(
+           "--at", arguments.at,
+           "table of places to tell the light at, with --at-output: x,y,z or x,y,z,nx,ny,nz (a normal) on each line; "
+           "in metres for a scene file")
         ->group(output)
         ->type_name("FILE");
     app.add_option("--at-output", arguments.files.listed, "write the light at the places of --at, comma-separated")

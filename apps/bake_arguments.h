@@ -25,7 +25,8 @@ template <class Options> void add_site_arguments(CLI::App& app, Options& options
         ->group(group)
         ->type_name("NAME")
         ->capture_default_str();
-    add_parsed(app, "--spacing", options.spacing, "least distance between sites, in units of the mesh", parse_positive)
+    add_parsed(app, "--spacing", options.spacing,
+               "least distance between sites, in units of the mesh (metres for a scene file)", parse_positive)
         ->group(group)
         ->type_name("D");
     add_whole<std::size_t>(app, "--sites", options.sites, 1,

@@ -4,6 +4,7 @@
 
 #include <difusa/bake.h>
 #include <difusa/io/bake_files.h>
+#include <difusa/scene/text_scanner.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -56,7 +57,7 @@ void declare(CLI::App& app, Arguments& a) {
         ->group(output)
         ->type_name("D");
     app.add_flag("--face-centres", a.bake.options.face_centres,
-                 "tell the light at the centres of the output's triangles too, as cell arrays")
+                 "tell the light at the centres of the output's triangles too, as cell arrays (in a .vtp)")
         ->group(output);
 
     add_run_arguments(app, a.run, a.bake.options.seed, "the result does not depend");
@@ -110,6 +111,17 @@ void check_files(const Arguments& a) {
     }
     if (a.bake.files.field.empty() && !a.dry_run) {
         throw UsageError("an output file is expected: bake_radiosity " + a.mesh.string() + " out.vtp (--help)");
+    }
+    const std::string field = a.bake.files.field.string();
+    if (difusa::lower_case(a.bake.files.field.extension().string()) == ".ply") {
+        if (a.bake.options.light_groups && a.bake.at.empty()) {
+            throw UsageError("--light-groups: a .ply has no room for the light of each group; write " + field +
+                             " as a .vtp, which has, or name places, --at FILE");
+        }
+        if (a.bake.options.face_centres) {
+            throw UsageError("--face-centres: a .ply has no room for the light at the centres of faces; write " +
+                             field + " as a .vtp, which has");
+        }
     }
     check_bake_outputs(a.bake, {{a.bake.files.field, true}}, {{a.mesh, "the mesh"}});
 }

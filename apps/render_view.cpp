@@ -97,6 +97,14 @@ std::pair<double, double> parse_range(const std::string& option, const std::stri
     return {(*values)[0], (*values)[1]};
 }
 
+difusa::Rgb parse_background(const std::string& option, const std::string& text) {
+    const difusa::Rgb colour = difusa::parse_rgb(option, text);
+    if (!(colour <= 1.0).all()) {
+        throw UsageError(option + " " + text + ": must be from 0 to 1 in each channel");
+    }
+    return colour;
+}
+
 std::optional<double> parse_exposure(const std::string& option, const std::string& text) {
     return text == "auto" ? std::nullopt : std::optional(difusa::parse_positive(option, text));
 }
@@ -118,7 +126,9 @@ Picture parse_also(const std::string& option, const std::string& text) {
 
 void declare_camera(CLI::App& app, Arguments& a) {
     const std::string group = "Camera (of the scene's file, or one that shows all)";
-    add_parsed(app, "--eye", a.camera.eye, "where it is", difusa::parse_point)->group(group)->type_name("X,Y,Z");
+    add_parsed(app, "--eye", a.camera.eye, "where it is, in metres for a scene file", difusa::parse_point)
+        ->group(group)
+        ->type_name("X,Y,Z");
     add_parsed(app, "--look-at", a.camera.look_at, "a point in the middle of the picture", difusa::parse_point)
         ->group(group)
         ->type_name("X,Y,Z");
@@ -158,7 +168,7 @@ void declare_picture(CLI::App& app, Arguments& a) {
     add_parsed(app, "--background", a.background,
                "linear colour where nothing is met, 0 to 1, shown as it is (default: the sky; white around colour maps "
                "and sites)",
-               difusa::parse_rgb)
+               parse_background)
         ->group(group)
         ->type_name("R[,G,B]");
     add_parsed(app, "--exposure", a.exposure,

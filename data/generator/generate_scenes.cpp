@@ -7,6 +7,7 @@
 #include "scenes.h"
 #include "write_scene.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cstdio>
 #include <exception>
@@ -45,11 +46,17 @@ const std::vector<Kept>& kept() {
 }
 
 std::string usage() {
-    std::string text = "usage: generate_scenes [--directory DIR] NAME [TRIANGLES], NAME one of: all";
+    std::string text = "usage: generate_scenes [--directory DIR] NAME, NAME one of: all";
     for (const Kept& scene : kept()) {
         text += ", " + scene.name;
     }
-    return text + ", hall, room_with_balls (from 2000 TRIANGLES)";
+    return text + ", hall; or room_with_balls TRIANGLES (2000 or more)";
+}
+
+/// Whether the word names what is made without a count.
+bool is_name(const std::string& word) {
+    return word == "all" || word == "hall" ||
+           std::any_of(kept().begin(), kept().end(), [&](const Kept& scene) { return scene.name == word; });
 }
 
 std::size_t parse_count(const std::string& text) {
@@ -68,6 +75,10 @@ void run(std::vector<std::string> words) {
         words.erase(words.begin(), words.begin() + 2);
         std::filesystem::create_directories(directory);
     }
+    if (words.size() == 1 && (words[0] == "--help" || words[0] == "-h")) {
+        std::printf("%s\n", usage().c_str());
+        return;
+    }
     if (words.size() == 2 && words[0] == "room_with_balls") {
         scenes::write_obj(scenes::room_with_balls(parse_count(words[1])), directory, "room_with_balls");
         return;
@@ -75,6 +86,9 @@ void run(std::vector<std::string> words) {
     if (words.size() == 1 && words[0] == "hall") {
         scenes::write_scene(scenes::hall(), directory, "hall");
         return;
+    }
+    if (words.size() == 2 && is_name(words[0])) {
+        throw std::invalid_argument(words[1] + ": only room_with_balls takes a number of triangles; " + usage());
     }
     bool found = false;
     for (const Kept& scene : kept()) {

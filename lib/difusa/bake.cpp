@@ -842,7 +842,7 @@ class Bake {
             save("shadow rays between sites", "the room is convex and empty", "rays", 0.5 * points * (points - 1.0));
         }
         if (clear_ > 0) {
-            save("shadow rays to lamps", "nothing can come between", "rays",
+            save("shadow rays to lamps where nothing can come between", "all of the lamp is seen there", "rays",
                  static_cast<double>(clear_ * lamp_samples));
         }
         if (scene.mesh.convex && all_->lamp_count() > 0 && result_.options.first_bounce == "gathered") {

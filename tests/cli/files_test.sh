@@ -11,6 +11,9 @@ mkfifo pipe.vtp
 expect_refusal 1 "device or pipe" "$bake" "$box" pipe.vtp
 expect_refusal 4 "the directory \`nowhere\` does not exist" "$bake" "$box" out.vtp --report nowhere/report.json
 expect_refusal 4 "the directory \`nowhere\` does not exist" "$bake" "$box" out.vtp --sites-output nowhere/sites.vtp
+[ ! -d /proc ] || expect_refusal 4 "no file can be made in the directory \`/proc\`" "$bake" "$box" /proc/o.vtp
+touch file
+expect_refusal 4 "\`file\` is not a directory" "$bake" "$box" file/out.vtp
 
 # The mesh, by whatever name.
 cp "$DIFUSA_DATA/bowl.ply" mesh.ply

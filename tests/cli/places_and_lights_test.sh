@@ -14,6 +14,8 @@ refuse 1 "--at places.csv: what is found there has to be written; name a file, -
 refuse 1 "--at-output light.csv: no places were given; name a file with them, --at FILE" --at-output light.csv
 refuse 1 "would be written over the list of places" --at places.csv --at-output ./places.csv
 refuse 1 "two outputs have this name" --at places.csv --at-output light.csv --report light.csv
+printf '1,5,,0\n' >empty_field.csv
+refuse 2 "empty_field.csv, line 1: field 3 is empty" --at empty_field.csv --at-output light.csv
 refuse 2 "no-such.csv" --at no-such.csv --at-output light.csv
 refuse 4 "no-such-directory" --at places.csv --at-output no-such-directory/light.csv
 refuse 1 "did you mean --point-light?" --point-ligth 0,0,1,1
@@ -36,6 +38,24 @@ sed -n '/<CellData/,/<\/CellData/p' out.vtp >cells
 expect_text cells 'Name="radiosity"' 'Name="irradiance"' 'Name="original_face_id"'
 
 # Groups add up to all; without the option there are none.
-expect_no_text out.vtp 'Name="radiosity_'
+expect_no_text out.vtp 'Name="radiosity_of_'
 expect_exit 0 "$bake" "$box" out.vtp $small --sun 0,-1,0.2,3 --point-light 0,0,0,1 --light-groups
-expect_text out.vtp 'Name="radiosity_sun"' 'Name="radiosity_point"'
+expect_text out.vtp 'Name="radiosity_of_sun"' 'Name="irradiance_of_sun"' 'Name="radiosity_of_point"'
+expect_exit 0 "$bake" "$box" out.ply $small --point-light 0,0,0,1 --light-groups --at places.csv --at-output light.csv
+expect_text light.csv ,radiosity_of_point_R, ,irradiance_of_point_B
+
+# A .ply has room for neither.
+refuse 1 "--light-groups: a .ply has no room for the light of each group; write out.ply as a .vtp" --light-groups
+refuse 1 "--face-centres: a .ply has no room for the light at the centres of faces; write out.ply as a .vtp" \
+    --face-centres --at places.csv --at-output light2.csv
+expect_refusal 1 "--face-centres: a .ply has no room" "$bake" square.off OUT.PLY --face-centres
+
+# A name that XML has to be told of comes through to other programs.
+cat >named.json <<'SCENE'
+{"difusa_scene": 1, "meshes": [{"file": "square.off"}],
+ "lights": [{"type": "point", "name": "Lamp & \"shade\" <1>", "position": [0, 0, 3], "intensity": 2}]}
+SCENE
+expect_exit 0 "$bake" named.json named.vtp $small --light-groups
+cp named.vtp same.vtp
+expect_exit 0 "$DIFUSA_BIN/compare_fields" named.vtp same.vtp --array 'irradiance_of_Lamp & "shade" <1>'
+expect_text stdout 'irradiance_of_Lamp & "shade" <1>'

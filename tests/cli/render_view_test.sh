@@ -28,6 +28,7 @@ refuse 1 "--view-angle 180: must be below 180" "$box" out.png --view-angle 180
 refuse 1 "takes three numbers X,Y,Z" "$box" out.png --eye 1,2
 refuse 1 "--up 0,0,0: must be a direction" "$box" out.png --up 0,0,0
 refuse 1 "--exposure 0: must be a positive number" "$box" out.png --exposure 0
+refuse 1 "--background 2,0,0: must be from 0 to 1 in each channel" "$box" out.png --background 2,0,0
 refuse 1 "--tone flimic: must be linear or filmic" "$box" out.png --tone flimic
 refuse 1 "--range 2,1: takes LOW,HIGH" "$box" out.png --show luminance --range 2,1
 refuse 1 "--range: no picture has a colour bar" "$box" out.png --range 1,2

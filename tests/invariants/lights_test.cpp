@@ -497,6 +497,20 @@ TEST(LightGroups, NamesAndOrder) {
     EXPECT_EQ(groups[3].name, "spot");
 }
 
+/// Names are as files can hold them, and then no two groups have the same.
+TEST(LightGroups, NamesThatFilesHold) {
+    Scene scene = scene_of(rectangle(Vec3(0, 0, 0), Vec3(2, 0, 0), Vec3(0, 2, 0), 2, 2), 0.5);
+    const Vec3 up = Vec3::UnitZ();
+    for (const char* name : {"a\x01", "a\x02", "a\n", "a_", "\xff", "\xed\xa0\x80", "ρ & <\"x\">"}) {
+        scene.suns.push_back({up, Rgb::Ones(), name});
+    }
+    std::vector<std::string> names;
+    for (const LightGroup& group : light_groups(scene)) {
+        names.push_back(group.name);
+    }
+    EXPECT_EQ(names, (std::vector<std::string>{"a_", "_", "___", "ρ & <\"x\">"}));
+}
+
 /// What a scene does not have costs nothing: counted in rays.
 TEST(OnlyWhatTheSceneNeeds, AConvexEmptyRoomCastsNoShadowRays) {
     Mesh mesh = plain_box(Vec3::Zero(), Vec3::Ones(), 2, Front::inside);

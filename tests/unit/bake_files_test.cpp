@@ -2,6 +2,7 @@
 
 #include <difusa/basis/basis.h>
 #include <difusa/field/evaluate.h>
+#include <difusa/io/point_list.h>
 #include <difusa/version.h>
 
 #include <file_size_limit.h>
@@ -170,6 +171,38 @@ TEST(BakeFiles, FieldHoldsTheBake) {
     EXPECT_EQ(*faces.begin(), 0);
     EXPECT_EQ(*faces.rbegin(), static_cast<int>(result.diagnosis.file_faces) - 1);
     EXPECT_EQ(materials.size(), result.scene->materials.size());
+}
+
+/// The arrays of light groups have their own names, whatever lights are called.
+TEST(BakeFiles, GroupsOverwriteNothing) {
+    const ScratchDirectory scratch;
+    const std::vector<std::string> names{"direct", "indirect", "Lamp & \"shade\" <1>"};
+    BakeOptions options;
+    options.sites = 60;
+    options.rays = 16;
+    options.light_groups = options.face_centres = true;
+    for (const std::string& name : names) {
+        PointLight light{Vec3(0.0, 0.0, 1.0 + static_cast<double>(name.size())), Rgb::Ones()};
+        light.name = name;
+        options.point_lights.push_back(light);
+    }
+    options.at.push_back({Vec3::Zero(), {}});
+    const BakeResult result = bake(Registry::load(), DIFUSA_TEST_DATA "/bowl.ply", options, Execution{});
+    write_field(field_of(result), scratch / "out.vtp");
+    const auto mesh = read(scratch / "out.vtp");
+    ASSERT_EQ(result.output.groups.size(), names.size());
+    for (std::size_t g = 0; g < names.size(); ++g) {
+        ASSERT_EQ(result.output.groups[g].name, names[g]);
+        expect_values(mesh->GetPointData(), ("radiosity_of_" + names[g]).c_str(), result.output.groups[g].B);
+        expect_values(mesh->GetPointData(), ("irradiance_of_" + names[g]).c_str(), result.output.groups[g].H);
+        expect_values(mesh->GetCellData(), ("irradiance_of_" + names[g]).c_str(), result.centres->groups[g].H);
+    }
+    expect_values(mesh->GetPointData(), "irradiance_direct", result.output.H_direct);
+    expect_values(mesh->GetPointData(), "irradiance_indirect", result.output.H_indirect);
+    const std::string table = point_table(result);
+    EXPECT_THAT(table.substr(0, table.find('\n')),
+                AllOf(HasSubstr(",irradiance_direct_R,"), HasSubstr(",irradiance_of_direct_R,"),
+                      HasSubstr(",\"radiosity_of_Lamp & \"\"shade\"\" <1>_B\",")));
 }
 
 TEST(BakeFiles, FieldDataTellHowItWasMade) {

@@ -114,7 +114,9 @@ TEST(JsonTree, RefusesWhatIsNoJson) {
     EXPECT_THAT(refusal(""), HasSubstr("a.json:1: "));
     EXPECT_THAT(refusal("{} {}"), HasSubstr("a.json:1: "));
     EXPECT_THAT(refusal("[1, nan]"), HasSubstr("not JSON"));
-    EXPECT_THAT(refusal("[1e999]"), HasSubstr("not JSON"));
+    EXPECT_THAT(refusal("[1,\n1e999,\n2]"), AllOf(HasSubstr("a.json:2: '1e999' is too large a number"),
+                                                  Not(HasSubstr("exception")), Not(HasSubstr("not JSON"))));
+    EXPECT_THAT(refusal("-1e400"), HasSubstr("a.json:1: '-1e400' is too large a number"));
     EXPECT_THAT(refusal("{\"a\": 1,\n\"b\": 2,\n\"a\": 3}"),
                 AllOf(HasSubstr("a.json:3: 'a' stands twice"), HasSubstr("line 1")));
     EXPECT_EQ(refusal(std::string(64, '[') + std::string(64, ']')), "");
@@ -420,10 +422,13 @@ TEST_F(SceneFile, ValuesOutOfRangeAreRefused) {
     EXPECT_THAT(refused_with("\"lights\": [{\"type\": \"sun\", \"towards\": [0, 0, 1], \"irradiance\": -1}]"),
                 HasSubstr("\"irradiance\" must be from 0"));
     EXPECT_THAT(refused_with("\"lights\": [{\"type\": \"sun\", \"irradiance\": 1}]"), HasSubstr("needs \"towards\""));
-    EXPECT_THAT(refused_with("\"lights\": [{\"type\": \"point\", \"position\": [0, 0, 0]}]"), HasSubstr("either"));
+    EXPECT_THAT(refused_with("\"lights\": [{\"type\": \"point\", \"position\": [0, 0, 0]}]"),
+                HasSubstr("needs either"));
     EXPECT_THAT(
         refused_with("\"lights\": [{\"type\": \"point\", \"position\": [0, 0, 0], \"power\": 1, \"intensity\": 1}]"),
-        HasSubstr("either"));
+        AllOf(HasSubstr("only one may be given"), Not(HasSubstr("needs"))));
+    EXPECT_THAT(refused_with("\"camera\": {\"eye\": [0, 0, 1], \"look_at\": [1, 0, 0], \"towards\": [1, 0, 0]}"),
+                AllOf(HasSubstr("\"towards\" and \"look_at\""), HasSubstr("only one may be given")));
     EXPECT_THAT(refused_with("\"lights\": [{\"type\": \"spot\", \"position\": [0, 0, 0], \"direction\": [1, 0, 0], "
                              "\"intensity\": 1, \"inner_degrees\": 40, \"outer_degrees\": 30}]"),
                 HasSubstr("not 40 and 30"));
@@ -439,10 +444,16 @@ TEST_F(SceneFile, ValuesOutOfRangeAreRefused) {
 TEST_F(SceneFile, MeshesThatCannotBeRead) {
     EXPECT_THAT(refused("{\"difusa_scene\": 1, \"meshes\": [\n{\"file\": \"none.off\"}]}"),
                 AllOf(HasSubstr("scene.json:2: "), HasSubstr("none.off")));
+    EXPECT_THAT(refused("{\"difusa_scene\": 1, \"meshes\": [\n{\"file\": \".\"}]}"),
+                AllOf(HasSubstr("scene.json:2: "), HasSubstr("is a directory")));
     EXPECT_THAT(refused("{\"difusa_scene\": 1, \"meshes\": [{\"file\": \"scene.json\"}]}"), HasSubstr("another one"));
     EXPECT_THAT(refused("{\"difusa_scene\": 1, \"meshes\": [{}]}"), HasSubstr("needs \"file\""));
     EXPECT_THAT(refused_mesh("\"transform\": {\"scale\": 0}"), AllOf(HasSubstr("scene.json:3: "), HasSubstr("flat")));
     EXPECT_THAT(refused_mesh("\"transform\": {\"scale\": [1, 1, 0]}"), HasSubstr("flat"));
+    for (const char* wrong : {"[1, 2]", "\"2\"", "{}"}) {
+        EXPECT_THAT(refused_mesh("\"transform\": {\"scale\": " + std::string(wrong) + "}"),
+                    HasSubstr("\"scale\" must be a number or a list of 3 numbers"));
+    }
     EXPECT_THAT(refused_mesh("\"transform\": {\"matrix\": [1, 2, 3]}"), HasSubstr("a list of 16 numbers"));
     EXPECT_THAT(refused_mesh("\"transform\": {\"matrix\": [1,0,0,0, 0,1,0,0, 0,0,1,0, 1,0,0,1]}"),
                 HasSubstr("last row"));

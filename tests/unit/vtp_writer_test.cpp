@@ -1,5 +1,6 @@
 #include <difusa/core/error.h>
 #include <difusa/io/field_file.h>
+#include <difusa/io/field_reader.h>
 
 #include <file_size_limit.h>
 #include <meshes.h>
@@ -176,6 +177,52 @@ TEST(VtpWriter, NotesAreFieldData) {
             expect_same_bits(notes->GetArray(note.name.c_str()), numbers.data(), numbers.size());
         }
     }
+}
+
+/// VTK's reader gives back the very names, whatever XML makes of their characters.
+TEST(VtpWriter, NamesOfAnyCharacters) {
+    const ScratchDirectory scratch;
+    const std::string awkward = "Lamp & \"shade\" <1> 'ρ' &amp; \t|\n|\r|\u00e9\U0001f4a1";
+    FieldFile field;
+    field.points = {{0, 0, 0}, {1, 2, 3}};
+    field.point_arrays.push_back({awkward, "<&\">", {"R & B", "<\"G\">"}, awkward_values(2, 2)});
+    field.point_arrays.push_back({"rgb " + awkward, "", {"R", "G", "<B>"}, std::vector<std::uint8_t>(6, 7)});
+    field.cell_arrays.push_back({"cell " + awkward, "", {"\""}, std::vector<std::int32_t>{4, 5}});
+    field.active_colours = "rgb " + awkward;
+    field.notes = {{"text " + awkward, awkward}, {"numbers " + awkward, std::vector<double>{1.0}}};
+    write_field(field, scratch / "out.vtp");
+
+    const auto cloud = read(scratch / "out.vtp");
+    vtkDataArray* array = cloud->GetPointData()->GetArray(awkward.c_str());
+    ASSERT_NE(array, nullptr);
+    EXPECT_STREQ(array->GetComponentName(0), "R & B");
+    EXPECT_STREQ(array->GetComponentName(1), "<\"G\">");
+    EXPECT_STREQ(array->GetInformation()->Get(vtkDataArray::UNITS_LABEL()), "<&\">");
+    ASSERT_NE(cloud->GetPointData()->GetScalars(), nullptr);
+    EXPECT_EQ(cloud->GetPointData()->GetScalars()->GetName(), "rgb " + awkward);
+    EXPECT_NE(cloud->GetCellData()->GetArray(("cell " + awkward).c_str()), nullptr);
+    auto* text = vtkStringArray::SafeDownCast(cloud->GetFieldData()->GetAbstractArray(("text " + awkward).c_str()));
+    ASSERT_NE(text, nullptr);
+    EXPECT_EQ(text->GetValue(0), awkward);
+    EXPECT_NE(cloud->GetFieldData()->GetArray(("numbers " + awkward).c_str()), nullptr);
+
+    const FieldFile back = read_field(scratch / "out.vtp");
+    ASSERT_EQ(back.point_arrays.size(), 2u);
+    EXPECT_EQ(back.point_arrays[0].name, awkward);
+    EXPECT_EQ(back.point_arrays[0].unit, "<&\">");
+    EXPECT_EQ(back.point_arrays[0].components, field.point_arrays[0].components);
+    EXPECT_EQ(back.active_colours, field.active_colours);
+}
+
+TEST(VtpWriter, WhatXmlCannotHoldBecomesAnUnderscore) {
+    const ScratchDirectory scratch;
+    FieldFile field;
+    field.points = {{0, 0, 0}};
+    // A control character, half a character, one in too long a form, a surrogate, U+FFFE, beyond Unicode.
+    field.point_arrays.push_back(
+        {"a\x01\x7f|\xc3|\xc0\xaf|\xed\xa0\x80|\xef\xbf\xbe|\xf4\x90\x80\x80|z", "", {}, std::vector<std::int32_t>{1}});
+    write_field(field, scratch / "out.vtp");
+    EXPECT_STREQ(read(scratch / "out.vtp")->GetPointData()->GetArray(0)->GetName(), "a_\x7f|_|__|___|___|____|z");
 }
 
 TEST(VtpWriter, PointCloudHasAVertexForEachPoint) {

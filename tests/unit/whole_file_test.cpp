@@ -72,6 +72,19 @@ TEST(WholeFile, AbandonedLeavesNothingAndKeepsTheOld) {
     EXPECT_EQ(scratch.names(), Names{"out"});
 }
 
+TEST(WholeFile, SaysWhyADirectoryTakesNone) {
+    const ScratchDirectory scratch;
+    write_whole_file(scratch / "file", "");
+    EXPECT_THAT([&] { WholeFile(scratch / "file" / "out"); },
+                ThrowsMessage<ResourceError>(HasSubstr("is not a directory")));
+    EXPECT_THAT([&] { WholeFile(scratch / "none" / "out"); },
+                ThrowsMessage<ResourceError>(HasSubstr("does not exist")));
+    if (fs::is_directory("/proc")) {
+        EXPECT_THAT([] { WholeFile("/proc/out"); },
+                    ThrowsMessage<ResourceError>(HasSubstr("no file can be made in the directory `/proc`")));
+    }
+}
+
 TEST(WholeFile, TwoAtOnceDoNotMeet) {
     const ScratchDirectory scratch;
     WholeFile a(scratch / "out"), b(scratch / "out");
@@ -129,8 +142,7 @@ TEST(WholeFile, RefusesWhatIsNoFile) {
 
 TEST(WholeFile, SaysWhichDirectoryIsMissing) {
     const ScratchDirectory scratch;
-    write_whole_file(scratch / "file", "");
-    for (const std::string folder : {"none", "file"}) {
+    for (const std::string folder : {"none", "none/deeper"}) {
         EXPECT_THAT([&] { write_whole_file(scratch / folder / "out", ""); },
                     ThrowsMessage<ResourceError>(AllOf(HasSubstr((scratch / folder / "out").string()),
                                                        HasSubstr("directory `" + (scratch / folder).string() + "`"),

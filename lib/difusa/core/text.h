@@ -1,8 +1,9 @@
-// Numbers in messages.
+// Numbers in messages, names in files.
 #pragma once
 
 #include <cstdio>
 #include <string>
+#include <string_view>
 
 namespace difusa {
 
@@ -12,5 +13,9 @@ inline std::string text_of(double value) {
     std::snprintf(text, sizeof text, "%g", value);
     return text;
 }
+
+/// The text as XML 1.0 and JSON can hold it: '_' for each byte that is no part of UTF-8, and for each character that is
+/// none of XML (XML 1.0, section 2.2: control characters but tab and line ends, surrogates, U+FFFE, U+FFFF).
+std::string storable_text(std::string_view text);
 
 } // namespace difusa

@@ -49,8 +49,8 @@ std::vector<FieldArray> arrays_of(const PointValues& values) {
 
 void add_groups(const PointValues& values, std::vector<FieldArray>& arrays) {
     for (const GroupValues& group : values.groups) {
-        arrays.push_back(colour("radiosity_" + group.name, flux, group.B));
-        arrays.push_back(colour("irradiance_" + group.name, flux, group.H));
+        arrays.push_back(colour("radiosity_of_" + group.name, flux, group.B));
+        arrays.push_back(colour("irradiance_of_" + group.name, flux, group.H));
     }
 }
 

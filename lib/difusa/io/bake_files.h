@@ -14,8 +14,9 @@ namespace difusa {
 /// (R G B), luminance (W/m^2, Rec. 709 weights of the radiosity), display_rgb (uint8, sRGB; the exposure that maps
 /// radiosity to linear [0,1] is in the notes), Normals. Cell arrays: original_face_id (number in the mesh file),
 /// material_id; with BakeOptions::face_centres also radiosity to emission at the centres of the triangles. With light
-/// groups radiosity_NAME and irradiance_NAME of each, at points and centres. With an error estimate also `residual` and
-/// `error_bound` (W/m^2, BakeResult). Notes: versions, options, seed, iterations, residual, times, materials.
+/// groups radiosity_of_NAME and irradiance_of_NAME of each, at points and centres. With an error estimate also
+/// `residual` and `error_bound` (W/m^2, BakeResult). Notes: versions, options, seed, iterations, residual, times,
+/// materials.
 FieldFile field_of(const BakeResult& result);
 
 /// The sites as a point cloud: Normals, radius, area, coefficient (of the irradiance without that of suns, point lights

@@ -3,6 +3,7 @@
 #include <difusa/io/field_writers.h>
 
 #include <difusa/core/error.h>
+#include <difusa/core/text.h>
 
 #include <vtkCallbackCommand.h>
 #include <vtkCellArray.h>
@@ -37,11 +38,41 @@ namespace {
 
 static_assert(sizeof(Vec3) == 3 * sizeof(double), "vectors are handed to VTK as they lie in memory");
 
+/// A name as VTK has to be given it: it writes names into XML attributes as they are. Parsers turn line ends and tabs
+/// in attributes into blanks unless they are written by their numbers.
+std::string attribute(const std::string& name) {
+    std::string text;
+    for (const char c : storable_text(name)) {
+        switch (c) {
+        case '&':
+            text += "&amp;";
+            break;
+        case '<':
+            text += "&lt;";
+            break;
+        case '>':
+            text += "&gt;";
+            break;
+        case '"':
+            text += "&quot;";
+            break;
+        case '\t':
+        case '\n':
+        case '\r':
+            text += "&#" + std::to_string(static_cast<int>(c)) + ";";
+            break;
+        default:
+            text += c;
+        }
+    }
+    return text;
+}
+
 /// A VTK array over memory that stays ours and outlives it. VTK only reads it, but has no way to say so.
 template <typename Array, typename T>
 vtkSmartPointer<Array> view(const std::string& name, const T* values, std::size_t count, int components) {
     const auto array = vtkSmartPointer<Array>::New();
-    array->SetName(name.c_str());
+    array->SetName(attribute(name).c_str());
     array->SetNumberOfComponents(components);
     array->SetArray(const_cast<T*>(values), static_cast<vtkIdType>(count), 1);
     return array;
@@ -68,7 +99,7 @@ vtkSmartPointer<vtkDataArray> view(const FieldArray& field) {
     const auto components = static_cast<int>(field.components.size());
     const auto array = std::visit(Visitor{field.name, std::max(1, components)}, field.data);
     for (int c = 0; c < components; ++c) {
-        array->SetComponentName(c, field.components[static_cast<std::size_t>(c)].c_str());
+        array->SetComponentName(c, attribute(field.components[static_cast<std::size_t>(c)]).c_str());
     }
     if (!field.unit.empty()) {
         array->GetInformation()->Set(vtkDataArray::UNITS_LABEL(), field.unit.c_str());
@@ -95,7 +126,7 @@ template <typename Point> vtkSmartPointer<vtkCellArray> make_cells(std::size_t c
 void add_note(vtkFieldData* data, const FieldNote& note) {
     if (const std::string* text = std::get_if<std::string>(&note.value)) {
         vtkNew<vtkStringArray> array;
-        array->SetName(note.name.c_str());
+        array->SetName(attribute(note.name).c_str());
         array->InsertNextValue(*text);
         data->AddArray(array);
     } else {
@@ -126,7 +157,7 @@ vtkSmartPointer<vtkPolyData> make_poly_data(const FieldFile& field) {
         mesh->GetCellData()->AddArray(view(array));
     }
     if (!field.active_colours.empty()) {
-        mesh->GetPointData()->SetActiveScalars(field.active_colours.c_str());
+        mesh->GetPointData()->SetActiveScalars(attribute(field.active_colours).c_str());
     }
     for (const FieldNote& note : field.notes) {
         add_note(mesh->GetFieldData(), note);

@@ -25,9 +25,16 @@ std::string quoted(const fs::path& path) {
 /// What the system says, and what to do about it.
 std::string explain(int error, const fs::path& directory) {
     const std::string said = std::generic_category().message(error);
+    std::error_code ignored;
     switch (error) {
     case ENOENT:
     case ENOTDIR:
+        if (fs::is_directory(directory, ignored)) { // as /proc
+            return "no file can be made in the directory " + quoted(directory) + ": choose another";
+        }
+        if (fs::exists(directory, ignored)) {
+            return quoted(directory) + " is not a directory: choose another";
+        }
         return "the directory " + quoted(directory) + " does not exist: create it, or choose another";
     case EACCES:
     case EPERM:

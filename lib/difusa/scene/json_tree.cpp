@@ -91,6 +91,9 @@ class Builder : public nlohmann::json_sax<Json> {
     }
     bool parse_error(std::size_t /*position*/, const std::string& last, const Json::exception& error) override {
         // "[json.exception...] parse error at line 3, column 5: what is wrong; last read: ..."
+        if (error.id == 406) { // number overflow
+            fail(excerpt(last) + " is too large a number: those up to 1.7e308 can be held; correct it");
+        }
         std::string text = error.what();
         const std::size_t begin = text.find(": ");
         text = begin == std::string::npos ? text : text.substr(begin + 2);

@@ -1,13 +1,24 @@
 #include <difusa/scene/light_groups.h>
 
+#include <difusa/core/text.h>
+
 #include <algorithm>
 
 namespace difusa {
 
 namespace {
 
+/// The name as every file can hold it, on one line: names that differ stay different in the files.
+std::string name_in_files(const std::string& name) {
+    std::string text = storable_text(name);
+    std::replace_if(
+        text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r' || c == '\t'; }, '_');
+    return text;
+}
+
 /// The group of that name; a new one if there is none.
-LightGroup& group_of(std::vector<LightGroup>& groups, const std::string& name, const Scene& scene) {
+LightGroup& group_of(std::vector<LightGroup>& groups, const std::string& light, const Scene& scene) {
+    const std::string name = name_in_files(light);
     const auto found =
         std::find_if(groups.begin(), groups.end(), [&](const LightGroup& group) { return group.name == name; });
     if (found != groups.end()) {

@@ -22,7 +22,8 @@ LightGroup all_lights(const Scene& scene);
 
 /// Each light that shines is in one group. Emitting materials are in that of their `light_group`, or else of their
 /// name; suns and point lights in that of their name, or else "sun", "point" or "spot"; the sky in "sky". In the order:
-/// materials, suns, point lights, sky.
+/// materials, suns, point lights, sky. No two have the same name; what a file cannot hold of a name (storable_text),
+/// and what would end a line, is '_' in it.
 std::vector<LightGroup> light_groups(const Scene& scene);
 
 /// Emitted radiosity at a surface point as far as it is of the group, W/m².

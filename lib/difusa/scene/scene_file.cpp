@@ -33,6 +33,12 @@ std::string quoted(const std::string& name) {
     return "\"" + name + "\"";
 }
 
+/// The message where not one of two members is given, but `both` or none.
+std::string either_or(const std::string& what, const std::string& one, const std::string& other, bool both) {
+    return both ? what + " has both " + one + " and " + other + ", of which only one may be given: remove one"
+                : what + " needs either " + one + " or " + other + ": add one";
+}
+
 class SceneFile {
   public:
     SceneFile(const std::filesystem::path& name, const MeshSource& meshes)
@@ -170,7 +176,7 @@ class SceneFile {
                              const Vec3& from) const {
         const JsonValue *given = object.find(name), *target = object.find("look_at");
         if ((given == nullptr) == (target == nullptr)) {
-            checks_.fail(object, what + " needs either " + quoted(name) + " or \"look_at\"");
+            checks_.fail(object, either_or(what, quoted(name), "\"look_at\"", given != nullptr));
         }
         if (given != nullptr) {
             return direction(*given, quoted(name));
@@ -298,7 +304,8 @@ class SceneFile {
             light.position = position(checks_.required(from, "a point light", "position"), quoted("position"));
             const JsonValue *intensity = from.find("intensity"), *power = from.find("power");
             if ((intensity == nullptr) == (power == nullptr)) {
-                checks_.fail(from, "a point light needs either \"intensity\" (W/sr) or \"power\" (W)");
+                checks_.fail(from,
+                             either_or("a point light", "\"intensity\" (W/sr)", "\"power\" (W)", power != nullptr));
             }
             light.intensity = intensity != nullptr ? colour(*intensity, quoted("intensity"))
                                                    : Rgb(colour(*power, quoted("power")) / (4.0 * std::numbers::pi));
@@ -441,9 +448,7 @@ class SceneFile {
             checks_.fail(named, "\"file\": a scene cannot be a mesh of another one: name its meshes here");
         }
         PolygonSoup mesh;
-        if (std::error_code error; !std::filesystem::exists(path, error)) {
-            file(named, quoted("file")); // throws, and says why
-        }
+        file(named, quoted("file")); // throws, with the line here, if it cannot be read
         mesh = read_mesh_(path);
         check_indices(mesh);
         place(mesh, placement(from));
@@ -501,9 +506,12 @@ class SceneFile {
     Placement scale_rotate_translate(const JsonValue& from) const {
         Placement result;
         if (const JsonValue* scale = from.find("scale")) {
-            const Vec3 factors = scale->kind == JsonValue::Kind::number
-                                     ? Vec3(Vec3::Constant(checks_.number(*scale, quoted("scale"))))
-                                     : checks_.vector(*scale, quoted("scale"));
+            const bool list_of_three = scale->kind == JsonValue::Kind::list && scale->items.size() == 3;
+            if (scale->kind != JsonValue::Kind::number && !list_of_three) {
+                checks_.fail(*scale, "\"scale\" must be a number or a list of 3 numbers");
+            }
+            const Vec3 factors = list_of_three ? checks_.vector(*scale, quoted("scale"))
+                                               : Vec3(Vec3::Constant(checks_.number(*scale, quoted("scale"))));
             result.linear = factors.asDiagonal();
         }
         if (const JsonValue* rotate = from.find("rotate")) {
