@@ -1,3 +1,4 @@
+#include <difusa/analysis/nearest_surface.h>
 #include <difusa/core/parallel.h>
 #include <difusa/lighting/lambert.h>
 #include <difusa/lighting/lamps.h>
@@ -70,17 +71,27 @@ double unblocked(const Mesh& mesh, const std::vector<Index>& lamps, const Surfac
     return F;
 }
 
+/// Of the first two triangles, which make a rectangle.
+SurfacePoint place_at(const Mesh& mesh, const Vec3& position) {
+    SurfacePoint nearest;
+    for (const Index face : {0U, 1U}) {
+        const std::array<double, 3> weight =
+            nearest_on_triangle(position, mesh.corner(face, 0), mesh.corner(face, 1), mesh.corner(face, 2));
+        const SurfacePoint x = mesh.at(face, weight[1], weight[2]);
+        if (face == 0 || (x.position - position).norm() < (nearest.position - position).norm()) {
+            nearest = x;
+        }
+    }
+    return nearest;
+}
+
 /// n × n places over the two triangles of a rectangle of width w and depth d at height 0, in the middles of cells.
 std::vector<SurfacePoint> places(const Mesh& mesh, int n, double w, double d) {
     std::vector<SurfacePoint> points;
     for (int j = 0; j < n; ++j) {
         for (int i = 0; i < n; ++i) {
-            SurfacePoint x;
             const double s = (i + 0.5) / n, t = (j + 0.5) / n;
-            x.position = Vec3(s * w, t * d, 0.0);
-            x.face = s > t ? 0 : 1; // below the diagonal, or above
-            x.normal = mesh.normals[x.face];
-            points.push_back(x);
+            points.push_back(place_at(mesh, Vec3(s * w, t * d, 0.0)));
         }
     }
     return points;
@@ -157,7 +168,7 @@ TEST(Lamps, AScreenThatHidesAllLeavesNothing) {
         for (const Rgb& H : lit.H) {
             EXPECT_TRUE((H == 0.0).all());
         }
-        EXPECT_EQ(lit.cast, 64 * samples); // one round
+        EXPECT_EQ(lit.cast, 64 * 2 * samples); // two rounds, which agree
         EXPECT_EQ(lit.clear, 0U);
     }
 }
@@ -168,8 +179,7 @@ TEST(Lamps, AScreenThatHidesAPart) {
     const double border = -0.1; // of the screen at half the lamp's height: it hides the lamp where x < 2 border
     Mesh mesh = test::together(rectangle(-2, 2, -2, 2, 0), rectangle(-0.5, 0.5, -0.5, 0.5, 1, true));
     mesh = test::together(mesh, rectangle(-10, border, -10, 10, 0.5));
-    SurfacePoint x;
-    x.face = 0;
+    const SurfacePoint x = place_at(mesh, Vec3::Zero());
     const std::size_t count = 2048;
     const Lit lit = light(scene_of(mesh, {2, 3}), {2, 3}, std::vector(count, x));
 
@@ -261,9 +271,8 @@ TEST(Lamps, ManyLampsAreExactInTheMean) {
     std::vector<Index> lamps;
     const Mesh mesh = ceiling_of_lamps(12, lamps);
     for (const Vec3& position : {Vec3(0.8, 0.7, 0.0), Vec3(0.3, 0.4, 0.9)}) {
-        SurfacePoint x;
-        x.position = position;
-        x.face = 0;
+        SurfacePoint x = place_at(mesh, position);
+        x.position = position; // above the floor
         const double exact = unblocked(mesh, lamps, x);
         const std::size_t count = 1000;
         const Lit lit = light(scene_of(mesh, lamps), lamps, std::vector(count, x));
@@ -293,9 +302,7 @@ TEST(Lamps, SamplesHaveTheirIrradianceAsMean) {
         BruteForceVisibility visibility;
         visibility.build(scene.mesh);
         const Lamps light(scene, lamps, visibility, std::make_shared<const Shafts>(scene.mesh));
-        SurfacePoint x;
-        x.position = Vec3(0.1, 0.2, 0.0);
-        x.face = 0;
+        const SurfacePoint x = place_at(mesh, Vec3(0.1, 0.2, 0.0));
         // The screen at half height hides the lamp where it is left of -0.1 as seen from x.
         const Mesh seen = rectangle(-0.1, 0.5, -0.5, 0.5, 3, true);
         const double F = unblocked(seen, {0, 1}, x);
@@ -351,6 +358,8 @@ TEST(Lamps, WhichTrianglesAreLamps) {
     EXPECT_EQ(chosen(24000, 2049).size(), 4098U); // however many
     EXPECT_EQ(chosen(400, 33, 33).size(), 66U);
     EXPECT_EQ(chosen(100, 13, 2).size(), 12U); // of 7 and 6 squares the smaller, since both would be too large
+    EXPECT_EQ(chosen(100, 20, 3).size(), 12U); // of 7, 7 and 6 squares: 1 beside 14/94
+    EXPECT_TRUE(chosen(100, 60, 10).empty());  // 6 squares a material: 1 beside 54/94
 }
 
 TEST(Lamps, WhatEmitsUnevenlyIsNoLamp) {

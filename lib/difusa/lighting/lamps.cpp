@@ -15,6 +15,7 @@ namespace difusa {
 namespace {
 
 constexpr double largest_share = 0.1;
+constexpr double contrast = 4.0;
 
 /// Lamps up to so many are all evaluated; more of them stand for each other where they are seen under this angle.
 constexpr std::size_t few = 32;
@@ -45,10 +46,23 @@ std::vector<char> lamp_materials(const Scene& scene) {
     }
     std::stable_sort(even.begin(), even.end(), [&](std::size_t a, std::size_t b) { return area[a] < area[b]; });
     std::vector<char> lamps(scene.materials.size(), 0);
-    double sum = 0.0;
+    double small = 0.0;
     for (const std::size_t m : even) {
-        sum += area[m];
-        lamps[m] = sum <= largest_share * scene.mesh.area ? 1 : 0;
+        small += area[m];
+        lamps[m] = small <= largest_share * scene.mesh.area ? 1 : 0;
+    }
+    const auto brightness = [&](std::size_t m) {
+        const Material& material = scene.materials[m];
+        const Rgb factor = material.emission_texture ? material.emission_texture->mean() : Rgb(Rgb::Ones());
+        return (factor * material.emission).mean();
+    };
+    double rest = 0.0, light = 0.0;
+    for (std::size_t m = 0; m < lamps.size(); ++m) {
+        rest += lamps[m] != 0 ? 0.0 : area[m];
+        light += lamps[m] != 0 ? 0.0 : area[m] * brightness(m);
+    }
+    for (std::size_t m = 0; m < lamps.size(); ++m) {
+        lamps[m] = lamps[m] != 0 && brightness(m) * rest > contrast * light ? 1 : 0;
     }
     return lamps;
 }

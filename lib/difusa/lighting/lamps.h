@@ -20,7 +20,8 @@
 namespace difusa {
 
 /// Which materials' faces are lamps, 1 for each that is: of those that emit evenly the ones of least area, as long as
-/// together they make at most a tenth of the surface.
+/// together they make at most a tenth of the surface; but no material that is not four times as bright as the mean of
+/// the surface that is left, which then lights the scene so evenly that rays serve both.
 std::vector<char> lamp_materials(const Scene& scene);
 
 /// Some lamps of a scene, and the light they send to a point. Keeps references to scene and visibility.
