@@ -115,17 +115,11 @@ echo "$table"
 
 # The Cornell box: all light, its parts, sites, an element of the basis, the bound of the error.
 box=$data/cornell_box.json
-view=()
-if [ ! -f "$box" ]; then
-    box=$data/cornell_box.obj
-    # shellcheck disable=SC2054 # coordinates
-    view=(--eye 0.278,0.273,-0.8 --towards 0,0,1 --up 0,1,0 --view-angle 39)
-fi
-render cornell_box "$box" "${view[@]}" "${quality[@]}" --sites "$box_sites" --projection galerkin --tone filmic \
+render cornell_box "$box" "${quality[@]}" --sites "$box_sites" --projection galerkin --tone filmic \
     --also "direct=$out/cornell_box_direct.png" --also "indirect=$out/cornell_box_indirect.png"
 few=("${quality[@]}" --sites 600)
-render cornell_box_sites "$box" "${view[@]}" "${few[@]}" --show sites --also "error=$out/cornell_box_error.png" --log
-render basis_element "$box" "${view[@]}" "${quality[@]}" --sites 200 --show basis --near 0.15,0.38,0.5592
+render cornell_box_sites "$box" "${few[@]}" --show sites --also "error=$out/cornell_box_error.png" --log
+render basis_element "$box" "${quality[@]}" --sites 200 --show basis --near 0.15,0.38,0.5592
 
 # A large hall, which is made, not kept.
 if [ -x "$bin/generate_scenes" ]; then

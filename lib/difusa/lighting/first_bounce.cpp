@@ -47,7 +47,8 @@ std::array<double, 2> in_cell(std::size_t cell, std::size_t n, double s, double 
     const std::size_t j = n - static_cast<std::size_t>(std::ceil(std::sqrt(static_cast<double>(left))));
     cell -= j * (2 * n - j);
     const double side = 1.0 / static_cast<double>(n);
-    const double u = static_cast<double>(cell / 2), v = static_cast<double>(j);
+    const std::size_t i = cell / 2;
+    const double u = static_cast<double>(i), v = static_cast<double>(j);
     return cell % 2 == 0 ? std::array{(u + s) * side, (v + t) * side}
                          : std::array{(u + 1.0 - s) * side, (v + 1.0 - t) * side};
 }
