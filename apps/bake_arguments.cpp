@@ -1,6 +1,6 @@
 #include "bake_arguments.h"
 
-#include <difusa/io/point_list.h>
+#include <difusa/output/point_list.h>
 
 #include <algorithm>
 #include <cmath>

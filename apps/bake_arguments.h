@@ -4,7 +4,7 @@
 #include "arguments.h"
 
 #include <difusa/bake.h>
-#include <difusa/io/bake_files.h>
+#include <difusa/output/bake_files.h>
 
 #include <CLI/CLI.hpp>
 

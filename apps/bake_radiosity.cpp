@@ -3,8 +3,8 @@
 #include "terminal.h"
 
 #include <difusa/bake.h>
-#include <difusa/io/bake_files.h>
-#include <difusa/scene/text_scanner.h>
+#include <difusa/import/text_scanner.h>
+#include <difusa/output/bake_files.h>
 
 #include <algorithm>
 #include <filesystem>

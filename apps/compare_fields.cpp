@@ -2,10 +2,10 @@
 #include "arguments.h"
 #include "terminal.h"
 
-#include <difusa/analysis/compare.h>
+#include <difusa/import/text_scanner.h>
 #include <difusa/io/field_reader.h>
 #include <difusa/io/field_writers.h>
-#include <difusa/scene/text_scanner.h>
+#include <difusa/study/compare.h>
 
 #include <algorithm>
 #include <filesystem>

@@ -2,8 +2,8 @@
 #include "bake_arguments.h"
 #include "terminal.h"
 
-#include <difusa/analysis/inspect_basis.h>
-#include <difusa/io/basis_files.h>
+#include <difusa/output/basis_files.h>
+#include <difusa/study/inspect_basis.h>
 
 #include <filesystem>
 #include <iostream>

@@ -2,11 +2,11 @@
 #include "bake_arguments.h"
 #include "terminal.h"
 
-#include <difusa/analysis/ring_curves.h>
-#include <difusa/analysis/study.h>
-#include <difusa/basis/projection.h>
 #include <difusa/core/text.h>
+#include <difusa/discretisation/projection.h>
 #include <difusa/io/field_file.h>
+#include <difusa/study/ring_curves.h>
+#include <difusa/study/study.h>
 
 #include <algorithm>
 #include <cmath>

@@ -4,9 +4,9 @@
 
 #include <difusa/bake.h>
 #include <difusa/core/text.h>
-#include <difusa/io/bake_files.h>
 #include <difusa/io/image_files.h>
 #include <difusa/io/whole_file.h>
+#include <difusa/output/bake_files.h>
 #include <difusa/render/picture.h>
 #include <difusa/render/place_camera.h>
 

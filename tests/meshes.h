@@ -2,7 +2,7 @@
 // original_face[t] = t. Normals point outward (or along +z) unless `inward`.
 #pragma once
 
-#include <difusa/scene/mesh.h>
+#include <difusa/mesh/mesh.h>
 
 #include <algorithm>
 #include <array>

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <difusa/core/error.h>
+#include <difusa/import/reader.h>
 #include <difusa/plugin/registry.h>
-#include <difusa/scene/reader.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <difusa/core/random.h>
-#include <difusa/scene/polygon_soup.h>
+#include <difusa/repair/polygon_soup.h>
 
 #include <Eigen/Geometry>
 

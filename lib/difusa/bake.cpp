@@ -1,29 +1,29 @@
 #include <difusa/bake.h>
 
-#include <difusa/analysis/nearest_surface.h>
-#include <difusa/basis/basis.h>
-#include <difusa/basis/element_integrals.h>
-#include <difusa/basis/projection.h>
+#include <difusa/algebra/spectral_radius.h>
 #include <difusa/core/memory.h>
 #include <difusa/core/parallel.h>
 #include <difusa/core/random.h>
 #include <difusa/core/text.h>
-#include <difusa/field/evaluate.h>
-#include <difusa/lighting/dark_patches.h>
+#include <difusa/discretisation/basis.h>
+#include <difusa/discretisation/element_integrals.h>
+#include <difusa/discretisation/evaluate.h>
+#include <difusa/discretisation/projection.h>
+#include <difusa/discretisation/sampler.h>
+#include <difusa/import/scene_file.h>
+#include <difusa/lighting/dark_regions.h>
 #include <difusa/lighting/direct_light.h>
+#include <difusa/mesh/nearest_surface.h>
+#include <difusa/mesh/surface_sampling.h>
 #include <difusa/plugin/choice.h>
-#include <difusa/scene/scene_file.h>
-#include <difusa/scene/surface_sampling.h>
-#include <difusa/scene/texture_coordinates.h>
-#include <difusa/sites/sampler.h>
-#include <difusa/solve/spectral_radius.h>
-#include <difusa/solve/transport_operator.h>
-#include <difusa/transport/direction_pool.h>
-#include <difusa/transport/directions.h>
+#include <difusa/radiosity/transport_operator.h>
+#include <difusa/rays/direction_pool.h>
+#include <difusa/rays/directions.h>
+#include <difusa/rays/visibility.h>
+#include <difusa/repair/texture_coordinates.h>
 #include <difusa/transport/gather.h>
 #include <difusa/transport/kernel.h>
 #include <difusa/transport/pairwise.h>
-#include <difusa/visibility/visibility.h>
 
 #include <algorithm>
 #include <chrono>
@@ -338,12 +338,12 @@ class Bake {
             parts_.push_back({all_lights(scene), all_, {}, {}, {}});
         }
         start("look for dark surfaces");
-        const std::vector<char> dark = dark_patches(scene, *all_, *tools_.visibility, result_.options.seed, execution_);
+        const std::vector<char> dark = dark_regions(scene, *all_, *tools_.visibility, result_.options.seed, execution_);
         double lit_area = 0.0;
         std::size_t lost = 0; // triangles whose light goes nowhere
         Index first_lost = none;
         for (Index t = 0; t < mesh.triangles.size(); ++t) {
-            if (dark[mesh.patch[t]] == 0) {
+            if (dark[mesh.region[t]] == 0) {
                 lit_area += mesh.areas[t];
             } else if ((scene.materials[mesh.material[t]].emission > 0.0).any()) {
                 first_lost = lost++ == 0 ? t : first_lost;
@@ -377,7 +377,7 @@ class Bake {
             tools_.sampler->sample(mesh, rays, options.spacing, limit, RandomStream(options.seed, "sites"), execution_);
         if (lit_area > 0.0) {
             const std::size_t all = points.size();
-            std::erase_if(points, [&](const SurfacePoint& x) { return dark[mesh.patch[x.face]] != 0; });
+            std::erase_if(points, [&](const SurfacePoint& x) { return dark[mesh.region[x.face]] != 0; });
             if (points.empty()) {
                 throw InputError(result_.file + ": the observer of the sampler " + options.sampler +
                                  " sees nothing but surface that no light reaches: turn it, or use --sampler "

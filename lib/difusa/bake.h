@@ -2,17 +2,17 @@
 // read, diagnose, scene, sites, basis, transport, direct light, solve, evaluate, judge.
 #pragma once
 
-#include <difusa/analysis/energy.h>
-#include <difusa/analysis/error_estimate.h>
+#include <difusa/algebra/solver.h>
 #include <difusa/core/progress.h>
-#include <difusa/field/field.h>
-#include <difusa/field/output_mesh.h>
-#include <difusa/field/solution.h>
+#include <difusa/discretisation/site_set.h>
+#include <difusa/mesh/output_mesh.h>
 #include <difusa/plugin/registry.h>
-#include <difusa/scene/diagnosis.h>
+#include <difusa/radiosity/energy.h>
+#include <difusa/radiosity/error_estimate.h>
+#include <difusa/radiosity/field.h>
+#include <difusa/radiosity/solution.h>
+#include <difusa/repair/diagnosis.h>
 #include <difusa/scene/scene.h>
-#include <difusa/sites/site_set.h>
-#include <difusa/solve/solver.h>
 
 #include <cstdint>
 #include <filesystem>
@@ -47,7 +47,7 @@ struct BakeOptions {
     std::string kernel = "disc"; ///< of pairwise transport
     std::string visibility = "cgal";
     std::string solver = "krylov";
-    std::string projection = "natural"; ///< basis/projection.h
+    std::string projection = "natural"; ///< discretisation/projection.h
     /// Where coefficients are the values at the sites, the equation is solved with them, which is sure to converge, and
     /// the field evaluated with coefficients after so many sweeps of residual correction (ProjectionKind::corrected),
     /// which smooths far less. 0: with the same.
@@ -137,7 +137,7 @@ struct BakeResult {
     std::vector<std::pair<std::string, double>> seconds; ///< wall time of each phase, in order
 };
 
-/// Bakes `file`, a mesh or a scene (scene/scene_file.h). Steps report themselves as phases of `execution.progress`.
+/// Bakes `file`, a mesh or a scene (import/scene_file.h). Steps report themselves as phases of `execution.progress`.
 /// Throws UsageError (unknown plugin or parameter), InputError (file, or a scene that no light reaches),
 /// NotConverged, ResourceError, Interrupted.
 BakeResult bake(const Registry& registry, const std::filesystem::path& file, const BakeOptions& options,

@@ -16,7 +16,7 @@
 // Both are continuous in w and d. Since sum_i v_i |gᵀ(d_i - m)| <= δ (Cauchy and Schwarz), always
 //     sum_i |phi_i(x)| <= 1 + steepest = 5,
 // and linear functions are reproduced wherever neither bound is met. With one site phi = 1.
-#include <difusa/basis/point_basis.h>
+#include <difusa/discretisation/point_basis.h>
 #include <difusa/plugin/plugin.h>
 
 #include <algorithm>

@@ -6,7 +6,7 @@
 // interpolation matrix is ill-conditioned. Above the default the transport may amplify what the coefficients swing near
 // edges until its series diverges; below it there are dents between the sites. The cubic is not positive definite and
 // swings sooner. A bake detects all of this and refuses.
-#include <difusa/basis/point_basis.h>
+#include <difusa/discretisation/point_basis.h>
 #include <difusa/plugin/plugin.h>
 
 #include <algorithm>

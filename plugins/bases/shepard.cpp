@@ -4,7 +4,7 @@
 // a finite support, here the radius r_i (the m-th neighbour). With `support=tapered` (the default) the weight goes
 // to zero there, w_i = (1/‖x,p_i‖ - 1/r_i)^k (after Franke and Little), so that the field stays continuous;
 // `support=sharp` cuts the printed formula off, which leaves small jumps.
-#include <difusa/basis/point_basis.h>
+#include <difusa/discretisation/point_basis.h>
 #include <difusa/plugin/plugin.h>
 
 #include <algorithm>

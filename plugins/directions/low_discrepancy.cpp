@@ -3,7 +3,7 @@
 // under the cosine (the Nusselt analogue). Powers of two are best: each of their sets puts one direction into every
 // elementary interval of its size.
 #include <difusa/plugin/plugin.h>
-#include <difusa/transport/directions.h>
+#include <difusa/rays/directions.h>
 
 #include <algorithm>
 #include <array>

@@ -18,13 +18,13 @@
 // diffuse light.
 #include <difusa/core/error.h>
 #include <difusa/core/memory.h>
+#include <difusa/import/file_content.h>
+#include <difusa/import/gltf_file.h>
+#include <difusa/import/image_file.h>
+#include <difusa/import/placement.h>
+#include <difusa/import/reader.h>
 #include <difusa/plugin/plugin.h>
-#include <difusa/scene/file_content.h>
-#include <difusa/scene/gltf_file.h>
-#include <difusa/scene/image_file.h>
-#include <difusa/scene/placement.h>
-#include <difusa/scene/reader.h>
-#include <difusa/scene/texture_coordinates.h>
+#include <difusa/repair/texture_coordinates.h>
 
 #include <algorithm>
 #include <array>

@@ -7,13 +7,13 @@
 // tinyobjloader 2.0 is not used: its numbers are off by an ulp and NaN reads as 0, what is not a number reads as 0
 // too, a polygon has at most 255 corners, faces lose their line numbers, and a continued line is an error.
 #include <difusa/core/error.h>
+#include <difusa/core/tally.h>
+#include <difusa/import/file_colours.h>
+#include <difusa/import/material_library.h>
+#include <difusa/import/reader.h>
+#include <difusa/import/texture_files.h>
 #include <difusa/plugin/plugin.h>
-#include <difusa/scene/file_colours.h>
-#include <difusa/scene/material_library.h>
-#include <difusa/scene/reader.h>
-#include <difusa/scene/tally.h>
-#include <difusa/scene/texture_coordinates.h>
-#include <difusa/scene/texture_files.h>
+#include <difusa/repair/texture_coordinates.h>
 
 #include <algorithm>
 #include <cmath>

@@ -5,11 +5,11 @@
 // nOFF, whose points have other than three coordinates. A face colour that is a single number is an index into a
 // colour map kept elsewhere: noted, and passed over.
 #include <difusa/core/error.h>
+#include <difusa/core/tally.h>
+#include <difusa/import/byte_scanner.h>
+#include <difusa/import/file_colours.h>
+#include <difusa/import/reader.h>
 #include <difusa/plugin/plugin.h>
-#include <difusa/scene/byte_scanner.h>
-#include <difusa/scene/file_colours.h>
-#include <difusa/scene/reader.h>
-#include <difusa/scene/tally.h>
 
 #include <optional>
 

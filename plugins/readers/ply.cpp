@@ -4,12 +4,12 @@
 // `tristrips` (each strip as its triangles), in any order; `diffuse_red` and the like are colours too. Whole-number
 // colours count to 255 (ushort: to 65535), real ones to 1. Everything else is passed over, elements with a note.
 #include <difusa/core/error.h>
+#include <difusa/core/tally.h>
+#include <difusa/import/byte_scanner.h>
+#include <difusa/import/file_colours.h>
+#include <difusa/import/ply_header.h>
+#include <difusa/import/reader.h>
 #include <difusa/plugin/plugin.h>
-#include <difusa/scene/byte_scanner.h>
-#include <difusa/scene/file_colours.h>
-#include <difusa/scene/ply_header.h>
-#include <difusa/scene/reader.h>
-#include <difusa/scene/tally.h>
 
 #include <algorithm>
 

@@ -4,11 +4,11 @@
 // the counterclockwise order that the format prescribes; the stored ones are passed over. A file is binary if its
 // size is the one its count of facets asks for, whatever its first word is: many binary files begin with "solid".
 #include <difusa/core/error.h>
+#include <difusa/core/tally.h>
+#include <difusa/import/byte_scanner.h>
+#include <difusa/import/reader.h>
+#include <difusa/import/text_scanner.h>
 #include <difusa/plugin/plugin.h>
-#include <difusa/scene/byte_scanner.h>
-#include <difusa/scene/reader.h>
-#include <difusa/scene/tally.h>
-#include <difusa/scene/text_scanner.h>
 
 #include <algorithm>
 

@@ -1,15 +1,15 @@
 // Sampler `poisson-disk`: maximal Poisson-disk sampling of the surface under the site distance of T 4.1. No two sites
 // are closer than the spacing D, and no surface point is farther than D (1 + 2^-20) from its nearest site: every face
-// patch, wall side and small object has sites, whatever the shape of the triangles.
+// region, wall side and small object has sites, whatever the shape of the triangles.
 //
 // First darts are thrown evenly over the area. What they leave is hunted down: every triangle is a piece; a piece that
 // one site covers wholly is done; into any other a dart is thrown, and if the piece is still not covered it is halved
 // at its longest edge and both halves wait for the next round.
 #include <difusa/core/error.h>
 #include <difusa/core/text.h>
+#include <difusa/discretisation/sampler.h>
+#include <difusa/discretisation/site_grid.h>
 #include <difusa/plugin/plugin.h>
-#include <difusa/sites/sampler.h>
-#include <difusa/sites/site_grid.h>
 
 #include <algorithm>
 #include <array>

@@ -7,11 +7,11 @@
 // there, a place outside of the bounding box looking at its centre.
 #include <difusa/core/error.h>
 #include <difusa/core/text.h>
+#include <difusa/discretisation/sampler.h>
+#include <difusa/discretisation/site_grid.h>
 #include <difusa/plugin/plugin.h>
-#include <difusa/sites/sampler.h>
-#include <difusa/sites/site_grid.h>
-#include <difusa/transport/direction_pool.h>
-#include <difusa/visibility/visibility.h>
+#include <difusa/rays/direction_pool.h>
+#include <difusa/rays/visibility.h>
 
 #include <algorithm>
 #include <cmath>

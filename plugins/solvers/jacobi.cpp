@@ -1,8 +1,8 @@
 // Solver `jacobi` (T 5.8): h <- H_direct + K (rho ∘ h), the Neumann series summed term by term: iteration i has all
 // light of up to i bounces. Converges as the spectral radius of K diag(rho), at most the largest reflectance in a
 // gathered transport.
+#include <difusa/algebra/solver.h>
 #include <difusa/plugin/plugin.h>
-#include <difusa/solve/solver.h>
 
 #include <cmath>
 

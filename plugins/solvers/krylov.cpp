@@ -1,7 +1,7 @@
 // Solver `krylov`: restarted GMRES (Saad and Schultz 1986) on A h = H_direct, A = I - K diag(rho), a channel at a time.
 // Its residual never grows, and it needs far fewer applications of K than `jacobi` where the reflectance is near 1.
+#include <difusa/algebra/solver.h>
 #include <difusa/plugin/plugin.h>
-#include <difusa/solve/solver.h>
 
 #include <algorithm>
 #include <cmath>

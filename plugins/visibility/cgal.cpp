@@ -3,9 +3,9 @@
 // subtree behind the nearest hit so far is not entered, and triangles are met without gaps along their edges.
 #include <difusa/core/error.h>
 #include <difusa/plugin/plugin.h>
-#include <difusa/visibility/brute_force.h>
-#include <difusa/visibility/visibility.h>
-#include <difusa/visibility/watertight.h>
+#include <difusa/rays/brute_force.h>
+#include <difusa/rays/visibility.h>
+#include <difusa/rays/watertight.h>
 
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>

@@ -7,9 +7,9 @@
 // neighbour closer than single precision tells is tested against the faces around in double precision.
 #include <difusa/core/error.h>
 #include <difusa/plugin/plugin.h>
-#include <difusa/visibility/brute_force.h>
-#include <difusa/visibility/visibility.h>
-#include <difusa/visibility/watertight.h>
+#include <difusa/rays/brute_force.h>
+#include <difusa/rays/visibility.h>
+#include <difusa/rays/watertight.h>
 
 #include <embree3/rtcore.h>
 

@@ -3,10 +3,10 @@
 // at which a basis is evaluated are those that the rays of sites meet, in the order in which `gather` comes by them.
 #include "setting.h"
 
-#include <difusa/transport/direction_pool.h>
-#include <difusa/transport/directions.h>
-#include <difusa/transport/sparse_rows.h>
-#include <difusa/visibility/visibility.h>
+#include <difusa/algebra/sparse_rows.h>
+#include <difusa/rays/direction_pool.h>
+#include <difusa/rays/directions.h>
+#include <difusa/rays/visibility.h>
 
 #include <benchmark/benchmark.h>
 

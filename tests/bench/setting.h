@@ -1,14 +1,14 @@
 // What the benchmarks measure in: a scene with sites and a bound basis, made the way a bake makes them.
 #pragma once
 
-#include <difusa/basis/basis.h>
 #include <difusa/core/random.h>
+#include <difusa/discretisation/basis.h>
+#include <difusa/discretisation/sampler.h>
+#include <difusa/discretisation/site_set.h>
+#include <difusa/import/reader.h>
 #include <difusa/plugin/registry.h>
-#include <difusa/scene/diagnosis.h>
-#include <difusa/scene/reader.h>
+#include <difusa/repair/diagnosis.h>
 #include <difusa/scene/scene.h>
-#include <difusa/sites/sampler.h>
-#include <difusa/sites/site_set.h>
 
 #include <generator/scenes.h>
 

@@ -10,10 +10,10 @@
 #include "setting.h"
 
 #include <difusa/core/parallel.h>
-#include <difusa/transport/direction_pool.h>
-#include <difusa/transport/directions.h>
+#include <difusa/rays/direction_pool.h>
+#include <difusa/rays/directions.h>
+#include <difusa/rays/visibility.h>
 #include <difusa/transport/gather.h>
-#include <difusa/visibility/visibility.h>
 
 #include <algorithm>
 #include <charconv>

@@ -1,11 +1,11 @@
 // A program of a stranger: the parts of the library as plain values. It makes two facing squares, places sites,
 // asks the plugin it is given about the sum of its elements, and prints what it found.
-#include <difusa/basis/basis.h>
 #include <difusa/core/error.h>
+#include <difusa/discretisation/basis.h>
+#include <difusa/discretisation/sampler.h>
+#include <difusa/discretisation/site_set.h>
+#include <difusa/mesh/mesh.h>
 #include <difusa/plugin/registry.h>
-#include <difusa/scene/mesh.h>
-#include <difusa/sites/sampler.h>
-#include <difusa/sites/site_set.h>
 
 #include <cmath>
 #include <cstdlib>

@@ -1,7 +1,7 @@
 // Basis `wendland`: the function of Wendland with two continuous derivatives, positive definite in space (Wendland
 // 1995), over the site distance and normalised:
 //     phi_i = w_i / sum_j w_j,   w_i = (1-t)^4 (4t+1),   t = ‖x,p_i‖ / (width r_i) < 1.
-#include <difusa/basis/point_basis.h>
+#include <difusa/discretisation/point_basis.h>
 #include <difusa/plugin/plugin.h>
 
 #include <cmath>

@@ -1,6 +1,6 @@
 // Fuzz target: any bytes as a picture.
 #include <difusa/core/error.h>
-#include <difusa/scene/image_file.h>
+#include <difusa/import/image_file.h>
 
 #include "fuzz_reader.h"
 

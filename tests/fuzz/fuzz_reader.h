@@ -2,8 +2,8 @@
 #pragma once
 
 #include <difusa/core/error.h>
+#include <difusa/import/reader.h>
 #include <difusa/plugin/plugin.h>
-#include <difusa/scene/reader.h>
 
 #include <cstdio>
 #include <cstdlib>

@@ -1,8 +1,8 @@
 // Fuzz target: any bytes as a scene file. Meshes and pictures are files of the folder it runs in; whatever is in them,
 // the meshes are one square.
 #include <difusa/core/error.h>
-#include <difusa/scene/scene_file.h>
-#include <difusa/scene/soup_check.h>
+#include <difusa/import/scene_file.h>
+#include <difusa/repair/soup_check.h>
 
 #include "fuzz_reader.h"
 

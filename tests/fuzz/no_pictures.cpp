@@ -1,6 +1,6 @@
 // Pictures for the targets of readers: any file is one, of a few even pixels.
 #include <difusa/core/error.h>
-#include <difusa/scene/image_file.h>
+#include <difusa/import/image_file.h>
 
 namespace difusa {
 

@@ -1,5 +1,5 @@
 // Orders of convergence of whole bakes on a smooth field that is known: the manufactured box.
-#include <difusa/analysis/measure.h>
+#include <difusa/study/measure.h>
 
 #include <support/plugins.h>
 

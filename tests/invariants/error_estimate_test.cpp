@@ -1,8 +1,8 @@
-#include <difusa/analysis/error_estimate.h>
-#include <difusa/analysis/measure.h>
 #include <difusa/bake.h>
-#include <difusa/scene/shapes.h>
-#include <difusa/scene/surface_sampling.h>
+#include <difusa/import/shapes.h>
+#include <difusa/mesh/surface_sampling.h>
+#include <difusa/radiosity/error_estimate.h>
+#include <difusa/study/measure.h>
 
 #include <support/plugins.h>
 

@@ -9,16 +9,16 @@
 //     |e| <= (max|l - 1| E + rho h* max|K1 - 1| + ‖r‖∞) / (1 - rho ‖K‖∞).
 // A gather over a partition of unity has l = K1 = 1 up to the rounding of sums of weights: what is left is the
 // residual.
-#include <difusa/basis/element_integrals.h>
-#include <difusa/basis/projection.h>
-#include <difusa/field/evaluate.h>
-#include <difusa/solve/spectral_radius.h>
-#include <difusa/solve/transport_operator.h>
-#include <difusa/transport/directions.h>
+#include <difusa/algebra/spectral_radius.h>
+#include <difusa/discretisation/element_integrals.h>
+#include <difusa/discretisation/evaluate.h>
+#include <difusa/discretisation/projection.h>
+#include <difusa/radiosity/transport_operator.h>
+#include <difusa/rays/directions.h>
+#include <difusa/rays/visibility.h>
 #include <difusa/transport/gather.h>
 #include <difusa/transport/kernel.h>
 #include <difusa/transport/pairwise.h>
-#include <difusa/visibility/visibility.h>
 
 #include <support/dense_operator.h>
 #include <support/rooms.h>

@@ -1,11 +1,11 @@
 // Scenes in which renderers go wrong, each baked whole and held to a bound that is derived, not tuned.
-#include <difusa/analysis/references/bowl.h>
-#include <difusa/analysis/references/form_factors.h>
-#include <difusa/analysis/references/manufactured.h>
 #include <difusa/bake.h>
-#include <difusa/basis/basis.h>
+#include <difusa/discretisation/basis.h>
 #include <difusa/lighting/lambert.h>
-#include <difusa/visibility/visibility.h>
+#include <difusa/rays/visibility.h>
+#include <difusa/study/references/bowl.h>
+#include <difusa/study/references/form_factors.h>
+#include <difusa/study/references/manufactured.h>
 
 #include <scratch_directory.h>
 #include <support/plugins.h>
@@ -315,7 +315,7 @@ TEST(HardCases, AWallBetweenALitAndADarkRoomLetsNothingThrough) {
     }
 }
 
-// A wall that stands on a floor which runs on beneath it: both sides of the floor are one patch, and so are those of
+// A wall that stands on a floor which runs on beneath it: both sides of the floor are one region, and so are those of
 // the ceiling and of the walls along it. No light at all gets into the dark room but through elements that reach there.
 TEST(HardCases, AWallThatStandsOnAFloorLetsNothingThrough) {
     for (const double thickness : {0.1, 1e-3, 1e-6, 0.0}) {

@@ -1,12 +1,12 @@
 // Lights of every kind against closed forms, and what a scene does not need.
 #include <difusa/bake.h>
+#include <difusa/import/shapes.h>
 #include <difusa/lighting/lambert.h>
+#include <difusa/mesh/surface_sampling.h>
+#include <difusa/rays/brute_force.h>
 #include <difusa/scene/light_groups.h>
-#include <difusa/scene/shapes.h>
 #include <difusa/scene/sky_dome.h>
-#include <difusa/scene/surface_sampling.h>
 #include <difusa/transport/gather.h>
-#include <difusa/visibility/brute_force.h>
 
 #include <support/rooms.h>
 #include <support/sited.h>
@@ -26,7 +26,7 @@ Scene scene_of(Mesh mesh, double rho) {
     return test::uniform_scene(std::move(mesh), rho, 0.0);
 }
 
-/// The box of lib/scene/shapes.h, all of one material.
+/// The box of lib/import/shapes.h, all of one material.
 Mesh plain_box(const Vec3& low, const Vec3& high, int n, Front front) {
     Mesh mesh = box(low, high, n, front);
     mesh.material.assign(mesh.triangles.size(), 0);

@@ -1,9 +1,9 @@
 // Bakes against plain path tracing, which has nothing in common with them but the rays.
 #include <difusa/bake.h>
 #include <difusa/core/parallel.h>
+#include <difusa/import/shapes.h>
 #include <difusa/lighting/lambert.h>
-#include <difusa/scene/shapes.h>
-#include <difusa/scene/surface_sampling.h>
+#include <difusa/mesh/surface_sampling.h>
 
 #include <support/path_tracer.h>
 #include <support/sited.h>

@@ -1,12 +1,12 @@
 // Inside of a sphere every point is lit alike by every other: the kernel is the constant 1/(4 pi R²), so for constant
 // rho and any E(x) the irradiance is H = <E>/(1-<rho>), <> the mean over the area.
-#include <difusa/analysis/energy.h>
-#include <difusa/basis/element_integrals.h>
-#include <difusa/basis/projection.h>
-#include <difusa/solve/transport_operator.h>
-#include <difusa/transport/directions.h>
+#include <difusa/discretisation/element_integrals.h>
+#include <difusa/discretisation/projection.h>
+#include <difusa/radiosity/energy.h>
+#include <difusa/radiosity/transport_operator.h>
+#include <difusa/rays/directions.h>
+#include <difusa/rays/visibility.h>
 #include <difusa/transport/gather.h>
-#include <difusa/visibility/visibility.h>
 
 #include <support/rooms.h>
 #include <support/sited.h>

@@ -1,10 +1,10 @@
 // What holds for every transport matrix: closure of the gather, reciprocity of pairs, no light through walls, memory.
-#include <difusa/basis/element_integrals.h>
-#include <difusa/transport/directions.h>
+#include <difusa/discretisation/element_integrals.h>
+#include <difusa/rays/directions.h>
+#include <difusa/rays/visibility.h>
 #include <difusa/transport/gather.h>
 #include <difusa/transport/kernel.h>
 #include <difusa/transport/pairwise.h>
-#include <difusa/visibility/visibility.h>
 
 #include <support/rooms.h>
 #include <support/sited.h>

@@ -1,8 +1,8 @@
 // A small dense matrix as a linear operator, for tests of solvers.
 #pragma once
 
+#include <difusa/algebra/solver.h>
 #include <difusa/core/random.h>
-#include <difusa/solve/solver.h>
 
 #include <Eigen/Core>
 

@@ -3,10 +3,10 @@
 #pragma once
 
 #include <difusa/core/random.h>
+#include <difusa/mesh/surface_sampling.h>
+#include <difusa/rays/direction_pool.h>
+#include <difusa/rays/visibility.h>
 #include <difusa/scene/scene.h>
-#include <difusa/scene/surface_sampling.h>
-#include <difusa/transport/direction_pool.h>
-#include <difusa/visibility/visibility.h>
 
 #include <algorithm>
 #include <cmath>

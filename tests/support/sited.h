@@ -1,9 +1,9 @@
 // Scenes with sites, ready for transport.
 #pragma once
 
+#include <difusa/discretisation/sampler.h>
+#include <difusa/discretisation/site_set.h>
 #include <difusa/scene/scene.h>
-#include <difusa/sites/sampler.h>
-#include <difusa/sites/site_set.h>
 
 #include <support/plugins.h>
 

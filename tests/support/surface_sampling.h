@@ -2,7 +2,7 @@
 #pragma once
 
 #include <difusa/core/random.h>
-#include <difusa/scene/mesh.h>
+#include <difusa/mesh/mesh.h>
 
 #include <Eigen/Geometry>
 

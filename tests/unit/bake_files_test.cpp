@@ -1,8 +1,9 @@
-#include <difusa/io/bake_files.h>
+#include <difusa/core/colour.h>
+#include <difusa/output/bake_files.h>
 
-#include <difusa/basis/basis.h>
-#include <difusa/field/evaluate.h>
-#include <difusa/io/point_list.h>
+#include <difusa/discretisation/basis.h>
+#include <difusa/discretisation/evaluate.h>
+#include <difusa/output/point_list.h>
 #include <difusa/version.h>
 
 #include <file_size_limit.h>
@@ -265,7 +266,7 @@ TEST(BakeFiles, SitesAreAPointCloud) {
     expect_values(points, "radiosity", result.emission + result.rho.cwiseProduct(result.irradiance));
     ASSERT_NE(points->GetNormals(), nullptr);
     EXPECT_NE(vtkIntArray::SafeDownCast(points->GetArray("original_face_id")), nullptr);
-    EXPECT_NE(vtkIntArray::SafeDownCast(points->GetArray("patch")), nullptr);
+    EXPECT_NE(vtkIntArray::SafeDownCast(points->GetArray("region")), nullptr);
     EXPECT_NE(vtkUnsignedCharArray::SafeDownCast(points->GetArray("display_rgb")), nullptr);
 }
 

@@ -1,5 +1,5 @@
-#include <difusa/basis/basis.h>
-#include <difusa/field/evaluate.h>
+#include <difusa/discretisation/basis.h>
+#include <difusa/discretisation/evaluate.h>
 
 #include <support/rooms.h>
 #include <support/sited.h>
@@ -24,7 +24,7 @@ struct Case {
     std::string name;
     Mesh mesh;
     double spacing;
-    /// Whether two points of one patch see each other; empty: all do.
+    /// Whether two points of one region see each other; empty: all do.
     std::function<bool(const Vec3&, const Vec3&)> see{};
     bool in_sight(const Vec3& p, const Vec3& q) const { return !see || see(p, q); }
 };
@@ -73,7 +73,7 @@ std::vector<SurfacePoint> probes(const Mesh& mesh) {
     return points;
 }
 
-TEST(Bases, WeightsHaveTheSumTheyPromiseAndElementsStayOnTheirPatch) {
+TEST(Bases, WeightsHaveTheSumTheyPromiseAndElementsStayOnTheirRegion) {
     for_each([](const Mesh& mesh, const SiteSet& sites, const Basis& basis, const std::string& /*choice*/) {
         BasisRow row;
         std::size_t negative = 0, foreign = 0, turned = 0, unequal = 0, bad_number = 0;
@@ -88,7 +88,7 @@ TEST(Bases, WeightsHaveTheSumTheyPromiseAndElementsStayOnTheirPatch) {
                     continue;
                 }
                 negative += row.weight[i] >= 0.0 ? 0 : 1;
-                foreign += sites.patch[row.element[i]] != mesh.patch[x.face] ? 1 : 0;
+                foreign += sites.region[row.element[i]] != mesh.region[x.face] ? 1 : 0;
                 turned += sites.points[row.element[i]].normal.dot(x.normal) <= perpendicular ? 1 : 0;
                 sum += row.weight[i];
             }
@@ -99,7 +99,7 @@ TEST(Bases, WeightsHaveTheSumTheyPromiseAndElementsStayOnTheirPatch) {
         if (basis.partition_of_unity() || !basis.sums_to_one()) { // else it corrects itself with signs
             EXPECT_EQ(negative, 0U);
         }
-        EXPECT_EQ(foreign, 0U) << "light leaks from patch to patch";
+        EXPECT_EQ(foreign, 0U) << "light leaks from region to region";
         EXPECT_EQ(turned, 0U);
         if (basis.sums_to_one()) {
             // Each weight is rounded when it is divided by the sum, and the sum when it is added up; where weights have
@@ -154,7 +154,7 @@ std::map<Index, double> naive(const Case& c, const SiteSet& sites, const Surface
     double sum = 0.0;
     for (Index i = 0; i < sites.size(); ++i) {
         const double cosine = x.normal.dot(sites.points[i].normal);
-        if (sites.patch[i] != c.mesh.patch[x.face] || cosine <= perpendicular ||
+        if (sites.region[i] != c.mesh.region[x.face] || cosine <= perpendicular ||
             !c.in_sight(x.position, sites.points[i].position)) {
             continue;
         }
@@ -245,7 +245,7 @@ TEST(Bases, EqualTheirFormulasOverAllSites) {
     }
 }
 
-TEST(Bases, WhereNoSupportReachesTheNearestSiteOfThePatchServes) {
+TEST(Bases, WhereNoSupportReachesTheNearestSiteOfTheRegionServes) {
     for (const char* choice : {"normalized-radial:width=0.05", "shepard:width=0.05"}) {
         for (const Case& c : cases()) {
             SCOPED_TRACE(c.name + ", " + choice);
@@ -259,8 +259,8 @@ TEST(Bases, WhereNoSupportReachesTheNearestSiteOfThePatchServes) {
                 double least = std::numeric_limits<double>::infinity();
                 bool covered = false;
                 for (Index i = 0; i < sites.size(); ++i) {
-                    const double d = site_distance(x.position, x.normal, c.mesh.patch[x.face], sites.points[i].position,
-                                                   sites.points[i].normal, sites.patch[i]);
+                    const double d = site_distance(x.position, x.normal, c.mesh.region[x.face],
+                                                   sites.points[i].position, sites.points[i].normal, sites.region[i]);
                     least = c.in_sight(x.position, sites.points[i].position) ? std::min(least, d) : least;
                     covered = covered || d < 0.06 * sites.radius[i];
                 }
@@ -270,8 +270,8 @@ TEST(Bases, WhereNoSupportReachesTheNearestSiteOfThePatchServes) {
                 ++alone;
                 const SurfacePoint& site = sites.points[row.element[0]];
                 wrong += row.element.size() != 1 || row.weight[0] != 1.0 ||
-                                 site_distance(x.position, x.normal, c.mesh.patch[x.face], site.position, site.normal,
-                                               sites.patch[row.element[0]]) > least * (1 + 4 * eps)
+                                 site_distance(x.position, x.normal, c.mesh.region[x.face], site.position, site.normal,
+                                               sites.region[row.element[0]]) > least * (1 + 4 * eps)
                              ? 1
                              : 0;
             }
@@ -297,7 +297,7 @@ TEST(Bases, ManyThinLayersDoNotShareLight) {
         for (const SurfacePoint& x : test::random_points(mesh, 500, RandomStream(8, "probes"))) {
             basis->evaluate(x, row);
             for (const Index i : row.element) {
-                foreign += sites.patch[i] != mesh.patch[x.face] ? 1 : 0;
+                foreign += sites.region[i] != mesh.region[x.face] ? 1 : 0;
             }
         }
         EXPECT_EQ(foreign, 0U);

@@ -1,8 +1,8 @@
 // Where a camera looks, how pixels are sampled, and which camera a scene gets.
 #include <difusa/core/error.h>
+#include <difusa/rays/brute_force.h>
 #include <difusa/render/camera_rays.h>
 #include <difusa/render/place_camera.h>
-#include <difusa/visibility/brute_force.h>
 
 #include <meshes.h>
 

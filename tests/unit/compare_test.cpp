@@ -1,7 +1,7 @@
-#include <difusa/analysis/compare.h>
-#include <difusa/analysis/nearest_surface.h>
 #include <difusa/core/error.h>
 #include <difusa/core/random.h>
+#include <difusa/mesh/nearest_surface.h>
+#include <difusa/study/compare.h>
 
 #include <meshes.h>
 

@@ -1,4 +1,4 @@
-#include <difusa/scene/diagnosis.h>
+#include <difusa/repair/diagnosis.h>
 
 #include <difusa/core/error.h>
 
@@ -690,10 +690,10 @@ TEST(Diagnosis, DoubleSidedFacesGetBacksThatAreFronts) {
             EXPECT_EQ(mesh.corner_reflectance[back][k][0], 0.1 * mesh.triangles[back][k]);
         }
     }
-    // Each side is one patch, and the two are apart.
-    EXPECT_EQ(mesh.patch[0], mesh.patch[1]);
-    EXPECT_EQ(mesh.patch[3], mesh.patch[4]);
-    EXPECT_NE(mesh.patch[0], mesh.patch[3]);
+    // Each side is one region, and the two are apart.
+    EXPECT_EQ(mesh.region[0], mesh.region[1]);
+    EXPECT_EQ(mesh.region[3], mesh.region[4]);
+    EXPECT_NE(mesh.region[0], mesh.region[3]);
 }
 
 TEST(Diagnosis, BacksThatTheFileHasAreNotAddedAgain) {

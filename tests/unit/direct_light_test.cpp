@@ -1,9 +1,9 @@
+#include <difusa/import/shapes.h>
 #include <difusa/lighting/direct_light.h>
 #include <difusa/lighting/lambert.h>
-#include <difusa/scene/shapes.h>
-#include <difusa/scene/surface_sampling.h>
+#include <difusa/mesh/surface_sampling.h>
+#include <difusa/rays/brute_force.h>
 #include <difusa/transport/gather.h>
-#include <difusa/visibility/brute_force.h>
 
 #include <support/sited.h>
 

@@ -1,5 +1,5 @@
-#include <difusa/transport/direction_pool.h>
-#include <difusa/transport/directions.h>
+#include <difusa/rays/direction_pool.h>
+#include <difusa/rays/directions.h>
 
 #include <meshes.h>
 #include <support/plugins.h>

@@ -1,4 +1,4 @@
-#include <difusa/basis/element_integrals.h>
+#include <difusa/discretisation/element_integrals.h>
 
 #include <support/rooms.h>
 #include <support/sited.h>

@@ -142,7 +142,7 @@ TEST(FieldReader, PointCloudsAndEmptyFilesComeBack) {
     FieldFile cloud;
     cloud.points = {{0, 0, 0}, {1, 2, 3}, {-1, 1e-300, 1e100}};
     cloud.point_arrays.push_back({"radius", "m", {}, Values(Values::Constant(3, 1, 0.1))});
-    cloud.cell_arrays.push_back({"patch", "", {}, std::vector<std::int32_t>{4, 5, 6}});
+    cloud.cell_arrays.push_back({"region", "", {}, std::vector<std::int32_t>{4, 5, 6}});
     write_field(cloud, scratch / "sites.vtp");
     expect_same(read_field(scratch / "sites.vtp"), cloud);
     write_field({}, scratch / "empty.vtp");

@@ -1,8 +1,8 @@
+#include <difusa/import/shapes.h>
 #include <difusa/lighting/first_bounce.h>
 #include <difusa/lighting/lambert.h>
-#include <difusa/scene/shapes.h>
-#include <difusa/scene/surface_sampling.h>
-#include <difusa/transport/surroundings.h>
+#include <difusa/mesh/surface_sampling.h>
+#include <difusa/rays/surroundings.h>
 
 #include <support/sited.h>
 

@@ -1,8 +1,8 @@
 // The reader `gltf` on scenes put together here, byte for byte, and on damaged ones.
 #include <readers.h>
 
-#include <difusa/scene/diagnosis.h>
-#include <difusa/scene/scene_file.h>
+#include <difusa/import/scene_file.h>
+#include <difusa/repair/diagnosis.h>
 
 #include <cmath>
 #include <fstream>

@@ -1,6 +1,6 @@
 // Pictures of every format, made by hand byte for byte, and what becomes of damaged ones.
 #include <difusa/core/error.h>
-#include <difusa/scene/image_file.h>
+#include <difusa/import/image_file.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

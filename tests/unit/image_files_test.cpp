@@ -1,10 +1,11 @@
 // Pictures are written so that VTK reads back what they say.
+#include <difusa/core/colour.h>
 #include <difusa/io/image_files.h>
 
 #include <difusa/core/error.h>
 #include <difusa/core/random.h>
-#include <difusa/io/bake_files.h>
 #include <difusa/io/field_file.h>
+#include <difusa/output/bake_files.h>
 
 #include <scratch_directory.h>
 

@@ -1,10 +1,10 @@
-#include <difusa/analysis/inspect_basis.h>
 #include <difusa/bake.h>
-#include <difusa/basis/basis.h>
 #include <difusa/core/error.h>
-#include <difusa/io/bake_files.h>
-#include <difusa/io/basis_files.h>
-#include <difusa/sites/sampler.h>
+#include <difusa/discretisation/basis.h>
+#include <difusa/discretisation/sampler.h>
+#include <difusa/output/bake_files.h>
+#include <difusa/output/basis_files.h>
+#include <difusa/study/inspect_basis.h>
 
 #include <scratch_directory.h>
 #include <support/plugins.h>
@@ -106,8 +106,8 @@ TEST(InspectBasis, TheNearestSiteIsTheNearestOfAll) {
         for (std::size_t v = 0; v < shown.output.vertices.size(); ++v) {
             const SurfacePoint& x = shown.output.vertices[v];
             const auto distance = [&](std::size_t i) {
-                return site_distance(x.position, x.normal, shown.mesh.patch[x.face], shown.sites.points[i].position,
-                                     shown.sites.points[i].normal, shown.sites.patch[i]);
+                return site_distance(x.position, x.normal, shown.mesh.region[x.face], shown.sites.points[i].position,
+                                     shown.sites.points[i].normal, shown.sites.region[i]);
             };
             double least = std::numeric_limits<double>::infinity();
             for (std::size_t i = 0; i < shown.sites.size(); ++i) {
@@ -199,7 +199,7 @@ TEST(InspectBasis, FilesHoldOneRowForEachVertexAndSite) {
     EXPECT_THAT(names(field),
                 testing::ElementsAre("element", "element_5", "sum", "lebesgue", "overlap", "nearest_site"));
     EXPECT_THAT(names(sites), testing::ElementsAre("element", "shown", "radius", "reach", "area", "at_own_site",
-                                                   "original_face_id", "patch"));
+                                                   "original_face_id", "region"));
     for (const FieldArray& array : field.point_arrays) {
         EXPECT_EQ(rows(array), shown.output.vertices.size()) << array.name;
     }

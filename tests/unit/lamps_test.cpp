@@ -1,8 +1,8 @@
-#include <difusa/analysis/nearest_surface.h>
 #include <difusa/core/parallel.h>
 #include <difusa/lighting/lambert.h>
 #include <difusa/lighting/lamps.h>
-#include <difusa/visibility/brute_force.h>
+#include <difusa/mesh/nearest_surface.h>
+#include <difusa/rays/brute_force.h>
 
 #include <gtest/gtest.h>
 

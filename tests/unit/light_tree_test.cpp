@@ -1,10 +1,10 @@
 #include <difusa/core/random.h>
+#include <difusa/import/shapes.h>
 #include <difusa/lighting/lambert.h>
 #include <difusa/lighting/light_tree.h>
 #include <difusa/lighting/shaft.h>
-#include <difusa/scene/shapes.h>
-#include <difusa/scene/surface_sampling.h>
-#include <difusa/visibility/brute_force.h>
+#include <difusa/mesh/surface_sampling.h>
+#include <difusa/rays/brute_force.h>
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 #include <difusa/core/error.h>
-#include <difusa/scene/mesh.h>
+#include <difusa/mesh/mesh.h>
 
 #include <support/rooms.h>
 #include <support/surface_sampling.h>
@@ -25,12 +25,12 @@ using test::together;
 
 constexpr double eps = std::numeric_limits<double>::epsilon();
 
-TEST(Mesh, ABoxIsSixPatches) {
+TEST(Mesh, ABoxIsSixRegions) {
     const Mesh mesh = box(Vec3(1, 2, 3), 4);
-    EXPECT_EQ(mesh.patch_count, 6U);
+    EXPECT_EQ(mesh.region_count, 6U);
     EXPECT_NEAR(mesh.area, 2.0 * (2 + 3 + 6), 1e-13);
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        EXPECT_EQ(mesh.patch[t], t / 32); // 2 · 4² triangles a side, in order
+        EXPECT_EQ(mesh.region[t], t / 32); // 2 · 4² triangles a side, in order
         EXPECT_EQ(mesh.normals[t].cwiseAbs().maxCoeff(), 1.0);
         const Vec3 outward = mesh.at(static_cast<Index>(t), 1.0 / 3, 1.0 / 3).position - Vec3(0.5, 1, 1.5);
         EXPECT_GT(mesh.normals[t].dot(outward), 0.0);
@@ -41,20 +41,20 @@ TEST(Mesh, ABoxIsSixPatches) {
     EXPECT_EQ(mesh.magnitude(), 3.0);
 }
 
-TEST(Mesh, PatchesGoRoundBluntEdgesOnly) {
-    EXPECT_EQ(icosphere(0).patch_count, 1U);
-    EXPECT_EQ(icosphere(2, 1.0, true).patch_count, 1U);
-    EXPECT_EQ(l_room().patch_count, 8U) << "two floors, six walls";
-    EXPECT_EQ(book(2).patch_count, 2U) << "pages that run through the spine in one direction";
-    EXPECT_EQ(book(5).patch_count, 5U);
-    EXPECT_EQ(mobius(40).patch_count, 1U) << "one walks around the strip without the edge where it turns over";
-    EXPECT_EQ(together(grid(2, 2), moved(grid(2, 2), 1.0, Vec3(1, 0, 0))).patch_count, 2U) << "not welded";
+TEST(Mesh, RegionsGoRoundBluntEdgesOnly) {
+    EXPECT_EQ(icosphere(0).region_count, 1U);
+    EXPECT_EQ(icosphere(2, 1.0, true).region_count, 1U);
+    EXPECT_EQ(l_room().region_count, 8U) << "two floors, six walls";
+    EXPECT_EQ(book(2).region_count, 2U) << "pages that run through the spine in one direction";
+    EXPECT_EQ(book(5).region_count, 5U);
+    EXPECT_EQ(mobius(40).region_count, 1U) << "one walks around the strip without the edge where it turns over";
+    EXPECT_EQ(together(grid(2, 2), moved(grid(2, 2), 1.0, Vec3(1, 0, 0))).region_count, 2U) << "not welded";
     // A fold: two squares on the x axis, the second turned by `angle` out of the plane of the first.
     for (const double degrees : {10.0, 89.0, 91.0, 170.0}) {
         const double angle = degrees * std::numbers::pi / 180.0;
         const Mesh fold = make_mesh({{0, 0, 0}, {1, 0, 0}, {0.5, -1, 0}, {0.5, std::cos(angle), std::sin(angle)}},
                                     {{1, 0, 2}, {0, 1, 3}});
-        EXPECT_EQ(fold.patch_count, degrees < 90.0 ? 1U : 2U) << degrees;
+        EXPECT_EQ(fold.region_count, degrees < 90.0 ? 1U : 2U) << degrees;
     }
 }
 
@@ -88,19 +88,19 @@ TEST(Mesh, ScalingByAPowerOfTwoScalesEveryBit) {
     for (const double scale : {0x1p-20, 0x1p20}) {
         const Mesh other = moved(one, scale, Vec3::Zero());
         EXPECT_EQ(other.normals, one.normals);
-        EXPECT_EQ(other.patch, one.patch);
+        EXPECT_EQ(other.region, one.region);
         EXPECT_EQ(other.area, scale * scale * one.area);
     }
 }
 
-TEST(Mesh, FlippingTurnsNormalsOverAndKeepsPatches) {
+TEST(Mesh, FlippingTurnsNormalsOverAndKeepsRegions) {
     Mesh mesh = icosphere(1);
     const Mesh before = mesh;
     flip(mesh);
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         EXPECT_NEAR((mesh.normals[t] + before.normals[t]).norm(), 0.0, 4 * eps);
     }
-    EXPECT_EQ(mesh.patch, before.patch);
+    EXPECT_EQ(mesh.region, before.region);
 }
 
 TEST(Mesh, RefusesWhatTheDiagnosisWouldNotPass) {

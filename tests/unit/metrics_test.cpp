@@ -1,5 +1,5 @@
-#include <difusa/analysis/metrics.h>
 #include <difusa/core/error.h>
+#include <difusa/study/metrics.h>
 
 #include <gtest/gtest.h>
 

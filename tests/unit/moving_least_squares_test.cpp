@@ -1,5 +1,5 @@
 // Basis `moving-least-squares`; what holds for every basis is in bases_test.cpp.
-#include <difusa/basis/basis.h>
+#include <difusa/discretisation/basis.h>
 
 #include <support/rooms.h>
 #include <support/sited.h>
@@ -72,7 +72,7 @@ Twin twin(const Mesh& mesh, const SiteSet& sites, const SurfacePoint& x, double 
         const Vec3 away = sites.points[site].position - x.position;
         const double R = width * sites.radius[site], q = away.norm() / R, c = x.normal.dot(sites.points[site].normal);
         const bool seen = !l_room || test::see_in_l_room(x.position, sites.points[site].position);
-        if (sites.patch[site] == mesh.patch[x.face] && q < 1.0 && c > perpendicular && seen) {
+        if (sites.region[site] == mesh.region[x.face] && q < 1.0 && c > perpendicular && seen) {
             w[i] = (2.0 * q * q * q - 3.0 * q * q + 1.0) * c;
             H_squared += w[i] * R * R;
         }

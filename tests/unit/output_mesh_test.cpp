@@ -1,4 +1,4 @@
-#include <difusa/field/output_mesh.h>
+#include <difusa/mesh/output_mesh.h>
 
 #include <meshes.h>
 
@@ -134,7 +134,7 @@ void expect_sound(const Mesh& mesh, const OutputMesh& output, double max_edge) {
     for (std::size_t f = 0; f < output.triangles.size(); ++f) {
         for (const Index v : output.triangles[f]) {
             EXPECT_EQ(mesh.material[output.vertices[v].face], mesh.material[output.face[f]]);
-            EXPECT_EQ(mesh.patch[output.vertices[v].face], mesh.patch[output.face[f]]);
+            EXPECT_EQ(mesh.region[output.vertices[v].face], mesh.region[output.face[f]]);
         }
     }
 }
@@ -250,7 +250,7 @@ TEST(OutputMesh, MaterialsPartVerticesButNotNormals) {
         mesh.material[t] = t % 4 < 2 ? 0 : 1;
     }
     mesh.derive();
-    ASSERT_EQ(mesh.patch_count, 1u);
+    ASSERT_EQ(mesh.region_count, 1u);
     const OutputMesh output = refine(mesh, 0.2, crease, no_limit, {});
     expect_sound(mesh, output, 0.2);
 

@@ -1,4 +1,4 @@
-#include <difusa/io/point_list.h>
+#include <difusa/output/point_list.h>
 
 #include <difusa/core/error.h>
 #include <difusa/io/field_file.h>

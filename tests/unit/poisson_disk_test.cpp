@@ -1,11 +1,11 @@
 #include <difusa/core/error.h>
-#include <difusa/sites/sampler.h>
+#include <difusa/discretisation/sampler.h>
 
 #include <support/plugins.h>
 #include <support/rooms.h>
 #include <support/surface_sampling.h>
 
-#include <difusa/sites/site_set.h>
+#include <difusa/discretisation/site_set.h>
 
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ std::vector<SurfacePoint> sample(const Mesh& mesh, double spacing, std::uint64_t
 }
 
 double distance(const Mesh& mesh, const SurfacePoint& x, const SurfacePoint& y) {
-    return site_distance(x.position, x.normal, mesh.patch[x.face], y.position, y.normal, mesh.patch[y.face]);
+    return site_distance(x.position, x.normal, mesh.region[x.face], y.position, y.normal, mesh.region[y.face]);
 }
 
 double to_nearest(const Mesh& mesh, const std::vector<SurfacePoint>& sites, const SurfacePoint& x) {
@@ -100,18 +100,18 @@ TEST(PoissonDisk, NoPointOfTheSurfaceIsFartherThanTheSpacing) {
             farthest = std::max(farthest, to_nearest(c.mesh, sites, x));
         }
         EXPECT_LE(farthest, c.spacing * (1.0 + 0x1p-20));
-        EXPECT_GT(farthest, c.spacing * 0.5 * (sites.size() > c.mesh.patch_count ? 1.0 : 0.0))
+        EXPECT_GT(farthest, c.spacing * 0.5 * (sites.size() > c.mesh.region_count ? 1.0 : 0.0))
             << "denser than asked for";
     }
 }
 
-TEST(PoissonDisk, SitesLieOnTheSurfaceAndEveryPatchHasOne) {
+TEST(PoissonDisk, SitesLieOnTheSurfaceAndEveryRegionHasOne) {
     for (const Case& c : cases()) {
         SCOPED_TRACE(c.name);
-        std::vector<int> count(c.mesh.patch_count, 0);
+        std::vector<int> count(c.mesh.region_count, 0);
         for (const SurfacePoint& x : c.sites) {
             ASSERT_LT(x.face, c.mesh.triangles.size());
-            ++count[c.mesh.patch[x.face]];
+            ++count[c.mesh.region[x.face]];
             EXPECT_TRUE(x.u >= 0.0 && x.v >= 0.0 && x.u + x.v <= 1.0 + 1e-15) << x.u << " " << x.v;
             EXPECT_EQ(x.position, c.mesh.at(x.face, x.u, x.v).position);
             EXPECT_EQ(x.normal, c.mesh.normals[x.face]);
@@ -197,7 +197,7 @@ TEST(SpacingForCount, GivesTheCountWithinFivePercent) {
 }
 
 TEST(SpacingForCount, EndsWhereNoSpacingGivesTheCount) {
-    // 96 little cubes have 576 patches: at least as many sites.
+    // 96 little cubes have 576 regions: at least as many sites.
     Mesh mesh = test::box(0.01);
     for (int i = 1; i < 96; ++i) {
         mesh = test::together(mesh, test::moved(test::box(0.01), 1.0, Vec3(i, 0, 0)));

@@ -1,6 +1,6 @@
-#include <difusa/basis/element_integrals.h>
-#include <difusa/basis/projection.h>
 #include <difusa/core/error.h>
+#include <difusa/discretisation/element_integrals.h>
+#include <difusa/discretisation/projection.h>
 
 #include <support/sited.h>
 

@@ -1,6 +1,6 @@
-#include <difusa/basis/projection.h>
 #include <difusa/core/error.h>
-#include <difusa/field/evaluate.h>
+#include <difusa/discretisation/evaluate.h>
+#include <difusa/discretisation/projection.h>
 
 #include <support/rooms.h>
 #include <support/sited.h>

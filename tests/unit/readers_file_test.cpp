@@ -1,9 +1,9 @@
 // Files as such: finding the reader, opening the file, and the scanners below all readers.
 #include <readers.h>
 
-#include <difusa/scene/byte_scanner.h>
-#include <difusa/scene/file_colours.h>
-#include <difusa/scene/text_scanner.h>
+#include <difusa/import/byte_scanner.h>
+#include <difusa/import/file_colours.h>
+#include <difusa/import/text_scanner.h>
 
 #include <chrono>
 #include <clocale>

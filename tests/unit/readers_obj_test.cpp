@@ -1,7 +1,7 @@
 // The reader `obj` and its material libraries on good, odd and hostile files.
 #include <readers.h>
 
-#include <difusa/scene/material_library.h>
+#include <difusa/import/material_library.h>
 
 #include <chrono>
 #include <cmath>

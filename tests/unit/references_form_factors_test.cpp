@@ -1,9 +1,9 @@
-#include <difusa/analysis/references/form_factors.h>
+#include <difusa/study/references/form_factors.h>
 
-#include <difusa/analysis/references/quadrature.h>
 #include <difusa/core/error.h>
 #include <difusa/core/random.h>
 #include <difusa/core/types.h>
+#include <difusa/study/references/quadrature.h>
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include <difusa/analysis/references/manufactured.h>
+#include <difusa/study/references/manufactured.h>
 
 #include <difusa/core/error.h>
 #include <difusa/lighting/lambert.h>

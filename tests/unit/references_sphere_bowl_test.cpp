@@ -1,5 +1,5 @@
-#include <difusa/analysis/references/bowl.h>
-#include <difusa/analysis/references/sphere.h>
+#include <difusa/study/references/bowl.h>
+#include <difusa/study/references/sphere.h>
 
 #include <difusa/core/error.h>
 #include <difusa/core/random.h>

@@ -1,10 +1,10 @@
 // Scene files: what they say becomes one soup, and what is wrong with them is said with its line.
 #include <difusa/bake.h>
 #include <difusa/core/error.h>
-#include <difusa/io/bake_files.h>
-#include <difusa/scene/json_tree.h>
-#include <difusa/scene/placement.h>
-#include <difusa/scene/scene_file.h>
+#include <difusa/import/json_tree.h>
+#include <difusa/import/placement.h>
+#include <difusa/import/scene_file.h>
+#include <difusa/output/bake_files.h>
 #include <difusa/scene/sky_dome.h>
 
 #include <nlohmann/json.hpp>

@@ -1,6 +1,6 @@
-#include <difusa/basis/separators.h>
+#include <difusa/discretisation/separators.h>
 
-#include <difusa/basis/basis.h>
+#include <difusa/discretisation/basis.h>
 
 #include <support/rooms.h>
 #include <support/sited.h>
@@ -28,12 +28,12 @@ Mesh parted_room(double thickness, int n = 1, double end = 1.0) {
     return test::together(test::together(room, sheet(1.0, false)), sheet(1.0 + thickness, true));
 }
 
-/// Patches of a room's floor, ceiling and walls along the x axis, if a side of it has 2 n² triangles.
+/// Regions of a room's floor, ceiling and walls along the x axis, if a side of it has 2 n² triangles.
 std::vector<Separator> sides_parted_by(const Mesh& mesh, Index n, std::vector<Index> triangles) {
     std::vector<Separator> all;
     for (const Index side : {2U, 3U, 4U, 5U}) {
         for (const Index triangle : triangles) {
-            all.push_back({mesh.patch[2 * n * n * side], triangle});
+            all.push_back({mesh.region[2 * n * n * side], triangle});
         }
     }
     return all;
@@ -82,11 +82,11 @@ TEST(Separators, WhatCrossesPartsEachOther) {
         test::transformed(test::grid(1, 1), Eigen::AngleAxisd(0.5 * std::numbers::pi, Vec3::UnitX()).toRotationMatrix(),
                           0.5, Vec3(0.3, 0.4, -0.2)); // at y = 0.4, z from -0.2 to 0.3
     const Mesh mesh = test::together(test::grid(1, 1), upright);
-    const Index floor = mesh.patch[0], wall = mesh.patch[2];
+    const Index floor = mesh.region[0], wall = mesh.region[2];
     ASSERT_NE(floor, wall);
     std::vector<Separator> parted; // the diagonal of the floor is met by the wall, and the reverse
     for (const Separator& s : find_separators(mesh)) {
-        EXPECT_EQ(s.patch, s.triangle < 2 ? wall : floor);
+        EXPECT_EQ(s.region, s.triangle < 2 ? wall : floor);
         parted.push_back(s);
     }
     EXPECT_EQ(parted.size(), 4U);
@@ -97,7 +97,7 @@ TEST(Separators, TheFootOfATableIsOne) {
     const Mesh mesh = test::together(test::grid(1, 1), leg);
     std::vector<Separator> sides;
     for (Index t = 2; t < 10; ++t) { // not its top, nor its bottom, which lies in the floor
-        sides.push_back({mesh.patch[0], t});
+        sides.push_back({mesh.region[0], t});
     }
     EXPECT_EQ(find_separators(mesh), sides);
 }
@@ -146,11 +146,11 @@ Mesh thicket(int count) {
 TEST(Separators, AreThoseThatEveryPairOfTrianglesShows) {
     const Mesh mesh = thicket(300);
     std::vector<Separator> naive;
-    for (Index patch = 0; patch < mesh.patch_count; ++patch) {
+    for (Index region = 0; region < mesh.region_count; ++region) {
         for (Index F = 0; F < mesh.triangles.size(); ++F) {
             bool below = false, above = false;
-            for (Index T = 0; mesh.patch[F] != patch && T < mesh.triangles.size(); ++T) {
-                if (mesh.patch[T] == patch && (pierces(mesh, F, T) || pierces(mesh, T, F))) {
+            for (Index T = 0; mesh.region[F] != region && T < mesh.triangles.size(); ++T) {
+                if (mesh.region[T] == region && (pierces(mesh, F, T) || pierces(mesh, T, F))) {
                     for (int k = 0; k < 3; ++k) {
                         const double height = mesh.normals[F].dot(mesh.corner(T, k) - mesh.corner(F, 0));
                         (height < 0.0 ? below : above) = true;
@@ -158,7 +158,7 @@ TEST(Separators, AreThoseThatEveryPairOfTrianglesShows) {
                 }
             }
             if (below && above) {
-                naive.push_back({patch, F});
+                naive.push_back({region, F});
             }
         }
     }
@@ -234,12 +234,12 @@ TEST(Separators, HideAcrossABulgeADentAndALeaningWall) {
             const Mesh mesh = bent_floor_with_wall(bend, lean);
             const SiteSet sites = test::poisson_sites(mesh, 0.1);
             const Separators separators(mesh, sites, sites.radius);
-            ASSERT_TRUE(separators.any(mesh.patch[0]));
+            ASSERT_TRUE(separators.any(mesh.region[0]));
             std::size_t leaks = 0, blind = 0, across = 0, along = 0;
             for (const SurfacePoint& x : test::random_points(mesh, 2000, RandomStream(2, "probes"))) {
                 for (Index i = 0; i < sites.size(); ++i) {
                     const SurfacePoint& p = sites.points[i];
-                    if (mesh.patch[x.face] != mesh.patch[0] || sites.patch[i] != mesh.patch[0] ||
+                    if (mesh.region[x.face] != mesh.region[0] || sites.region[i] != mesh.region[0] ||
                         (p.position - x.position).norm() >= sites.radius[i]) {
                         continue;
                     }

@@ -1,4 +1,4 @@
-#include <difusa/sites/site_set.h>
+#include <difusa/discretisation/site_set.h>
 
 #include <support/rooms.h>
 #include <support/sited.h>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-TEST(SiteDistance, IsTheEuclideanOneOverTheCosineOnOnePatch) {
+TEST(SiteDistance, IsTheEuclideanOneOverTheCosineOnOneRegion) {
     RandomStream random(1, "test");
     for (int i = 0; i < 1000; ++i) {
         const Vec3 p = test::random_direction(random), q = test::random_direction(random);
@@ -35,29 +35,29 @@ TEST(SiteDistance, IsTheEuclideanOneOverTheCosineOnOnePatch) {
     EXPECT_EQ(site_distance(Vec3::Zero(), Vec3::UnitX(), 0, Vec3::Zero(), Vec3::UnitX(), 0), 0.0);
 }
 
-/// All pairs: the m-th smallest site distance, at most the diameter of the patch, and never below the spacing.
+/// All pairs: the m-th smallest site distance, at most the diameter of the region, and never below the spacing.
 void expect_radii(const Mesh& mesh, const SiteSet& sites) {
-    std::vector<Vec3> low(mesh.patch_count, mesh.high), high(mesh.patch_count, mesh.low);
+    std::vector<Vec3> low(mesh.region_count, mesh.high), high(mesh.region_count, mesh.low);
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         for (int k = 0; k < 3; ++k) {
             const Vec3 p = mesh.corner(static_cast<Index>(t), k);
-            low[mesh.patch[t]] = low[mesh.patch[t]].cwiseMin(p);
-            high[mesh.patch[t]] = high[mesh.patch[t]].cwiseMax(p);
+            low[mesh.region[t]] = low[mesh.region[t]].cwiseMin(p);
+            high[mesh.region[t]] = high[mesh.region[t]].cwiseMax(p);
         }
     }
     const auto m = static_cast<std::size_t>(sites.neighbours);
     for (std::size_t i = 0; i < sites.size(); ++i) {
-        ASSERT_EQ(sites.patch[i], mesh.patch[sites.points[i].face]);
+        ASSERT_EQ(sites.region[i], mesh.region[sites.points[i].face]);
         std::vector<double> distance;
         for (std::size_t j = 0; j < sites.size(); ++j) {
-            const double d = site_distance(sites.points[i].position, sites.points[i].normal, sites.patch[i],
-                                           sites.points[j].position, sites.points[j].normal, sites.patch[j]);
+            const double d = site_distance(sites.points[i].position, sites.points[i].normal, sites.region[i],
+                                           sites.points[j].position, sites.points[j].normal, sites.region[j]);
             if (j != i && d < infinity) {
                 distance.push_back(d);
             }
         }
         std::sort(distance.begin(), distance.end());
-        const double diameter = (high[sites.patch[i]] - low[sites.patch[i]]).norm();
+        const double diameter = (high[sites.region[i]] - low[sites.region[i]]).norm();
         const double reach = distance.size() >= m ? std::min(distance[m - 1], diameter) : diameter;
         EXPECT_DOUBLE_EQ(sites.radius[i], std::max(reach, sites.spacing * (1.0 + 0x1p-10))) << "site " << i;
         EXPECT_DOUBLE_EQ(sites.area[i], std::numbers::pi * sites.radius[i] * sites.radius[i] / (sites.neighbours + 1));
@@ -83,7 +83,7 @@ TEST(SiteSet, ATurnedBoxIsABox) {
         const double far = i % 2 == 0 ? 0.0 : 1e4;
         const Mesh mesh =
             test::transformed(test::box(1.0, 1, true), test::random_rotation(random), 1.0, far * Vec3(1, 2, 3));
-        EXPECT_EQ(mesh.patch_count, 6U);
+        EXPECT_EQ(mesh.region_count, 6U);
         const SiteSet sites = test::poisson_sites(mesh, 0.4);
         for (std::size_t s = 0; s < sites.size(); ++s) {
             EXPECT_LE(sites.radius[s], std::sqrt(3.0) * std::sqrt(2.0)) << "the diagonal of a wall's bounding box";
@@ -108,7 +108,7 @@ TEST(SiteSet, KeepsThePointsInAnOrderOfPlace) {
     EXPECT_LT(along, 0.3 * 500);
 }
 
-TEST(SiteSet, ALoneSiteCoversItsPatch) {
+TEST(SiteSet, ALoneSiteCoversItsRegion) {
     const Mesh mesh = test::box(Vec3(1, 2, 3));
     const SiteSet sites = make_site_set(mesh, {mesh.at(0, 0.1, 0.1)}, 1e-3, 10, Execution{});
     EXPECT_GE(sites.radius[0], Vec3(0, 2, 3).norm());

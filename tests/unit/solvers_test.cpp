@@ -1,5 +1,5 @@
+#include <difusa/algebra/solver.h>
 #include <difusa/core/error.h>
-#include <difusa/solve/solver.h>
 
 #include <support/dense_operator.h>
 #include <support/plugins.h>

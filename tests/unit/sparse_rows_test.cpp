@@ -1,5 +1,5 @@
+#include <difusa/algebra/sparse_rows.h>
 #include <difusa/core/random.h>
-#include <difusa/transport/sparse_rows.h>
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include <difusa/solve/spectral_radius.h>
+#include <difusa/algebra/spectral_radius.h>
 
 #include <support/dense_operator.h>
 

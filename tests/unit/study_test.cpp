@@ -1,4 +1,4 @@
-#include <difusa/analysis/study.h>
+#include <difusa/study/study.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

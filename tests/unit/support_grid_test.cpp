@@ -1,4 +1,4 @@
-#include <difusa/basis/support_grid.h>
+#include <difusa/discretisation/support_grid.h>
 
 #include <support/rooms.h>
 #include <support/sited.h>
@@ -34,19 +34,19 @@ std::vector<Case> cases() {
     return all;
 }
 
-/// Every site whose support holds x must be among the candidates; those of other patches must not.
+/// Every site whose support holds x must be among the candidates; those of other regions must not.
 void expect_complete(const Mesh& mesh, const SiteSet& sites, const std::vector<double>& support,
                      const std::vector<SurfacePoint>& probes) {
     const SupportGrid grid(mesh, sites, support);
     std::size_t missing = 0, foreign = 0, unsorted = 0;
     for (const SurfacePoint& x : probes) {
-        const auto found = grid.near(x.position, mesh.patch[x.face]);
+        const auto found = grid.near(x.position, mesh.region[x.face]);
         unsorted += std::is_sorted(found.begin(), found.end()) ? 0 : 1;
         for (const Index i : found) {
-            foreign += sites.patch[i] != mesh.patch[x.face] ? 1 : 0;
+            foreign += sites.region[i] != mesh.region[x.face] ? 1 : 0;
         }
         for (Index i = 0; i < sites.size(); ++i) {
-            if (sites.patch[i] == mesh.patch[x.face] && (x.position - sites.points[i].position).norm() < support[i]) {
+            if (sites.region[i] == mesh.region[x.face] && (x.position - sites.points[i].position).norm() < support[i]) {
                 missing += std::binary_search(found.begin(), found.end(), i) ? 0 : 1;
             }
         }
@@ -96,7 +96,7 @@ TEST(SupportGrid, KnowsPlaceNormalAndReachOfItsCandidates) {
         EXPECT_EQ(c.support_squared, sites.radius[i] * sites.radius[i]);
     }
     EXPECT_TRUE(grid.near(Vec3(0, 0, 0), 0).empty()) << "the centre is not on the sphere";
-    EXPECT_TRUE(grid.near(sites.points[0].position, 1).empty()) << "no such patch";
+    EXPECT_TRUE(grid.near(sites.points[0].position, 1).empty()) << "no such region";
 }
 
 } // namespace

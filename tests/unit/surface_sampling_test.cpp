@@ -1,5 +1,5 @@
-#include <difusa/scene/shapes.h>
-#include <difusa/scene/surface_sampling.h>
+#include <difusa/import/shapes.h>
+#include <difusa/mesh/surface_sampling.h>
 
 #include <gtest/gtest.h>
 

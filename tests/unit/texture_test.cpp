@@ -1,7 +1,7 @@
 // Textures: where they are looked up, and that a bake with them is that of the colours they show.
 #include <difusa/bake.h>
+#include <difusa/repair/texture_coordinates.h>
 #include <difusa/scene/texture.h>
-#include <difusa/scene/texture_coordinates.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

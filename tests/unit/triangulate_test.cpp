@@ -1,6 +1,6 @@
-#include <difusa/scene/triangulate.h>
+#include <difusa/mesh/triangulate.h>
 
-#include <difusa/scene/triangle_area.h>
+#include <difusa/mesh/triangle_area.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,8 +1,8 @@
 #include <difusa/core/error.h>
-#include <difusa/sites/sampler.h>
-#include <difusa/sites/site_set.h>
-#include <difusa/visibility/brute_force.h>
-#include <difusa/visibility/visibility.h>
+#include <difusa/discretisation/sampler.h>
+#include <difusa/discretisation/site_set.h>
+#include <difusa/rays/brute_force.h>
+#include <difusa/rays/visibility.h>
 
 #include <support/plugins.h>
 #include <support/rooms.h>
@@ -28,7 +28,7 @@ std::vector<SurfacePoint> sample(const Mesh& mesh, const std::string& parameters
 }
 
 double distance(const Mesh& mesh, const SurfacePoint& x, const SurfacePoint& y) {
-    return site_distance(x.position, x.normal, mesh.patch[x.face], y.position, y.normal, mesh.patch[y.face]);
+    return site_distance(x.position, x.normal, mesh.region[x.face], y.position, y.normal, mesh.region[y.face]);
 }
 
 TEST(ViewDriven, PutsSitesOnTheFrontsThatAreSeenOnly) {

@@ -1,5 +1,5 @@
-#include <difusa/visibility/brute_force.h>
-#include <difusa/visibility/visibility.h>
+#include <difusa/rays/brute_force.h>
+#include <difusa/rays/visibility.h>
 
 #include <support/plugins.h>
 #include <support/rooms.h>

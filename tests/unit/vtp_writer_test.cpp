@@ -230,7 +230,7 @@ TEST(VtpWriter, PointCloudHasAVertexForEachPoint) {
     FieldFile field;
     field.points = {{0, 0, 0}, {1, 2, 3}, {-1, 1e-300, 1e100}};
     field.point_arrays.push_back({"radius", "m", {}, Values(Values::Constant(3, 1, 0.1))});
-    field.cell_arrays.push_back({"patch", "", {}, std::vector<std::int32_t>{4, 5, 6}});
+    field.cell_arrays.push_back({"region", "", {}, std::vector<std::int32_t>{4, 5, 6}});
     write_field(field, scratch / "sites.vtp");
     const auto cloud = read(scratch / "sites.vtp");
     EXPECT_EQ(cloud->GetNumberOfPoints(), 3);
@@ -242,7 +242,7 @@ TEST(VtpWriter, PointCloudHasAVertexForEachPoint) {
         ASSERT_EQ(corner->GetNumberOfIds(), 1);
         EXPECT_EQ(corner->GetId(0), i);
     }
-    expect_values<vtkIntArray>(cloud->GetCellData()->GetArray("patch"), std::vector<std::int32_t>{4, 5, 6});
+    expect_values<vtkIntArray>(cloud->GetCellData()->GetArray("region"), std::vector<std::int32_t>{4, 5, 6});
 }
 
 TEST(VtpWriter, NothingAtAllIsAFileToo) {

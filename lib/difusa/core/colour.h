@@ -3,7 +3,9 @@
 
 #include <difusa/core/types.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace difusa {
 
@@ -27,6 +29,12 @@ inline Rgb rgb_of(const std::array<float, 3>& pixel) {
 /// #rows by 1 or 3 to #rows by 3: a grey scene has three equal channels.
 inline Values three_channels(const Values& values) {
     return values.cols() == 3 ? values : Values(values.replicate(1, 3));
+}
+
+/// sRGB's transfer function, linear [0,1] (clamped) to [0,1] (IEC 61966-2-1).
+inline double srgb(double linear) {
+    const double c = std::clamp(linear, 0.0, 1.0);
+    return c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1.0 / 2.4) - 0.055;
 }
 
 } // namespace difusa

@@ -1,10 +1,10 @@
 #include <difusa/io/field_reader.h>
 
 #include <difusa/core/error.h>
+#include <difusa/import/file_content.h>
+#include <difusa/import/text_scanner.h>
 #include <difusa/io/field_readers.h>
-#include <difusa/scene/file_content.h>
-#include <difusa/scene/text_scanner.h>
-#include <difusa/scene/triangulate.h>
+#include <difusa/mesh/triangulate.h>
 
 #include <utility>
 

@@ -1,7 +1,7 @@
 #include <difusa/io/image_files.h>
 
+#include <difusa/core/colour.h>
 #include <difusa/core/error.h>
-#include <difusa/io/bake_files.h>
 
 #include <png.h>
 

@@ -2,9 +2,9 @@
 #include <difusa/io/field_readers.h>
 
 #include <difusa/core/error.h>
-#include <difusa/scene/byte_scanner.h>
-#include <difusa/scene/file_content.h>
-#include <difusa/scene/ply_header.h>
+#include <difusa/import/byte_scanner.h>
+#include <difusa/import/file_content.h>
+#include <difusa/import/ply_header.h>
 
 #include <algorithm>
 #include <bit>

@@ -2,7 +2,7 @@
 #include <difusa/io/field_readers.h>
 
 #include <difusa/core/error.h>
-#include <difusa/scene/file_content.h>
+#include <difusa/import/file_content.h>
 
 #include <vtkCallbackCommand.h>
 #include <vtkCellArray.h>

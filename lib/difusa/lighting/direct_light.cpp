@@ -2,7 +2,7 @@
 
 #include <difusa/core/even_sequence.h>
 #include <difusa/core/parallel.h>
-#include <difusa/scene/surface_sampling.h>
+#include <difusa/mesh/surface_sampling.h>
 
 #include <algorithm>
 #include <array>

@@ -59,7 +59,7 @@ class DirectLight {
     Rgb from_outside(const SurfacePoint& x, Worker& worker) const;
 
     /// Irradiance at x in W/m², per channel, of the very place even where, from an edge, shadow rays start beside it
-    /// (scene/surface_sampling.h, inset): one shadow ray for each sun and point light, `samples` and more for the
+    /// (mesh/surface_sampling.h, inset): one shadow ray for each sun and point light, `samples` and more for the
     /// lamps (Lamps::irradiance).
     Rgb irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker) const;
 

@@ -2,8 +2,7 @@
 
 #include <difusa/core/even_sequence.h>
 #include <difusa/lighting/lambert.h>
-#include <difusa/scene/surface_sampling.h>
-#include <difusa/transport/transport.h>
+#include <difusa/mesh/surface_sampling.h>
 
 #include <algorithm>
 #include <cmath>

@@ -7,8 +7,8 @@
 #include <difusa/core/random.h>
 #include <difusa/lighting/light_tree.h>
 #include <difusa/lighting/shaft.h>
+#include <difusa/rays/visibility.h>
 #include <difusa/scene/scene.h>
-#include <difusa/visibility/visibility.h>
 
 #include <array>
 #include <cstdint>

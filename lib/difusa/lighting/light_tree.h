@@ -3,7 +3,7 @@
 // Adaptive Tree Splitting", 2018).
 #pragma once
 
-#include <difusa/scene/mesh.h>
+#include <difusa/mesh/mesh.h>
 
 #include <optional>
 #include <span>

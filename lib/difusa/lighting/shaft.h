@@ -2,7 +2,7 @@
 #pragma once
 
 #include <difusa/core/box_tree.h>
-#include <difusa/scene/mesh.h>
+#include <difusa/mesh/mesh.h>
 
 namespace difusa {
 
@@ -13,7 +13,7 @@ class Shafts {
     explicit Shafts(const Mesh& mesh);
 
     /// False only if no face hides any part of triangle t from x, rays that start at x and end on t being exempt from
-    /// the planes of these two faces (visibility/own_plane.h). True if a face may reach into the tetrahedron between
+    /// the planes of these two faces (rays/own_plane.h). True if a face may reach into the tetrahedron between
     /// them.
     bool may_be_blocked(const SurfacePoint& x, Index t) const;
 

@@ -1,12 +1,12 @@
 #include <difusa/render/picture.h>
 
-#include <difusa/analysis/error_estimate.h>
 #include <difusa/core/colour.h>
 #include <difusa/core/memory.h>
 #include <difusa/core/parallel.h>
 #include <difusa/core/random.h>
-#include <difusa/field/smooth_sides.h>
+#include <difusa/mesh/smooth_sides.h>
 #include <difusa/plugin/parameters.h>
+#include <difusa/radiosity/error_estimate.h>
 #include <difusa/render/camera_rays.h>
 #include <difusa/render/draw.h>
 

@@ -1,9 +1,9 @@
 // Where to look at a scene from, as far as nobody says it.
 #pragma once
 
+#include <difusa/mesh/mesh.h>
+#include <difusa/rays/visibility.h>
 #include <difusa/scene/camera.h>
-#include <difusa/scene/mesh.h>
-#include <difusa/visibility/visibility.h>
 
 #include <optional>
 

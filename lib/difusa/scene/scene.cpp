@@ -77,4 +77,18 @@ bool Scene::is_grey() const {
     return true;
 }
 
+std::vector<char> emitting_materials(const Scene& scene) {
+    std::vector<char> emits(scene.materials.size(), 0);
+    for (std::size_t m = 0; m < emits.size(); ++m) {
+        emits[m] = (scene.materials[m].emission > 0.0).any() ? 1 : 0;
+    }
+    return emits;
+}
+
+bool has_uneven_emitters(const Scene& scene) {
+    return std::any_of(scene.materials.begin(), scene.materials.end(), [](const Material& material) {
+        return material.emits_unevenly() && (material.emission > 0.0).any();
+    });
+}
+
 } // namespace difusa

@@ -1,9 +1,9 @@
 // A scene: surface, materials, light.
 #pragma once
 
+#include <difusa/mesh/mesh.h>
 #include <difusa/scene/lights.h>
 #include <difusa/scene/material.h>
-#include <difusa/scene/mesh.h>
 
 #include <memory>
 #include <numbers>
@@ -39,5 +39,11 @@ struct Scene {
     /// True if all reflectances and lights have equal channels, so that one channel tells everything.
     bool is_grey() const;
 };
+
+/// Materials with a positive emission in some channel.
+std::vector<char> emitting_materials(const Scene& scene);
+
+/// True if one of them emits unevenly.
+bool has_uneven_emitters(const Scene& scene);
 
 } // namespace difusa

@@ -1,15 +1,12 @@
 // A picture on a surface.
 #pragma once
 
-#include <difusa/core/types.h>
+#include <difusa/mesh/mesh.h>
 #include <difusa/scene/image.h>
 
 #include <memory>
 
 namespace difusa {
-
-/// Where texture coordinates point in a picture: (0, 0) is its lower left corner, (1, 1) its upper right one.
-using TextureCoordinates = Eigen::Vector2d;
 
 /// Where a texture stands on the surface: its coordinates are this times (u, v, 1) of the corners' u and v.
 using TexturePlacement = Eigen::Matrix<double, 2, 3>;

@@ -1,7 +1,7 @@
 #include <difusa/transport/gather.h>
 
 #include <difusa/core/parallel.h>
-#include <difusa/transport/surroundings.h>
+#include <difusa/rays/surroundings.h>
 
 #include <algorithm>
 #include <memory>

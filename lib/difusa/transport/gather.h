@@ -3,11 +3,11 @@
 // ‖S‖∞ <= 1 always. Costs #points times N first-hit rays; memory grows linearly in the number of points.
 #pragma once
 
-#include <difusa/basis/basis.h>
+#include <difusa/discretisation/basis.h>
 #include <difusa/lighting/first_bounce.h>
-#include <difusa/transport/directions.h>
+#include <difusa/rays/directions.h>
+#include <difusa/rays/visibility.h>
 #include <difusa/transport/transport.h>
-#include <difusa/visibility/visibility.h>
 
 #include <cstdint>
 #include <span>

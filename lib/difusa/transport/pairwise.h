@@ -2,14 +2,14 @@
 // #S (#S - 1) / 2 visibility segments and memory for every pair that sees each other.
 //
 // Nothing bounds the row sums: where sites are closer than the kernel allows, or the areas are too large, their sum
-// exceeds 1 and the iteration may diverge. That is detected before solving (solve/spectral_radius.h).
+// exceeds 1 and the iteration may diverge. That is detected before solving (algebra/spectral_radius.h).
 #pragma once
 
-#include <difusa/basis/element_integrals.h>
-#include <difusa/sites/site_set.h>
+#include <difusa/discretisation/element_integrals.h>
+#include <difusa/discretisation/site_set.h>
+#include <difusa/rays/visibility.h>
 #include <difusa/transport/kernel.h>
 #include <difusa/transport/transport.h>
-#include <difusa/visibility/visibility.h>
 
 namespace difusa {
 

@@ -2,9 +2,9 @@
 // a scene can be relit without casting a ray. Two discretisations make it: gather.h and pairwise.h.
 #pragma once
 
+#include <difusa/algebra/sparse_rows.h>
 #include <difusa/scene/light_groups.h>
 #include <difusa/scene/scene.h>
-#include <difusa/transport/sparse_rows.h>
 
 #include <array>
 #include <vector>
@@ -14,7 +14,7 @@ namespace difusa {
 /// For radiosity sum_k b_k phi_k(y) + E(y) and a sky that gives an unshaded surface the irradiance H_sky, the
 /// irradiance at point j is
 ///     h_j = sum_k S_jk b_k + sum_m (L_jm E_m + uneven_jm) + sky_j H_sky + dome_j.
-/// The points are the sites, or more points than that (basis/projection.h).
+/// The points are the sites, or more points than that (discretisation/projection.h).
 struct Transport {
     SparseRows S; ///< #points by #S
     SparseRows L; ///< #points by #materials: columns of materials that emit evenly; empty rows if none does
@@ -29,12 +29,6 @@ struct Transport {
     std::size_t rays = 0;       ///< first-hit rays cast
     std::size_t segments = 0;   ///< visibility segments cast
 };
-
-/// Materials with a positive emission in some channel.
-std::vector<char> emitting_materials(const Scene& scene);
-
-/// True if one of them emits unevenly.
-bool has_uneven_emitters(const Scene& scene);
 
 /// Irradiance at the points from emitting faces and the sky, as far as the light is of `group`: #points by `channels`
 /// (1: the first channel stands for all; 3).

@@ -1,0 +1,44 @@
+#include <difusa/algebra/solver.h>
+
+#include <sstream>
+
+namespace difusa {
+
+std::string SolveSummary::sentence() const {
+    std::ostringstream text;
+    switch (reason) {
+    case Reason::converged:
+        text << "converged";
+        break;
+    case Reason::max_iterations:
+        text << "stopped at the limit of iterations";
+        break;
+    case Reason::diverged:
+        text << "diverged";
+        break;
+    case Reason::stagnated:
+        text << "stagnated";
+        break;
+    }
+    text << " after " << iterations << (iterations == 1 ? " iteration" : " iterations") << ", relative residual "
+         << residual;
+    return text.str();
+}
+
+std::vector<double> relative_residual(const SolveProblem& problem, const Values& h, Values& residual,
+                                      const Execution& execution) {
+    const Values b = problem.rho.cwiseProduct(h);
+    Values Kb;
+    problem.K->apply(b, Kb, execution);
+    residual = problem.H_direct + Kb - h;
+    std::vector<double> relative;
+    for (Eigen::Index c = 0; c < h.cols(); ++c) {
+        // NaN in the light or the residual must come out as NaN, not be passed over by a comparison.
+        const double light = problem.H_direct.col(c).cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
+        const double largest = residual.col(c).cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
+        relative.push_back(light == 0.0 ? 0.0 : largest / light);
+    }
+    return relative;
+}
+
+} // namespace difusa

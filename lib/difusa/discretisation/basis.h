@@ -1,0 +1,54 @@
+// Plugin kind "basis": finite elements phi_i on the surface, so that a function is sum_i b_i phi_i(x).
+#pragma once
+
+#include <difusa/core/progress.h>
+#include <difusa/discretisation/site_set.h>
+#include <difusa/mesh/mesh.h>
+
+#include <span>
+#include <vector>
+
+namespace difusa {
+
+/// The elements that do not vanish at a point, and their weights: phi_{element[i]}(x) = weight[i].
+struct BasisRow {
+    std::vector<Index> element;
+    std::vector<double> weight;
+    void clear() {
+        element.clear();
+        weight.clear();
+    }
+};
+
+class Basis {
+  public:
+    virtual ~Basis() = default;
+
+    /// Binds the basis to its sites (one element per site); both must outlive it. Called once.
+    virtual void bind(const Mesh& mesh, const SiteSet& sites) = 0;
+
+    /// Number of elements.
+    virtual std::size_t size() const = 0;
+
+    /// phi_i(x) >= 0 and sum_i phi_i(x) = 1 at every surface point (T 3.7, 3.8).
+    virtual bool partition_of_unity() const = 0;
+
+    /// sum_i phi_i(x) = 1 at every surface point, whatever the signs: constants are reproduced.
+    virtual bool sums_to_one() const { return partition_of_unity(); }
+
+    /// True if the coefficients of a function are its values at the sites, because the basis interpolates or is
+    /// meant as a quasi-interpolant; false if Z b = values must be solved (T 3.2).
+    virtual bool coefficients_are_values() const = 0;
+
+    /// Writes the elements at x; none on dark regions (SiteSet::dark). Safe from many threads with distinct rows.
+    virtual void evaluate(const SurfacePoint& x, BasisRow& row) const = 0;
+
+    /// The same for many points, rows[i] for x[i]; a basis may have a faster way than one after another.
+    virtual void evaluate(std::span<const SurfacePoint> x, std::span<BasisRow> rows) const {
+        for (std::size_t i = 0; i < x.size(); ++i) {
+            evaluate(x[i], rows[i]);
+        }
+    }
+};
+
+} // namespace difusa

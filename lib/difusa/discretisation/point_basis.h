@@ -1,0 +1,63 @@
+// Bases whose elements are defined by points (T 3.3.1): what they share. A plugin derives from PointBasis and
+// says how far an element reaches and what it weighs; this class finds the elements, normalises, and copes with
+// places that no support covers.
+#pragma once
+
+#include <difusa/discretisation/basis.h>
+#include <difusa/discretisation/separators.h>
+#include <difusa/discretisation/support_grid.h>
+
+#include <memory>
+#include <span>
+
+namespace difusa {
+
+/// The elements whose support may hold a point x, as parallel arrays of one length.
+struct Neighbourhood {
+    std::span<const Index> site;
+    std::span<const double> distance; ///< Euclidean distance |x - p_i|
+    std::span<const double> cosine;   ///< n_x·n_i > 0; site distance (T 4.1) = distance / cosine
+    std::span<const double> radius;   ///< r_i
+};
+
+class PointBasis : public Basis {
+  public:
+    PointBasis();
+    ~PointBasis() override;
+    PointBasis(const PointBasis&) = delete;
+    PointBasis& operator=(const PointBasis&) = delete;
+    void bind(const Mesh& mesh, const SiteSet& sites) final;
+    std::size_t size() const final;
+
+    /// Elements at x; those of sites that a separator hides from x (separators.h) vanish. A basis that sums to one and
+    /// has no support there gives all weight to the nearest site of the region: of the 16 nearest in space the one at
+    /// the smallest site distance that is not hidden; of all 16 if each is hidden; or the nearest in space if all face
+    /// away. On a region without sites it is the nearest of all.
+    void evaluate(const SurfacePoint& x, BasisRow& row) const final;
+    void evaluate(std::span<const SurfacePoint> x, std::span<BasisRow> rows) const final;
+
+  protected:
+    /// Called by `bind` before anything else is asked: what the basis derives from all of its sites.
+    virtual void prepare(const SiteSet& /*sites*/) {}
+
+    /// Euclidean radius outside of which an element of radius r vanishes.
+    virtual double support(double r) const = 0;
+
+    /// Writes the mother function's value Psi_i(x) for each neighbour. Where the basis sums to one only their ratios
+    /// matter (phi_i = Psi_i / sum Psi_j, T 3.10; no support if the sum is not positive), else phi_i = Psi_i. They are
+    /// not negative if it is a partition of unity.
+    virtual void weigh(const SurfacePoint& x, const Neighbourhood& near, std::span<double> weight) const = 0;
+
+  private:
+    struct NearestSite;
+    Index nearest(const SurfacePoint& x) const;
+    void evaluate_among(const SurfacePoint& x, std::span<const Index> candidates, BasisRow& row) const;
+    const Mesh* mesh_ = nullptr;
+    const SiteSet* sites_ = nullptr;
+    bool normalise_ = false;
+    SupportGrid grid_;
+    Separators separators_;
+    std::unique_ptr<NearestSite> nearest_;
+};
+
+} // namespace difusa

@@ -1,0 +1,316 @@
+#include <difusa/discretisation/projection.h>
+
+#include <difusa/core/error.h>
+#include <difusa/core/parallel.h>
+#include <difusa/core/text.h>
+#include <difusa/mesh/surface_sampling.h>
+
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
+#include <Eigen/SparseLU>
+#include <nanoflann.hpp>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace difusa {
+
+/// values -> coefficients as a linear map with a transpose.
+struct Projection::Map {
+    virtual ~Map() = default;
+    virtual Eigen::VectorXd apply(const Eigen::VectorXd& values) const = 0;
+    virtual Eigen::VectorXd transposed(const Eigen::VectorXd& coefficients) const = 0;
+    virtual bool is_identity() const { return false; }
+    virtual double condition() const { return 1.0; }
+
+    struct Identity;
+    struct Inverse;
+    struct Correction;
+    struct LeastSquares;
+};
+
+namespace {
+
+using Matrix = Eigen::SparseMatrix<double>;
+
+constexpr double largest_condition = 1e12;
+
+Matrix collocation(const Basis& basis, std::span<const SurfacePoint> points, const Execution& execution) {
+    std::vector<BasisRow> rows(points.size());
+    parallel_for(points.size(), 256, execution, [&](std::size_t begin, std::size_t end, unsigned) {
+        for (std::size_t i = begin; i < end; ++i) {
+            basis.evaluate(points[i], rows[i]);
+        }
+    });
+    std::vector<Eigen::Triplet<double>> entries;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        for (std::size_t k = 0; k < rows[i].element.size(); ++k) {
+            entries.emplace_back(static_cast<int>(i), static_cast<int>(rows[i].element[k]), rows[i].weight[k]);
+        }
+    }
+    Matrix Z(static_cast<Eigen::Index>(points.size()), static_cast<Eigen::Index>(basis.size()));
+    Z.setFromTriplets(entries.begin(), entries.end());
+    Z.makeCompressed();
+    return Z;
+}
+
+double norm_1(const Matrix& M) {
+    double largest = 0.0;
+    for (Eigen::Index column = 0; column < M.outerSize(); ++column) {
+        largest = std::max(largest, M.col(column).cwiseAbs().sum());
+    }
+    return largest;
+}
+
+/// Hager's estimate of ‖M⁻¹‖₁ by a few solves with M and its transpose.
+template <class Solve, class SolveTransposed>
+double inverse_norm_1(const Solve& solve, const SolveTransposed& solve_transposed, Eigen::Index n) {
+    Eigen::VectorXd x = Eigen::VectorXd::Constant(n, 1.0 / static_cast<double>(n));
+    double estimate = 0.0;
+    for (int step = 0; step < 5; ++step) {
+        const Eigen::VectorXd y = solve(x);
+        estimate = std::max(estimate, y.cwiseAbs().sum());
+        const Eigen::VectorXd sign = y.unaryExpr([](double v) { return v < 0.0 ? -1.0 : 1.0; });
+        const Eigen::VectorXd z = solve_transposed(sign);
+        Eigen::Index j = 0;
+        if (z.cwiseAbs().maxCoeff(&j) <= z.dot(x)) {
+            break;
+        }
+        x = Eigen::VectorXd::Unit(n, j);
+    }
+    return estimate;
+}
+
+/// Sites by place, as the tree wants them.
+struct Cloud {
+    const SiteSet& sites;
+    std::size_t kdtree_get_point_count() const { return sites.size(); }
+    double kdtree_get_pt(std::size_t i, std::size_t axis) const {
+        return sites.points[i].position[static_cast<Eigen::Index>(axis)];
+    }
+    template <class Box> bool kdtree_get_bbox(Box& /*box*/) const { return false; }
+};
+
+/// The share of each site's area that falls to each point, all points being dealt to their nearest site.
+Eigen::VectorXd quadrature_weights(const SiteSet& sites, std::span<const SurfacePoint> points,
+                                   const std::vector<double>& integrals) {
+    const Cloud cloud{sites};
+    nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Cloud>, Cloud, 3> tree(3, cloud);
+    std::vector<std::size_t> owner(points.size()), members(sites.size(), 0);
+    for (std::size_t q = 0; q < points.size(); ++q) {
+        std::array<std::uint32_t, 1> found{};
+        std::array<double, 1> squared{};
+        tree.knnSearch(points[q].position.data(), 1, found.data(), squared.data());
+        owner[q] = q < sites.size() ? q : found[0];
+        ++members[owner[q]];
+    }
+    // Elements of a basis that is no partition of unity may have no area of their own: then an average one.
+    const double mean =
+        std::accumulate(integrals.begin(), integrals.end(), 0.0) / static_cast<double>(integrals.size());
+    Eigen::VectorXd weight(static_cast<Eigen::Index>(points.size()));
+    for (std::size_t q = 0; q < points.size(); ++q) {
+        weight[static_cast<Eigen::Index>(q)] =
+            (integrals[owner[q]] > 1e-3 * mean ? integrals[owner[q]] : mean) / static_cast<double>(members[owner[q]]);
+    }
+    return weight;
+}
+
+void check_condition(double condition) {
+    if (!(condition <= largest_condition)) {
+        throw NotConverged("the elements of the basis overlap so much that their coefficients cannot be determined: "
+                           "condition " +
+                           text_of(condition) + ", at most " + text_of(largest_condition) +
+                           " is usable. Give the basis a smaller width, or use a partition of unity "
+                           "(--basis normalized-radial or shepard) with --projection natural or corrected");
+    }
+}
+
+} // namespace
+
+struct Projection::Map::Identity final : Map {
+    Eigen::VectorXd apply(const Eigen::VectorXd& values) const override { return values; }
+    Eigen::VectorXd transposed(const Eigen::VectorXd& coefficients) const override { return coefficients; }
+    bool is_identity() const override { return true; }
+};
+
+/// P = Z⁻¹.
+struct Projection::Map::Inverse final : Map {
+    mutable Eigen::SparseLU<Matrix> lu; // its transpose() is not const
+    double condition_number;
+    explicit Inverse(const Matrix& Z) {
+        lu.compute(Z);
+        condition_number = std::numeric_limits<double>::infinity();
+        if (lu.info() == Eigen::Success) {
+            condition_number =
+                norm_1(Z) * inverse_norm_1([&](const Eigen::VectorXd& y) { return apply(y); },
+                                           [&](const Eigen::VectorXd& y) { return transposed(y); }, Z.rows());
+        }
+        check_condition(condition_number);
+    }
+    Eigen::VectorXd apply(const Eigen::VectorXd& values) const override { return lu.solve(values); }
+    Eigen::VectorXd transposed(const Eigen::VectorXd& coefficients) const override {
+        return lu.transpose().solve(coefficients);
+    }
+    double condition() const override { return condition_number; }
+};
+
+/// P = sum_{k=0..sweeps} (I - Z)^k, in Horner's form.
+struct Projection::Map::Correction final : Map {
+    Matrix Z;
+    int sweeps;
+    Correction(const Matrix& collocation, int count) : Z(collocation), sweeps(count) {}
+    Eigen::VectorXd apply(const Eigen::VectorXd& values) const override {
+        Eigen::VectorXd b = values;
+        for (int k = 0; k < sweeps; ++k) {
+            b += values - Z * b;
+        }
+        return b;
+    }
+    Eigen::VectorXd transposed(const Eigen::VectorXd& coefficients) const override {
+        Eigen::VectorXd w = coefficients;
+        for (int k = 0; k < sweeps; ++k) {
+            w += coefficients - Z.transpose() * w;
+        }
+        return w;
+    }
+};
+
+/// P = (ZᵀWZ)⁻¹ ZᵀW.
+struct Projection::Map::LeastSquares final : Map {
+    Matrix ZtW;
+    Eigen::SimplicialLDLT<Matrix> factor;
+    double condition_number;
+    LeastSquares(const Matrix& Z, const Eigen::VectorXd& W) : ZtW(Z.transpose() * W.asDiagonal()) {
+        const Matrix M = ZtW * Z;
+        factor.compute(M);
+        condition_number = std::numeric_limits<double>::infinity();
+        if (factor.info() == Eigen::Success && (factor.vectorD().array() > 0.0).all()) {
+            const auto solve = [&](const Eigen::VectorXd& y) { return Eigen::VectorXd(factor.solve(y)); };
+            condition_number = norm_1(M) * inverse_norm_1(solve, solve, M.rows());
+        }
+        check_condition(condition_number);
+    }
+    Eigen::VectorXd apply(const Eigen::VectorXd& values) const override {
+        const Eigen::VectorXd moments = ZtW * values;
+        return factor.solve(moments);
+    }
+    Eigen::VectorXd transposed(const Eigen::VectorXd& coefficients) const override {
+        return ZtW.transpose() * Eigen::VectorXd(factor.solve(coefficients));
+    }
+    double condition() const override { return condition_number; }
+};
+
+ProjectionChoice parse_projection(std::string_view choice, std::string& text) {
+    const ParameterSpec sweeps{"sweeps", ParameterSpec::Type::integer, "2", "times the residual is put back", 1, 16,
+                               {}};
+    const ParameterSpec points{
+        "points", ParameterSpec::Type::real, "3", "points for each element at which light is gathered", 1.0, 64.0, {}};
+    const Choice parsed = parse_choice("projection", choice,
+                                       {{"natural", {}},
+                                        {"interpolation", {}},
+                                        {"corrected", {sweeps}},
+                                        {"least-squares", {points}},
+                                        {"galerkin", {points}}});
+    text = parsed.text();
+    ProjectionChoice result;
+    if (parsed.name == "interpolation") {
+        result.kind = ProjectionKind::interpolation;
+    } else if (parsed.name == "corrected") {
+        result.kind = ProjectionKind::corrected;
+        result.sweeps = static_cast<int>(parsed.parameters.integer("sweeps"));
+    } else if (parsed.name != "natural") {
+        result.kind = parsed.name == "galerkin" ? ProjectionKind::galerkin : ProjectionKind::least_squares;
+        result.points = parsed.parameters.real("points");
+    }
+    return result;
+}
+
+std::vector<SurfacePoint> projection_points(const ProjectionChoice& choice, const Mesh& mesh, const SiteSet& sites,
+                                            std::uint64_t seed) {
+    std::vector<SurfacePoint> points = sites.points;
+    if (choice.kind == ProjectionKind::least_squares || choice.kind == ProjectionKind::galerkin) {
+        const auto more = static_cast<std::size_t>((choice.points - 1.0) * static_cast<double>(sites.size()));
+        const std::vector<SurfacePoint> further = even_points(mesh, more, RandomStream(seed, "projection points"));
+        points.insert(points.end(), further.begin(), further.end());
+    }
+    return points;
+}
+
+Projection::Projection(const Basis& basis, const SiteSet& sites, const ProjectionChoice& choice,
+                       std::span<const SurfacePoint> points, const std::vector<double>& integrals,
+                       const Execution& execution) {
+    ProjectionKind kind = choice.kind;
+    if (kind == ProjectionKind::natural) {
+        if (basis.coefficients_are_values()) {
+            map_ = std::make_unique<Map::Identity>();
+            return;
+        }
+        kind = ProjectionKind::interpolation;
+    }
+    const Matrix Z = collocation(basis, points, execution);
+    if (kind == ProjectionKind::interpolation) {
+        map_ = std::make_unique<Map::Inverse>(Z);
+    } else if (kind == ProjectionKind::corrected) {
+        map_ = std::make_unique<Map::Correction>(Z, choice.sweeps);
+    } else {
+        const Eigen::VectorXd W = kind == ProjectionKind::galerkin ? quadrature_weights(sites, points, integrals)
+                                                                   : Eigen::VectorXd::Ones(Z.rows());
+        map_ = std::make_unique<Map::LeastSquares>(Z, W);
+    }
+    condition_ = map_->condition();
+}
+
+Projection::~Projection() = default;
+Projection::Projection(Projection&&) noexcept = default;
+Projection& Projection::operator=(Projection&&) noexcept = default;
+
+bool Projection::is_identity() const {
+    return map_->is_identity();
+}
+
+Values Projection::coefficients(const Values& values) const {
+    if (is_identity()) {
+        return values;
+    }
+    Values b;
+    for (Eigen::Index c = 0; c < values.cols(); ++c) {
+        // Vectors of their own: the solvers take their operands for contiguous, which columns of row-major values are
+        // not.
+        const Eigen::VectorXd column = values.col(c);
+        const Eigen::VectorXd solution = map_->apply(column);
+        b.resize(solution.size(), values.cols());
+        b.col(c) = solution;
+    }
+    return b;
+}
+
+std::vector<double> Projection::quadrature(const std::vector<double>& integrals) const {
+    const Eigen::VectorXd A =
+        Eigen::Map<const Eigen::VectorXd>(integrals.data(), static_cast<Eigen::Index>(integrals.size()));
+    const Eigen::VectorXd w = map_->transposed(A);
+    return {w.data(), w.data() + w.size()};
+}
+
+Values limited(const Basis& basis, const SiteSet& sites, const Values& values, Values coefficients,
+               const Execution& execution) {
+    parallel_for(sites.size(), 64, execution, [&](std::size_t begin, std::size_t end, unsigned) {
+        BasisRow row;
+        for (std::size_t j = begin; j < end; ++j) {
+            basis.evaluate(sites.points[j], row);
+            Eigen::RowVectorXd least = values.row(static_cast<Eigen::Index>(j)), most = least;
+            for (const Index i : row.element) {
+                least = least.cwiseMin(values.row(i));
+                most = most.cwiseMax(values.row(i));
+            }
+            auto own = coefficients.row(static_cast<Eigen::Index>(j));
+            const Eigen::RowVectorXd more = 0.25 * (most - least);
+            least = (least - more).cwiseMax(least.cwiseMin(0.0));
+            own = own.cwiseMax(least).cwiseMin(most + more).eval();
+        }
+    });
+    return coefficients;
+}
+
+} // namespace difusa

@@ -1,0 +1,83 @@
+// From the values of a function at points to its coefficients in a basis (T 3.2).
+#pragma once
+
+#include <difusa/core/types.h>
+#include <difusa/discretisation/basis.h>
+#include <difusa/plugin/choice.h>
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace difusa {
+
+/// Which coefficients stand for a function of which values are known. Z_qi = phi_i(x_q) is the collocation matrix.
+enum class ProjectionKind {
+    natural,       ///< what the basis says: b = values for interpolating and quasi-interpolating bases, else as below
+    interpolation, ///< Z b = values at the sites (T 3.2, 3.3)
+    corrected,     ///< b = sum_{k=0..sweeps} (I - Z)^k values: residual correction of a quasi-interpolant
+    least_squares, ///< ZᵀZ b = Zᵀ values, values at the sites and at further points (T 3.2.3)
+    galerkin ///< ZᵀWZ b = ZᵀW values: the projection in L2 (T 3.2.6), inner products by quadrature at the same
+             ///< points, weights W, so that functions of the basis are reproduced exactly
+};
+
+struct ProjectionChoice {
+    ProjectionKind kind = ProjectionKind::natural;
+    int sweeps = 2;      ///< of `corrected`
+    double points = 3.0; ///< of least_squares and galerkin: points for each element
+};
+
+/// "natural", "corrected:sweeps=3", "least-squares:points=3", ... Throws UsageError. `text` receives the choice with
+/// all parameters.
+ProjectionChoice parse_projection(std::string_view choice, std::string& text);
+
+/// The points whose values `choice` projects: the sites, first, and for least_squares and galerkin
+/// (points - 1) #S more, spread evenly over the surface.
+std::vector<SurfacePoint> projection_points(const ProjectionChoice& choice, const Mesh& mesh, const SiteSet& sites,
+                                            std::uint64_t seed);
+
+/// Coefficients whose field has hardly a bump or dip that the values do not have: each is kept within the range of the
+/// values at the sites whose elements live at its own, or a quarter of that range above or below, which the values at
+/// an edge need to go on as they come; and not below 0 where no value is. With a partition of unity the field is then 0
+/// where no value around differs from 0, and, if no weight is negative either, keeps to the same limits.
+Values limited(const Basis& basis, const SiteSet& sites, const Values& values, Values coefficients,
+               const Execution& execution);
+
+class Projection {
+  public:
+    /// `points` are those of `projection_points`; `integrals` are the A_i = ∫ phi_i dA, from which the weights of
+    /// galerkin derive: each site's area is shared by the points that are nearest to it.
+    /// Throws NotConverged, naming the condition number and the remedy, if the matrix is singular or so ill-conditioned
+    /// (above 1e12) that coefficients would be noise.
+    Projection(const Basis& basis, const SiteSet& sites, const ProjectionChoice& choice,
+               std::span<const SurfacePoint> points, const std::vector<double>& integrals, const Execution& execution);
+
+    /// The natural projection of the values at the sites.
+    Projection(const Basis& basis, const SiteSet& sites, const Execution& execution)
+        : Projection(basis, sites, {}, sites.points, {}, execution) {}
+    ~Projection();
+    Projection(Projection&&) noexcept;
+    Projection& operator=(Projection&&) noexcept;
+
+    /// True if coefficients are the values themselves.
+    bool is_identity() const;
+
+    /// values: #points by #channels; the coefficients: #S by #channels.
+    Values coefficients(const Values& values) const;
+
+    /// Weights w with sum_q w_q f(x_q) = ∫ (the function of the basis that stands for the values f) dA, from the
+    /// integrals A_i = ∫ phi_i dA: w = Pᵀ A for the projection P.
+    std::vector<double> quadrature(const std::vector<double>& integrals) const;
+
+    /// Estimate of ‖M‖₁ ‖M⁻¹‖₁ (Hager 1984), a lower bound, for the matrix M that is inverted; 1 if none is.
+    double condition() const { return condition_; }
+
+  private:
+    struct Map;
+    std::unique_ptr<Map> map_;
+    double condition_ = 1.0;
+};
+
+} // namespace difusa

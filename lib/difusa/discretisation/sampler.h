@@ -1,0 +1,33 @@
+// Plugin kind "sampler": where the sites go.
+#pragma once
+
+#include <difusa/core/progress.h>
+#include <difusa/core/random.h>
+#include <difusa/mesh/mesh.h>
+
+#include <vector>
+
+namespace difusa {
+
+class Visibility;
+
+class Sampler {
+  public:
+    virtual ~Sampler() = default;
+
+    /// True if `sample` needs rays; then `visibility` is not null.
+    virtual bool needs_visibility() const { return false; }
+
+    /// Points such that no two are closer than `spacing` in site distance. Throws ResourceError if there would be
+    /// more than `limit`, InputError if the sampler finds no surface at all.
+    virtual std::vector<SurfacePoint> sample(const Mesh& mesh, const Visibility* visibility, double spacing,
+                                             std::size_t limit, RandomStream stream,
+                                             const Execution& execution) const = 0;
+};
+
+/// The spacing at which `sampler` gives about `count` sites (within 5 % where one spacing does: regions that
+/// are smaller than the spacing carry one site each whatever it is), found by repeated sampling.
+double spacing_for_count(const Sampler& sampler, const Mesh& mesh, const Visibility* visibility, std::size_t count,
+                         std::uint64_t seed, const Execution& execution);
+
+} // namespace difusa

@@ -1,0 +1,68 @@
+// What parts a region without cutting its triangles: a wall that stands on a floor which runs on beneath it, the foot
+// of a table, a board stuck through a panel. Elements do not reach through it.
+#pragma once
+
+#include <difusa/core/box_tree.h>
+#include <difusa/discretisation/site_set.h>
+#include <difusa/mesh/mesh.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace difusa {
+
+/// A triangle that parts a region.
+struct Separator {
+    Index region = none;
+    Index triangle = none;
+    friend bool operator==(const Separator&, const Separator&) = default;
+};
+
+/// All separators, by region, then by triangle.
+///
+/// A triangle is a **separator** of another region if it touches triangles of the region that lie on both sides of its
+/// plane: one that does, or several. Walls around a convex floor have it on one side only; what lies in one plane with
+/// the region parts nothing. Triangles touch, and lie on a plane, as far as coordinates in single precision can tell
+/// (2^-21 of the mesh' diameter): a separator too many costs time, for `Separators::hides` asks for a proper crossing.
+std::vector<Separator> find_separators(const Mesh& mesh);
+
+/// Which sites are out of sight of a point of their own region.
+class Separators {
+  public:
+    Separators() = default;
+
+    /// `support`: #S, the Euclidean radii of the elements. The mesh must outlive this; the sites too.
+    Separators(const Mesh& mesh, const SiteSet& sites, std::span<const double> support);
+
+    /// True if the mesh has any.
+    bool any() const { return !trees_.empty(); }
+
+    /// True if the region has any.
+    bool any(Index region) const { return any() && tree_[region] != none; }
+
+    /// True if one may be within the support of the site: else it hides no point of that from the site.
+    bool near(Index site) const { return near_[site] != 0; }
+
+    /// True if the segment from the site to x, a point of its region, both lifted off the surface, crosses a separator
+    /// of the region. What only touches it or lies in its plane, such as x at the foot of a wall, does not cross it.
+    ///
+    /// Points are lifted along their normals by 2^-6 of the site's support, and by half of how far the other point lies
+    /// below their tangent plane, so that the segment stays above a surface that bulges; by less if a separator
+    /// is in the way.
+    bool hides(Index site, const SurfacePoint& x) const;
+
+  private:
+    double lift(const BoxTree& tree, const Vec3& from, const Vec3& normal, double wanted) const;
+    bool crosses(Index triangle, const Vec3& a, const Vec3& b, double& t) const;
+
+    const Mesh* mesh_ = nullptr;
+    const SiteSet* sites_ = nullptr;
+    std::vector<double> support_;    ///< #S
+    std::vector<std::uint8_t> near_; ///< #S
+    std::vector<BoxTree> trees_;     ///< separators of each region that has any
+    std::vector<Index> tree_;        ///< #regions: its tree, or none
+    double rounding_ = 0.0;          ///< of coordinates
+};
+
+} // namespace difusa

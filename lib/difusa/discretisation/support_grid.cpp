@@ -1,0 +1,172 @@
+#include <difusa/discretisation/support_grid.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace difusa {
+
+namespace {
+
+/// Squared distance from a point to the box of a cell, both in units of the cell's size.
+double distance_squared(const Vec3& point, const Cell& cell) {
+    double sum = 0.0;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double low = cell[static_cast<std::size_t>(axis)];
+        const double gap = std::max({low - point[axis], point[axis] - (low + 1.0), 0.0});
+        sum += gap * gap;
+    }
+    return sum;
+}
+
+} // namespace
+
+SupportGrid::SupportGrid(const Mesh& mesh, const SiteSet& sites, std::span<const double> support) {
+    std::vector<double> sorted(support.begin(), support.end());
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    // Half a support: smaller cells have tighter lists but there are more of them. A floor keeps cell numbers
+    // small however fine the sites are.
+    const double size = std::max(0.5 * *middle, mesh.diameter() * 0x1p-28);
+    origin_ = mesh.low;
+    inverse_size_ = 1.0 / size;
+
+    candidates_.resize(sites.size());
+    for (std::size_t i = 0; i < sites.size(); ++i) {
+        const SurfacePoint& p = sites.points[i];
+        candidates_[i] = {{p.position[0], p.position[1], p.position[2]},
+                          {p.normal[0], p.normal[1], p.normal[2]},
+                          support[i] * support[i],
+                          sites.radius[i]};
+    }
+    mark(mesh);
+
+    // Two rounds over the same pairs (cell, site): count, then fill. Rounding may put a point into the cell beside
+    // the one its support was tested against, hence the margin.
+    first_.assign(table_.count() + 1, 0);
+    const double margin = 1e-6;
+    const auto for_each_pair = [&](const auto& act) {
+        for (std::size_t i = 0; i < sites.size(); ++i) {
+            const Vec3 centre = (sites.points[i].position - origin_) * inverse_size_;
+            const double reach = support[i] * inverse_size_ + margin;
+            const double wide = 2.0 * reach + 2.0;
+            if (wide * wide * wide > static_cast<double>(table_.slots().size())) {
+                for (const CellTable::Slot& slot : table_.slots()) {
+                    if (slot.region == sites.region[i] && distance_squared(centre, slot.cell) <= reach * reach) {
+                        act(slot.number, static_cast<Index>(i));
+                    }
+                }
+                continue;
+            }
+            Cell low{}, high{};
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                const double c = centre[static_cast<Eigen::Index>(axis)];
+                low[axis] = static_cast<std::int32_t>(std::floor(c - reach));
+                high[axis] = static_cast<std::int32_t>(std::floor(c + reach));
+            }
+            for (std::int32_t x = low[0]; x <= high[0]; ++x) {
+                for (std::int32_t y = low[1]; y <= high[1]; ++y) {
+                    for (std::int32_t z = low[2]; z <= high[2]; ++z) {
+                        const Cell cell{x, y, z};
+                        if (distance_squared(centre, cell) > reach * reach) {
+                            continue;
+                        }
+                        const Index bucket = table_.find(cell, sites.region[i]);
+                        if (bucket != none) {
+                            act(bucket, static_cast<Index>(i));
+                        }
+                    }
+                }
+            }
+        }
+    };
+    for_each_pair([this](Index bucket, Index) { ++first_[bucket + 1]; });
+    for (std::size_t b = 0; b < table_.count(); ++b) {
+        first_[b + 1] += first_[b];
+    }
+    entries_.resize(first_.back());
+    std::vector<std::size_t> next(first_.begin(), first_.end() - 1);
+    for_each_pair([&](Index bucket, Index site) { entries_[next[bucket]++] = site; });
+}
+
+void SupportGrid::near(std::span<Query> queries) const {
+    constexpr std::size_t group = 16;
+    std::array<Cell, group> cell;
+    std::array<std::size_t, group> start;
+    for (std::size_t first = 0; first < queries.size(); first += group) {
+        const std::size_t count = std::min(group, queries.size() - first);
+        for (std::size_t i = 0; i < count; ++i) {
+            const Query& query = queries[first + i];
+            cell[i] = cell_of(*query.position);
+            start[i] = table_.start(cell[i], query.region);
+            table_.prefetch(start[i]);
+        }
+        for (std::size_t i = 0; i < count; ++i) {
+            Query& query = queries[first + i];
+            query.near = span_of(table_.find_from(start[i], cell[i], query.region));
+            for (std::size_t k = 0; k < query.near.size(); k += 16) { // a cache line holds 16 numbers
+                __builtin_prefetch(query.near.data() + k);
+            }
+        }
+        for (std::size_t i = 0; i < count; ++i) {
+            for (const Index site : queries[first + i].near) {
+                __builtin_prefetch(&candidates_[site]);
+            }
+        }
+    }
+}
+
+void SupportGrid::mark(const Mesh& mesh) {
+    // Each triangle is halved until a piece meets at most 2 cells along each axis; then all cells of its box count
+    // as met. Points may be rounded across a cell's wall, hence the margin.
+    const double margin = 1e-6;
+    struct Piece {
+        Vec3 a, b, c;
+    };
+    std::vector<Piece> pieces;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        const auto place = [&](int k) -> Vec3 {
+            return (mesh.corner(static_cast<Index>(t), k) - origin_) * inverse_size_;
+        };
+        pieces.push_back({place(0), place(1), place(2)});
+        while (!pieces.empty()) {
+            const Piece piece = pieces.back();
+            pieces.pop_back();
+            const Vec3 low = piece.a.cwiseMin(piece.b).cwiseMin(piece.c).array() - margin;
+            const Vec3 high = piece.a.cwiseMax(piece.b).cwiseMax(piece.c).array() + margin;
+            Cell first{}, last{};
+            bool small = true;
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                first[axis] = static_cast<std::int32_t>(std::floor(low[static_cast<Eigen::Index>(axis)]));
+                last[axis] = static_cast<std::int32_t>(std::floor(high[static_cast<Eigen::Index>(axis)]));
+                small = small && last[axis] <= first[axis] + 1;
+            }
+            if (small) {
+                for (std::int32_t x = first[0]; x <= last[0]; ++x) {
+                    for (std::int32_t y = first[1]; y <= last[1]; ++y) {
+                        for (std::int32_t z = first[2]; z <= last[2]; ++z) {
+                            table_.insert({x, y, z}, mesh.region[t]);
+                        }
+                    }
+                }
+                continue;
+            }
+            const double ab = (piece.b - piece.a).squaredNorm(), bc = (piece.c - piece.b).squaredNorm(),
+                         ca = (piece.a - piece.c).squaredNorm();
+            if (ab >= bc && ab >= ca) {
+                const Vec3 middle = 0.5 * (piece.a + piece.b);
+                pieces.push_back({piece.a, middle, piece.c});
+                pieces.push_back({middle, piece.b, piece.c});
+            } else if (bc >= ca) {
+                const Vec3 middle = 0.5 * (piece.b + piece.c);
+                pieces.push_back({piece.b, middle, piece.a});
+                pieces.push_back({middle, piece.c, piece.a});
+            } else {
+                const Vec3 middle = 0.5 * (piece.c + piece.a);
+                pieces.push_back({piece.c, middle, piece.b});
+                pieces.push_back({middle, piece.a, piece.b});
+            }
+        }
+    }
+}
+
+} // namespace difusa

@@ -1,0 +1,38 @@
+// Textures from picture files, each of which is decoded once.
+#pragma once
+
+#include <difusa/import/image_file.h>
+#include <difusa/scene/texture.h>
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace difusa {
+
+class TextureFiles {
+  public:
+    using Wrap = Texture::Wrap;
+
+    /// Colours from a file. Throws what `read_image` does.
+    std::shared_ptr<const Texture> texture(const std::filesystem::path& file, Wrap wrap_u = Wrap::repeat,
+                                           Wrap wrap_v = Wrap::repeat,
+                                           const TexturePlacement& placement = TexturePlacement::Identity());
+
+    /// What the user should know of the pictures.
+    const std::vector<std::string>& notes() const { return notes_; }
+
+  private:
+    struct Entry {
+        std::shared_ptr<const Texture> texture;
+        Wrap wrap_u, wrap_v;
+        TexturePlacement placement;
+    };
+    std::map<std::filesystem::path, std::shared_ptr<const Image>> images_;
+    std::map<std::filesystem::path, std::vector<Entry>> textures_;
+    std::vector<std::string> notes_;
+};
+
+} // namespace difusa

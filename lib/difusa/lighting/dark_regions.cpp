@@ -1,0 +1,99 @@
+#include <difusa/lighting/dark_regions.h>
+
+#include <difusa/core/parallel.h>
+#include <difusa/mesh/surface_sampling.h>
+#include <difusa/rays/direction_pool.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace difusa {
+
+namespace {
+
+constexpr std::size_t rays_a_place = 32;
+constexpr std::size_t least_places = 64; ///< on a region
+
+/// Whether light can reach x as far as a handful of rays tell.
+bool sees_light(const Scene& scene, const DirectLight& lights, std::span<const Index> others,
+                const Visibility& visibility, const SurfacePoint& x, RandomStream& stream,
+                DirectLight::Worker& worker) {
+    Rgb direct;
+    lights.sample({&x, 1}, stream, {&direct, 1}, worker);
+    if ((direct > 0.0).any()) {
+        return true;
+    }
+    if (!others.empty()) {
+        const double u = stream.uniform(), v = stream.uniform();
+        const SurfacePoint y = uniform_point(scene.mesh, others[stream.below(others.size())], u, v);
+        const Vec3 way = y.position - x.position;
+        if (x.normal.dot(way) > 0.0 && y.normal.dot(way) < 0.0) {
+            const Segment segment{x.position, y.position, x.face, y.face};
+            std::uint8_t blocked = 0;
+            visibility.occluded({&segment, 1}, {&blocked, 1});
+            if (blocked == 0) {
+                return true;
+            }
+        }
+    }
+    Vec3 t, b;
+    tangents(x.normal, t, b);
+    std::array<Ray, rays_a_place> rays;
+    std::array<Hit, rays_a_place> hits;
+    for (std::size_t d = 0; d < rays_a_place; ++d) { // cosine-weighted, stratified in the angle
+        const double r2 = stream.uniform(), r = std::sqrt(r2);
+        const double angle = 2.0 * std::numbers::pi * (static_cast<double>(d) + stream.uniform()) / rays_a_place;
+        const Vec3 direction = r * std::cos(angle) * t + r * std::sin(angle) * b + std::sqrt(1.0 - r2) * x.normal;
+        rays[d] = {x.position, direction, x.face};
+    }
+    visibility.first_hits(rays, hits);
+    for (std::size_t d = 0; d < rays_a_place; ++d) {
+        const Hit& hit = hits[d];
+        if (hit.face == none ? scene.has_sky() && (scene.sky_radiance(rays[d].direction) > 0.0).any() : hit.front) {
+            return true;
+        }
+    }
+    return false;
+}
+
+} // namespace
+
+std::vector<char> dark_regions(const Scene& scene, const DirectLight& lights, const Visibility& visibility,
+                               std::uint64_t seed, const Execution& execution) {
+    const Mesh& mesh = scene.mesh;
+    std::vector<std::vector<Index>> triangles(mesh.region_count);
+    for (Index t = 0; t < mesh.triangles.size(); ++t) {
+        triangles[mesh.region[t]].push_back(t);
+    }
+    const std::vector<char> emits = emitting_materials(scene);
+    std::vector<Index> others; // emitting triangles that are no lamps
+    for (Index t = 0; t < mesh.triangles.size(); ++t) {
+        if (emits[mesh.material[t]] != 0 && lights.lamp_materials()[mesh.material[t]] == 0) {
+            others.push_back(t);
+        }
+    }
+    std::vector<char> dark(mesh.region_count, 0);
+    parallel_for(mesh.region_count, 1, execution, [&](std::size_t begin, std::size_t end, unsigned) {
+        DirectLight::Worker worker;
+        for (std::size_t p = begin; p < end; ++p) {
+            RandomStream stream(seed, "dark patches", p);
+            const std::vector<Index>& own = triangles[p];
+            const std::size_t places = std::max(least_places, own.size());
+            bool lit = false;
+            for (std::size_t i = 0; i < places && !lit; ++i) {
+                if (i % 256 == 0 && execution.progress != nullptr) {
+                    execution.progress->check();
+                }
+                const Index t = own[i % own.size()];
+                const double u = stream.uniform(), v = stream.uniform();
+                lit = sees_light(scene, lights, others, visibility, uniform_point(mesh, t, u, v), stream, worker);
+            }
+            dark[p] = lit ? 0 : 1;
+        }
+    });
+    return dark;
+}
+
+} // namespace difusa

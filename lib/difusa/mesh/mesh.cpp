@@ -1,0 +1,97 @@
+#include <difusa/mesh/mesh.h>
+
+#include <difusa/core/error.h>
+#include <difusa/mesh/twins.h>
+
+#include <algorithm>
+#include <numeric>
+
+namespace difusa {
+
+namespace {
+
+/// Union-find with path halving; the smallest member represents its set.
+class Sets {
+  public:
+    explicit Sets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), Index{0}); }
+    Index find(Index x) {
+        while (parent_[x] != x) {
+            parent_[x] = parent_[parent_[x]];
+            x = parent_[x];
+        }
+        return x;
+    }
+    void unite(Index a, Index b) {
+        a = find(a);
+        b = find(b);
+        parent_[std::max(a, b)] = std::min(a, b);
+    }
+
+  private:
+    std::vector<Index> parent_;
+};
+
+/// See Mesh::convex. Looked into only where that takes well below a second; ends at the first point behind a plane.
+bool is_convex(const Mesh& mesh) {
+    constexpr double most_pairs = 2e8;
+    if (static_cast<double>(mesh.triangles.size()) * static_cast<double>(mesh.points.size()) > most_pairs) {
+        return false;
+    }
+    const double rounding = mesh.magnitude() * 0x1p-44;
+    for (Index t = 0; t < mesh.triangles.size(); ++t) {
+        const Vec3& n = mesh.normals[t];
+        const double height = n.dot(mesh.corner(t, 0)) - rounding;
+        for (const Vec3& point : mesh.points) {
+            if (n.dot(point) < height) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+} // namespace
+
+void Mesh::derive() {
+    const std::size_t count = triangles.size();
+    DIFUSA_REQUIRE(count > 0 && original_face.size() == count && material.size() == count);
+    normals.resize(count);
+    areas.resize(count);
+    area = 0.0;
+    low = high = corner(0, 0);
+    for (std::size_t t = 0; t < count; ++t) {
+        const auto [a, b, c] = triangles[t];
+        // Of the three edges the two shorter ones make the cross product with the least rounding error.
+        const Vec3 ab = points[b] - points[a], bc = points[c] - points[b], ca = points[a] - points[c];
+        const double ab2 = ab.squaredNorm(), bc2 = bc.squaredNorm(), ca2 = ca.squaredNorm();
+        const Vec3 cross = ab2 >= bc2 && ab2 >= ca2   ? bc.cross(ca)
+                           : bc2 >= ab2 && bc2 >= ca2 ? ca.cross(ab)
+                                                      : ab.cross(bc);
+        const double length = cross.stableNorm();
+        DIFUSA_REQUIRE(length > 0.0, "triangle " + std::to_string(t));
+        normals[t] = cross / length;
+        areas[t] = 0.5 * length;
+        area += areas[t];
+        for (const Index p : {a, b, c}) {
+            low = low.cwiseMin(points[p]);
+            high = high.cwiseMax(points[p]);
+        }
+    }
+
+    twin = join_sides(points, triangles);
+    Sets sets(count);
+    for (std::size_t side = 0; side < twin.size(); ++side) {
+        if (twin[side] != none && normals[side / 3].dot(normals[twin[side] / 3]) > perpendicular) {
+            sets.unite(static_cast<Index>(side / 3), twin[side] / 3);
+        }
+    }
+    region.assign(count, none);
+    region_count = 0;
+    for (std::size_t t = 0; t < count; ++t) {
+        const Index root = sets.find(static_cast<Index>(t));
+        region[t] = root == t ? region_count++ : region[root];
+    }
+    convex = is_convex(*this);
+}
+
+} // namespace difusa

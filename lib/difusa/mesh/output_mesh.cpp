@@ -1,0 +1,288 @@
+#include <difusa/mesh/output_mesh.h>
+
+#include <difusa/mesh/smooth_sides.h>
+
+#include <OpenMesh/Core/Mesh/TriConnectivity.hh>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <queue>
+#include <string>
+#include <utility>
+
+namespace difusa {
+
+namespace {
+
+/// The half-edge mesh that is refined. It consists of sheets: joined sides are one edge of it, all others are
+/// boundaries, and each fan of corners is a vertex. So any triangles at all make a manifold, and its vertices are
+/// those of the output.
+struct Sheets {
+    OpenMesh::TriConnectivity links;    ///< who is next to whom
+    std::vector<Vec3> position;         ///< of each vertex
+    std::vector<Eigen::Vector2d> place; ///< of each half-edge: u, v of the vertex it ends at, in its input triangle
+    std::vector<Index> parent;          ///< of each face: the input triangle it is a part of
+
+    std::size_t face_count() const { return links.n_faces(); }
+
+    /// Both are the same bits seen from either end.
+    double squared_length(OpenMesh::EdgeHandle edge) const {
+        const auto [a, b] = ends(edge);
+        return (a - b).squaredNorm();
+    }
+    Vec3 midpoint(OpenMesh::EdgeHandle edge) const {
+        const auto [a, b] = ends(edge);
+        return 0.5 * (a + b);
+    }
+
+    std::pair<Vec3, Vec3> ends(OpenMesh::EdgeHandle edge) const {
+        const auto vertex = [&](unsigned k) { return links.to_vertex_handle(links.halfedge_handle(edge, k)).idx(); };
+        return {position[static_cast<std::size_t>(vertex(0))], position[static_cast<std::size_t>(vertex(1))]};
+    }
+};
+
+std::size_t number(OpenMesh::BaseHandle handle) {
+    return static_cast<std::size_t>(handle.idx());
+}
+
+/// `add_face` would look edges up by their end points and refuse the second sheet that touches the same ones; the
+/// twins already say who is next to whom, so the links are set directly.
+Sheets make_sheets(const Mesh& mesh, const Twins& twin) {
+    const auto [vertex, vertex_count] = number_fans(twin);
+    const std::size_t side_count = twin.size();
+    DIFUSA_REQUIRE(side_count < static_cast<std::size_t>(std::numeric_limits<int>::max()) / 2);
+    const auto handle = [](std::size_t i) { return OpenMesh::VertexHandle(static_cast<int>(i)); };
+
+    Sheets sheets;
+    auto& links = sheets.links;
+    sheets.position.resize(vertex_count);
+    for (Index v = 0; v < vertex_count; ++v) {
+        links.new_vertex();
+    }
+    std::vector<OpenMesh::HalfedgeHandle> half(side_count);     // of each side
+    std::vector<OpenMesh::HalfedgeHandle> border(vertex_count); // the boundary half-edge that leaves each vertex
+    for (std::size_t s = 0; s < side_count; ++s) {
+        const Index from = vertex[s], to = vertex[after(s)];
+        sheets.position[from] = mesh.points[point_at(mesh, s)];
+        if (twin[s] == none || s < twin[s]) {
+            half[s] = links.new_edge(handle(from), handle(to));
+        } else {
+            half[s] = links.opposite_halfedge_handle(half[twin[s]]);
+        }
+        links.set_halfedge_handle(handle(from), half[s]);
+        if (twin[s] == none) {
+            DIFUSA_REQUIRE(!border[to].is_valid());
+            border[to] = links.opposite_halfedge_handle(half[s]);
+        }
+    }
+    for (std::size_t v = 0; v < vertex_count; ++v) {
+        if (border[v].is_valid()) {
+            links.set_next_halfedge_handle(border[v], border[number(links.to_vertex_handle(border[v]))]);
+            links.set_halfedge_handle(handle(v), border[v]);
+        }
+    }
+    sheets.place.resize(links.n_halfedges());
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        const OpenMesh::FaceHandle face = links.new_face();
+        links.set_halfedge_handle(face, half[3 * t]);
+        for (std::size_t s = 3 * t; s < 3 * t + 3; ++s) {
+            links.set_face_handle(half[s], face);
+            links.set_next_halfedge_handle(half[s], half[after(s)]);
+        }
+        sheets.place[number(half[3 * t])] = {1.0, 0.0};
+        sheets.place[number(half[3 * t + 1])] = {0.0, 1.0};
+        sheets.place[number(half[3 * t + 2])] = {0.0, 0.0};
+        sheets.parent.push_back(static_cast<Index>(t));
+    }
+    return sheets;
+}
+
+/// Splits an edge at its midpoint, and the face on either side in two.
+///
+/// The places are halved like the positions, but without rounding: they are multiples of a power of two. So they
+/// stay exact in triangles of any shape, and both sides of an edge agree on them.
+void split(Sheets& sheets, OpenMesh::EdgeHandle edge) {
+    struct Corner {
+        OpenMesh::VertexHandle vertex;
+        Eigen::Vector2d place;
+    };
+    struct Side {
+        OpenMesh::FaceHandle face; // invalid beyond a boundary
+        std::array<Corner, 3> corners;
+        Eigen::Vector2d middle;
+    };
+    auto& links = sheets.links;
+    std::array<Side, 2> sides;
+    for (unsigned k = 0; k < 2; ++k) {
+        OpenMesh::HalfedgeHandle h = links.halfedge_handle(edge, k);
+        Side& side = sides[k];
+        side.face = links.face_handle(h);
+        if (!side.face.is_valid()) {
+            continue;
+        }
+        for (Corner& corner : side.corners) {
+            corner = {links.to_vertex_handle(h), sheets.place[number(h)]};
+            h = links.next_halfedge_handle(h);
+        }
+        side.middle = 0.5 * (side.corners[0].place + side.corners[2].place);
+    }
+
+    const OpenMesh::VertexHandle middle = links.new_vertex();
+    sheets.position.push_back(sheets.midpoint(edge));
+    const std::size_t old_faces = links.n_faces();
+    links.split(edge, middle);
+    sheets.place.resize(links.n_halfedges());
+    sheets.parent.resize(links.n_faces());
+
+    std::size_t next_face = old_faces; // each side keeps its face for one half and has one new face for the other
+    for (const Side& side : sides) {
+        if (!side.face.is_valid()) {
+            continue;
+        }
+        const auto new_face = OpenMesh::FaceHandle(static_cast<int>(next_face++));
+        sheets.parent[number(new_face)] = sheets.parent[number(side.face)];
+        for (const OpenMesh::FaceHandle face : {side.face, new_face}) {
+            OpenMesh::HalfedgeHandle h = links.halfedge_handle(face);
+            for (int k = 0; k < 3; ++k, h = links.next_halfedge_handle(h)) {
+                const OpenMesh::VertexHandle v = links.to_vertex_handle(h);
+                const auto* corner = std::find_if(side.corners.begin(), side.corners.end(),
+                                                  [&](const Corner& c) { return c.vertex == v; });
+                DIFUSA_REQUIRE(v == middle || corner != side.corners.end());
+                sheets.place[number(h)] = v == middle ? side.middle : corner->place;
+            }
+        }
+    }
+    DIFUSA_REQUIRE(next_face == links.n_faces());
+}
+
+/// No refinement has fewer triangles: a triangle without an edge longer than d is at most equilateral in area, and
+/// one whose sides are cut into n pieces together is cut into at least n - 2.
+double least_triangles(const Mesh& mesh, double max_edge) {
+    const double largest_area = std::sqrt(0.1875) * max_edge * max_edge;
+    double count = 0.0;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        double pieces = 0.0;
+        for (std::size_t s = 3 * t; s < 3 * t + 3; ++s) {
+            const double length = (mesh.points[point_at(mesh, s)] - mesh.points[point_at(mesh, after(s))]).norm();
+            pieces += std::max(1.0, std::floor(length / max_edge));
+        }
+        count += std::max(pieces - 2.0, std::floor(mesh.areas[t] / largest_area));
+    }
+    return count;
+}
+
+[[noreturn]] void refuse(const Mesh& mesh, double max_edge, double least, std::size_t limit) {
+    const auto text = [](double value) {
+        std::array<char, 32> buffer{};
+        std::snprintf(buffer.data(), buffer.size(), "%.3g", value);
+        return std::string(buffer.data());
+    };
+    if (mesh.triangles.size() > limit) {
+        throw ResourceError("the mesh has " + std::to_string(mesh.triangles.size()) +
+                            " triangles, more than the output may have (" + std::to_string(limit) +
+                            "): simplify it, or bake it in parts");
+    }
+    // Halved triangles have on average a third to a half of the area that the bound grants them.
+    const double factor = 2.0 * std::sqrt(std::max(1.0, least / static_cast<double>(limit)));
+    throw ResourceError("with edges of at most " + text(max_edge) + " the output mesh would have more than " +
+                        (least > static_cast<double>(limit) ? text(least) : std::to_string(limit)) +
+                        " triangles; the limit is " + std::to_string(limit) +
+                        ": choose a larger --output-spacing, such as " + text(factor * max_edge));
+}
+
+/// Splits the longest edge until none is longer than `max_edge`.
+///
+/// Whether and where an edge is split depends on nothing but its two ends, so sheets that touch along an edge
+/// without being joined still carry the same points on it. The longest edge of all is the longest of its triangles
+/// too, hence no new edge is longer, and angles stay at least half as large as the smallest of the input
+/// (Rosenberg and Stenger 1975).
+void refine(Sheets& sheets, const Mesh& mesh, double max_edge, std::size_t limit, const Execution& execution) {
+    // A midpoint is rounded by at most eps * |coordinate|. From 16 times that on, the two halves and the median
+    // to the opposite corner are shorter than 0.93 of the edge whatever the rounding does, so this ends.
+    const auto can_be_halved = [&](OpenMesh::EdgeHandle edge) {
+        const auto [a, b] = sheets.ends(edge);
+        const double magnitude = a.cwiseAbs().cwiseMax(b.cwiseAbs()).maxCoeff();
+        const Vec3 m = sheets.midpoint(edge);
+        return (a - b).norm() > 16.0 * std::numeric_limits<double>::epsilon() * magnitude && m != a && m != b;
+    };
+
+    struct Candidate {
+        double squared_length;
+        int edge;
+        bool operator<(const Candidate& other) const { // true if the other goes first
+            return squared_length != other.squared_length ? squared_length < other.squared_length : edge > other.edge;
+        }
+    };
+    std::priority_queue<Candidate> candidates;
+    const auto consider = [&](OpenMesh::EdgeHandle edge) {
+        const double squared_length = sheets.squared_length(edge);
+        if (squared_length > max_edge * max_edge && can_be_halved(edge)) {
+            candidates.push({squared_length, edge.idx()});
+        }
+    };
+    auto& links = sheets.links;
+    for (int e = 0; e < static_cast<int>(links.n_edges()); ++e) {
+        consider(OpenMesh::EdgeHandle(e));
+    }
+    for (std::size_t step = 0; !candidates.empty(); ++step) {
+        if (execution.progress != nullptr && step % 4096 == 0) {
+            execution.progress->check();
+        }
+        const OpenMesh::EdgeHandle edge(candidates.top().edge);
+        candidates.pop();
+        const auto old_edges = static_cast<int>(links.n_edges());
+        split(sheets, edge);
+        if (sheets.face_count() > limit) {
+            refuse(mesh, max_edge, 0.0, limit);
+        }
+        consider(edge); // now one half of itself
+        for (int e = old_edges; e < static_cast<int>(links.n_edges()); ++e) {
+            consider(OpenMesh::EdgeHandle(e));
+        }
+    }
+}
+
+} // namespace
+
+OutputMesh refine(const Mesh& mesh, double max_edge, double crease_angle, std::size_t triangle_limit,
+                  const Execution& execution) {
+    DIFUSA_REQUIRE(max_edge > 0.0 && crease_angle >= 0.0);
+    const double least = least_triangles(mesh, max_edge);
+    if (least > static_cast<double>(triangle_limit)) {
+        refuse(mesh, max_edge, least, triangle_limit);
+    }
+    const Twins smooth = join_smooth_sides(mesh, crease_angle);
+    const std::vector<Vec3> normals = corner_normals(mesh, smooth);
+    Sheets sheets = make_sheets(mesh, part_materials(mesh, smooth));
+    refine(sheets, mesh, max_edge, triangle_limit, execution);
+
+    OutputMesh output;
+    const auto& links = sheets.links;
+    output.vertices.resize(links.n_vertices());
+    output.triangles.resize(links.n_faces());
+    output.face = std::move(sheets.parent);
+    for (std::size_t f = 0; f < output.triangles.size(); ++f) {
+        OpenMesh::HalfedgeHandle h = links.halfedge_handle(OpenMesh::FaceHandle(static_cast<int>(f)));
+        for (Index& corner : output.triangles[f]) {
+            corner = static_cast<Index>(links.to_vertex_handle(h).idx());
+            SurfacePoint& vertex = output.vertices[corner];
+            if (vertex.face == none) {
+                vertex.position = sheets.position[corner];
+                vertex.face = output.face[f];
+                vertex.u = sheets.place[number(h)].x();
+                vertex.v = sheets.place[number(h)].y();
+            }
+            h = links.next_halfedge_handle(h);
+        }
+    }
+    for (SurfacePoint& vertex : output.vertices) {
+        DIFUSA_REQUIRE(vertex.face != none);
+        vertex.normal = shading_normal(mesh, normals, vertex.face, vertex.u, vertex.v);
+    }
+    return output;
+}
+
+} // namespace difusa

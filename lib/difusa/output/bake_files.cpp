@@ -1,0 +1,371 @@
+#include <difusa/output/bake_files.h>
+
+#include <difusa/core/colour.h>
+#include <difusa/core/memory.h>
+#include <difusa/io/field_writers.h>
+#include <difusa/output/point_list.h>
+#include <difusa/version.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <iomanip>
+#include <memory>
+#include <sstream>
+
+namespace difusa {
+
+namespace {
+
+const std::vector<std::string> rgb{"R", "G", "B"};
+const char* const flux = "W/m^2";
+
+FieldArray colour(const std::string& name, const std::string& unit, const Values& values) {
+    return {name, unit, rgb, values};
+}
+
+FieldArray scalar(const std::string& name, const std::string& unit, const std::vector<double>& values) {
+    const Values column = Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+    return {name, unit, {}, column};
+}
+
+FieldArray numbers(const std::string& name, std::vector<std::int32_t> values) {
+    return {name, "", {}, std::move(values)};
+}
+
+std::vector<double> as_vector(const Rgb& c) {
+    return {c[0], c[1], c[2]};
+}
+
+std::vector<FieldArray> arrays_of(const PointValues& values) {
+    return {colour("radiosity", flux, values.B),
+            colour("irradiance", flux, values.H),
+            colour("irradiance_direct", flux, values.H_direct),
+            colour("irradiance_indirect", flux, values.H_indirect),
+            colour("reflectance", "", values.rho),
+            colour("emission", flux, values.E)};
+}
+
+void add_groups(const PointValues& values, std::vector<FieldArray>& arrays) {
+    for (const GroupValues& group : values.groups) {
+        arrays.push_back(colour("radiosity_of_" + group.name, flux, group.B));
+        arrays.push_back(colour("irradiance_of_" + group.name, flux, group.H));
+    }
+}
+
+/// Options and results that every file of a bake carries.
+std::vector<FieldNote> notes_of(const BakeResult& result) {
+    std::vector<FieldNote> notes;
+    notes.push_back({"difusa_version", version()});
+    std::string libraries;
+    for (const auto& [name, number] : library_versions()) {
+        libraries += (libraries.empty() ? "" : ", ") + name + " " + number;
+    }
+    notes.push_back({"library_versions", libraries});
+    notes.push_back({"input", result.file});
+    for (const auto& [kind, choice] : result.plugins) {
+        notes.push_back({kind, choice});
+    }
+    const BakeOptions& options = result.options;
+    const auto number = [&](const char* name, double value) { notes.push_back({name, std::vector<double>{value}}); };
+    notes.push_back({"seed", std::to_string(options.seed)}); // a double would not hold all 64 bits
+    number("spacing", result.sites->spacing);
+    number("sites", static_cast<double>(result.sites->size()));
+    number("neighbours", options.neighbours);
+    number("rays_per_site", static_cast<double>(options.rays));
+    notes.push_back({"direct", options.direct});
+    notes.push_back({"first_bounce", options.first_bounce});
+    number("correction", options.correction);
+    number("final_gather", static_cast<double>(options.final_gather));
+    number("error_points", static_cast<double>(options.error_points.value_or(0)));
+    number("crease_angle", options.crease_angle);
+    std::vector<double> suns; // direction towards it and irradiance, six numbers each
+    for (const Sun& sun : result.scene->suns) {
+        suns.insert(suns.end(), sun.towards.data(), sun.towards.data() + 3);
+        suns.insert(suns.end(), sun.irradiance.data(), sun.irradiance.data() + 3);
+    }
+    if (!suns.empty()) {
+        notes.push_back({"suns", suns});
+    }
+    std::vector<double> point_lights; // position, intensity, axis and the cosines of the cone, eleven numbers each
+    for (const PointLight& light : result.scene->point_lights) {
+        for (const Vec3& v : {light.position, Vec3(light.intensity), light.direction}) {
+            point_lights.insert(point_lights.end(), v.begin(), v.end());
+        }
+        point_lights.insert(point_lights.end(), {light.cos_inner, light.cos_outer});
+    }
+    if (!point_lights.empty()) {
+        notes.push_back({"point_lights", point_lights});
+    }
+    if (!result.solution.groups.empty()) {
+        std::string names;
+        for (const auto& group : result.solution.groups) {
+            names += (names.empty() ? "" : "\n") + group->parts().group.name;
+        }
+        notes.push_back({"light_groups", names});
+    }
+    if (result.error) {
+        number("bound", result.error->bound_rms);
+    }
+    notes.push_back({"default_reflectance", as_vector(options.reflectance.value_or(Material{}.reflectance))});
+    notes.push_back({"sky", as_vector(result.scene->sky)});
+    number("output_spacing", options.output_spacing);
+    number("tolerance", options.solve.tolerance);
+    number("max_iterations", options.solve.max_iterations);
+    number("iterations", result.solve.iterations);
+    number("residual", result.solve.residual);
+    number("spectral_radius", result.spectral_radius);
+    std::vector<double> seconds;
+    std::string phases;
+    for (const auto& [phase, took] : result.seconds) {
+        phases += (phases.empty() ? "" : ", ") + phase;
+        seconds.push_back(took);
+    }
+    notes.push_back({"phases", phases});
+    notes.push_back({"phase_seconds", seconds});
+    std::string names;
+    for (const Material& material : result.scene->materials) {
+        names += (names.empty() ? "" : "\n") + material.name;
+    }
+    notes.push_back({"material_names", names});
+    std::string remarks; // one array: readers keep only one of a name
+    for (const std::string& note : result.notes) {
+        remarks += (remarks.empty() ? "" : "\n") + note;
+    }
+    if (!remarks.empty()) {
+        notes.push_back({"notes", remarks});
+    }
+    return notes;
+}
+
+} // namespace
+
+double display_exposure(const BakeResult& result) {
+    const std::size_t count = result.mesh.vertices.size();
+    std::vector<double> area(count, 0.0);
+    double total = 0.0;
+    for (const auto& triangle : result.mesh.triangles) {
+        const Vec3 a = result.mesh.vertices[triangle[0]].position;
+        const double third = (result.mesh.vertices[triangle[1]].position - a)
+                                 .cross(result.mesh.vertices[triangle[2]].position - a)
+                                 .norm() /
+                             6.0;
+        for (const Index v : triangle) {
+            if ((result.output.E.row(static_cast<Eigen::Index>(v)).array() == 0.0).all()) {
+                area[v] += third;
+                total += third;
+            }
+        }
+    }
+    std::vector<std::pair<double, double>> shares; // luminance, area
+    for (std::size_t v = 0; v < count; ++v) {
+        if (area[v] > 0.0) {
+            shares.emplace_back(result.output.B.row(static_cast<Eigen::Index>(v)).dot(luminance_weights), area[v]);
+        }
+    }
+    std::sort(shares.begin(), shares.end());
+    double below = 0.0, bright = 0.0;
+    for (const auto& [luminance, share] : shares) {
+        bright = luminance;
+        below += share;
+        if (below >= 0.95 * total) {
+            break;
+        }
+    }
+    return bright > 0.0 ? 0.9 / bright : 1.0;
+}
+
+FieldFile field_of(const BakeResult& result) {
+    FieldFile field;
+    const auto count = static_cast<Eigen::Index>(result.mesh.vertices.size());
+    for (const SurfacePoint& vertex : result.mesh.vertices) {
+        field.points.push_back(vertex.position);
+        field.normals.push_back(vertex.normal);
+    }
+    field.triangles = result.mesh.triangles;
+
+    const Values luminance = result.output.B * luminance_weights;
+    const double exposure = display_exposure(result);
+    std::vector<std::uint8_t> display(static_cast<std::size_t>(3 * count));
+    for (Eigen::Index v = 0; v < count; ++v) {
+        for (Eigen::Index c = 0; c < 3; ++c) {
+            display[static_cast<std::size_t>(3 * v + c)] =
+                static_cast<std::uint8_t>(std::lround(255.0 * srgb(exposure * result.output.B(v, c))));
+        }
+    }
+    field.point_arrays = arrays_of(result.output);
+    field.point_arrays.push_back({"luminance", flux, {}, luminance});
+    field.point_arrays.push_back({"display_rgb", "", rgb, std::move(display)});
+    std::vector<std::int32_t> face(result.mesh.face.size()), material(result.mesh.face.size());
+    for (std::size_t f = 0; f < face.size(); ++f) {
+        face[f] = static_cast<std::int32_t>(result.scene->mesh.original_face[result.mesh.face[f]]);
+        material[f] = static_cast<std::int32_t>(result.scene->mesh.material[result.mesh.face[f]]);
+    }
+    if (result.error) {
+        field.point_arrays.push_back({"residual", flux, {}, result.residual});
+        field.point_arrays.push_back({"error_bound", flux, {}, result.error_bound});
+    }
+    field.cell_arrays = {numbers("original_face_id", std::move(face)), numbers("material_id", std::move(material))};
+    add_groups(result.output, field.point_arrays);
+    if (result.centres) {
+        const std::vector<FieldArray> centres = arrays_of(*result.centres);
+        field.cell_arrays.insert(field.cell_arrays.end(), centres.begin(), centres.end());
+        add_groups(*result.centres, field.cell_arrays);
+    }
+    field.notes = notes_of(result);
+    field.notes.push_back({"display_exposure", std::vector<double>{exposure}});
+    field.active_colours = "display_rgb";
+    field.quality = "luminance";
+    return field;
+}
+
+FieldFile sites_of(const BakeResult& result) {
+    FieldFile field;
+    std::vector<std::int32_t> face, region;
+    for (std::size_t i = 0; i < result.sites->size(); ++i) {
+        const SurfacePoint& site = result.sites->points[i];
+        field.points.push_back(site.position);
+        field.normals.push_back(site.normal);
+        face.push_back(static_cast<std::int32_t>(result.scene->mesh.original_face[site.face]));
+        region.push_back(static_cast<std::int32_t>(result.sites->region[i]));
+    }
+    const Values rho = three_channels(result.rho), H = three_channels(result.irradiance),
+                 E = three_channels(result.emission);
+    const Values B = E + rho.cwiseProduct(H);
+    const Values luminance = B * luminance_weights;
+    std::vector<std::uint8_t> display;
+    const double exposure = display_exposure(result);
+    for (const double value : B.reshaped<Eigen::RowMajor>()) {
+        display.push_back(static_cast<std::uint8_t>(std::lround(255.0 * srgb(exposure * value))));
+    }
+    field.point_arrays = {scalar("radius", "", result.sites->radius),
+                          scalar("area", "", result.sites->area),
+                          colour("coefficient", flux, three_channels(result.field->parts().smooth)),
+                          colour("irradiance", flux, H),
+                          colour("radiosity", flux, B),
+                          colour("reflectance", "", rho),
+                          colour("emission", flux, E),
+                          {"luminance", flux, {}, luminance},
+                          {"display_rgb", "", rgb, std::move(display)},
+                          numbers("original_face_id", std::move(face)),
+                          numbers("region", std::move(region))};
+    field.notes = notes_of(result);
+    field.notes.push_back({"display_exposure", std::vector<double>{exposure}});
+    field.active_colours = "display_rgb";
+    field.quality = "luminance";
+    return field;
+}
+
+std::string format_seconds(double seconds) {
+    std::array<char, 32> text{};
+    if (seconds < 120.0) {
+        std::snprintf(text.data(), text.size(), "%.*f s", seconds < 1.0 ? 2 : seconds < 10.0 ? 1 : 0, seconds);
+    } else if (seconds < 2.0 * 3600.0) {
+        std::snprintf(text.data(), text.size(), "%.0f min", seconds / 60.0);
+    } else {
+        std::snprintf(text.data(), text.size(), "%.1f h", seconds / 3600.0);
+    }
+    return text.data();
+}
+
+void write_bake(const BakeResult& result, const BakeFiles& files, const Execution& execution) {
+    execution.phase("write");
+    std::vector<std::unique_ptr<WholeFile>> written;
+    const auto write = [&](const std::filesystem::path& file, const auto& content) {
+        if (!file.empty()) {
+            written.push_back(std::make_unique<WholeFile>(file));
+            content(*written.back());
+            if (execution.progress != nullptr) {
+                execution.progress->check();
+            }
+        }
+    };
+    write(files.field, [&](WholeFile& file) { write_field(field_of(result), files.field, file); });
+    write(files.sites, [&](WholeFile& file) { write_field(sites_of(result), files.sites, file); });
+    write(files.listed, [&](WholeFile& file) { file.write(point_table(result)); });
+    write(files.report, [&](WholeFile& file) { file.write(report_of(result)); });
+    for (const std::unique_ptr<WholeFile>& file : written) {
+        file->commit();
+    }
+}
+
+namespace {
+
+/// Estimate and bounds, relative to the root mean square of the radiosity.
+std::string error_sentence(const ErrorEstimate& error) {
+    std::ostringstream text;
+    const auto percent = [&](double value) { return error.reflected > 0.0 ? 100.0 * value / error.reflected : 0.0; };
+    text << std::setprecision(2) << "error: rms residual ";
+    if (error.low > 0.0) {
+        text << percent(error.rms) << " % of the rms reflected radiosity (95 %: " << percent(error.low) << " to "
+             << percent(error.high) << " %, ";
+    } else { // no more than the noise of its measurement
+        text << "below " << percent(error.high) << " % of the rms reflected radiosity (95 %, ";
+    }
+    text << error.points << " points); ";
+    if (std::isfinite(error.bound_rms)) {
+        text << "rms error at most " << percent(error.bound_rms) << " %, largest error at most "
+             << percent(error.bound_largest) << " % as far as the points tell";
+    } else {
+        text << "no bound, since some surface absorbs nothing";
+    }
+    return text.str();
+}
+
+} // namespace
+
+std::string summary_of(const BakeResult& result) {
+    std::ostringstream text;
+    text << result.file << ": " << result.diagnosis.file_faces << " faces, " << result.scene->mesh.triangles.size()
+         << " triangles, area " << result.scene->mesh.area << ", " << result.scene->mesh.region_count
+         << (result.scene->mesh.region_count == 1 ? " region" : " regions") << "\n";
+    for (const Finding& finding : result.diagnosis.findings) {
+        // Polygons and borders are no defects: the report counts them.
+        if (finding.repaired || (finding.code != "polygons" && finding.code != "border-edges")) {
+            text << (finding.repaired ? "repaired: " : "noticed: ") << finding.message() << "\n";
+        }
+    }
+    for (const std::string& note : result.notes) {
+        text << "note: " << note << "\n";
+    }
+    text << "sites: " << result.sites->size() << " at spacing " << result.sites->spacing << "\n";
+    if (result.dry_run) {
+        const BakeEstimate& estimate = result.estimate;
+        text << "rays: " << estimate.rays << ", visibility segments: at most " << estimate.segments << "\n"
+             << "memory for transport: at most " << format_bytes(estimate.transport_bytes) << "\n"
+             << "time for transport: about " << format_seconds(estimate.seconds) << "\n"
+             << "error estimate" << (result.options.final_gather > 0 ? " and final gather: " : ": ")
+             << estimate.further_rays << " rays, about " << format_seconds(estimate.further_seconds) << "\n";
+        return text.str();
+    }
+    text << "transport: " << result.rays << " rays, " << result.segments << " segments, " << result.nonzeros
+         << " nonzeros; spectral radius " << (result.spectral_radius_is_bound ? "at most " : "about ")
+         << result.spectral_radius << "\n";
+    for (const Saving& saving : result.savings) {
+        text << "not needed: " << saving.what << ", since " << saving.because << " (" << saving.amount << " "
+             << saving.unit << " saved)\n";
+    }
+    text << "solve: " << result.solve.sentence() << "\n";
+    const EnergyBalance& energy = result.energy;
+    text << std::setprecision(4) << "energy (W, mean of the channels): emitted " << energy.emitted.mean()
+         << ", from suns and point lights " << energy.from_lights.mean() << ", from the sky " << energy.from_sky.mean()
+         << ", absorbed " << energy.absorbed.mean();
+    if (energy.escaped) {
+        text << ", escaped " << energy.escaped->mean() << ", ended on backs " << energy.blocked->mean()
+             << "; imbalance at most " << std::setprecision(2) << 100.0 * energy.imbalance->abs().maxCoeff() << " %";
+    }
+    double total = 0.0;
+    for (const auto& [phase, took] : result.seconds) {
+        total += took;
+    }
+    text << "\n";
+    if (result.error) {
+        text << error_sentence(*result.error) << "\n";
+    }
+    text << "time: " << format_seconds(total) << "; peak memory " << format_bytes(static_cast<double>(peak_memory()))
+         << "\n";
+    return text.str();
+}
+
+} // namespace difusa

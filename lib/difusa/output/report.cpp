@@ -1,0 +1,192 @@
+#include <difusa/core/memory.h>
+#include <difusa/output/bake_files.h>
+#include <difusa/version.h>
+
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+
+namespace difusa {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json list(const Eigen::ArrayXd& values) {
+    return std::vector<double>(values.data(), values.data() + values.size());
+}
+
+Json list(const std::optional<Eigen::ArrayXd>& values) {
+    return values ? list(*values) : Json(nullptr);
+}
+
+Json list(const Rgb& c) {
+    return {c[0], c[1], c[2]};
+}
+
+const char* word(SolveSummary::Reason reason) {
+    switch (reason) {
+    case SolveSummary::Reason::converged:
+        return "converged";
+    case SolveSummary::Reason::max_iterations:
+        return "max_iterations";
+    case SolveSummary::Reason::diverged:
+        return "diverged";
+    case SolveSummary::Reason::stagnated:
+        return "stagnated";
+    }
+    return "";
+}
+
+/// Infinite: null.
+Json number(double value) {
+    return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+Json error_of(const ErrorEstimate& error) {
+    return {{"unit", "W/m^2, root mean square over the area, all channels together"},
+            {"points", error.points},
+            {"rays", error.rays},
+            {"reflected", error.reflected},
+            {"residual", error.rms},
+            {"residual_low", error.low},
+            {"residual_high", error.high},
+            {"residual_largest", error.largest},
+            {"largest_reflectance", error.largest_reflectance},
+            {"factor", number(error.factor)},
+            {"noise", error.noise},
+            {"bound", number(error.bound_rms)},
+            {"bound_largest", number(error.bound_largest)},
+            {"relative_bound", error.reflected > 0.0 ? number(error.bound_rms / error.reflected) : Json(nullptr)}};
+}
+
+} // namespace
+
+std::string report_of(const BakeResult& result) {
+    const bool baked = !result.dry_run;
+    Json report;
+    report["schema"] = "difusa-bake-report";
+    report["schema_version"] = 1;
+    report["difusa_version"] = version();
+    for (const auto& [name, number] : library_versions()) {
+        report["library_versions"][name] = number;
+    }
+    report["dry_run"] = !baked;
+
+    Json& input = report["input"];
+    input["file"] = result.file;
+    input["faces"] = result.diagnosis.file_faces;
+    input["points"] = result.diagnosis.file_points;
+    const std::vector<SoupPart>& parts = result.diagnosis.parts;
+    input["parts"] = Json::array();
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        const std::size_t end = i + 1 < parts.size() ? parts[i + 1].first_face : result.diagnosis.file_faces;
+        input["parts"].push_back(
+            {{"file", parts[i].file}, {"first_face", parts[i].first_face}, {"faces", end - parts[i].first_face}});
+    }
+    input["findings"] = Json::array();
+    for (const Finding& finding : result.diagnosis.findings) {
+        input["findings"].push_back({{"code", finding.code},
+                                     {"count", finding.count},
+                                     {"repaired", finding.repaired},
+                                     {"remedy", finding.remedy},
+                                     {"places", finding.places}});
+    }
+    const Mesh& mesh = result.scene->mesh;
+    report["mesh"] = {{"triangles", mesh.triangles.size()}, {"points", mesh.points.size()},
+                      {"regions", mesh.region_count},       {"area", mesh.area},
+                      {"low", list(Rgb(mesh.low))},         {"high", list(Rgb(mesh.high))}};
+    report["notes"] = result.notes;
+
+    const BakeOptions& options = result.options;
+    Json& chosen = report["options"];
+    for (const auto& [kind, choice] : result.plugins) {
+        chosen[kind] = choice;
+    }
+    chosen["spacing"] = options.spacing;
+    chosen["sites"] = options.sites == 0 ? Json(nullptr) : Json(options.sites);
+    chosen["neighbours"] = options.neighbours;
+    chosen["rays"] = options.rays;
+    chosen["tolerance"] = options.solve.tolerance;
+    chosen["max_iterations"] = options.solve.max_iterations;
+    chosen["direct"] = options.direct;
+    chosen["first_bounce"] = options.first_bounce;
+    chosen["correction"] = options.correction;
+    chosen["final_gather"] = options.final_gather;
+    chosen["error_points"] = options.error_points ? Json(*options.error_points) : Json(nullptr);
+    chosen["reflectance"] = list(options.reflectance.value_or(Material{}.reflectance));
+    chosen["sky"] = list(result.scene->sky);
+    chosen["suns"] = Json::array();
+    for (const Sun& sun : result.scene->suns) {
+        chosen["suns"].push_back({{"towards", list(Rgb(sun.towards))}, {"irradiance", list(sun.irradiance)}});
+    }
+    chosen["point_lights"] = Json::array();
+    for (const PointLight& light : result.scene->point_lights) {
+        chosen["point_lights"].push_back({{"position", list(Rgb(light.position))},
+                                          {"intensity", list(light.intensity)},
+                                          {"direction", list(Rgb(light.direction))},
+                                          {"cos_inner", light.cos_inner},
+                                          {"cos_outer", light.cos_outer}});
+    }
+    chosen["sky_dome"] = result.scene->dome != nullptr;
+    chosen["light_groups"] = Json::array();
+    for (const auto& group : result.solution.groups) {
+        chosen["light_groups"].push_back(group->parts().group.name);
+    }
+    chosen["face_centres"] = options.face_centres;
+    chosen["output_spacing"] = options.output_spacing;
+    chosen["seed"] = options.seed;
+    chosen["threads"] = result.threads;
+
+    report["sites"] = {{"count", result.sites->size()}, {"spacing", result.sites->spacing}};
+    Json& transport = report["transport"];
+    transport["channels"] = result.channels;
+    transport["estimated_rays"] = result.estimate.rays;
+    transport["estimated_segments"] = result.estimate.segments;
+    transport["estimated_bytes"] = result.estimate.transport_bytes;
+    if (!baked) {
+        transport["estimated_seconds"] = result.estimate.seconds;
+        transport["estimated_further_rays"] = result.estimate.further_rays;
+        transport["estimated_further_seconds"] = result.estimate.further_seconds;
+    } else {
+        transport["rays"] = result.rays;
+        transport["segments"] = result.segments;
+        transport["projection_points"] = result.projection_points;
+        transport["lamp_triangles"] = result.lamps;
+        transport["nonzeros"] = result.nonzeros;
+        transport["largest_row_sum"] = result.largest_row_sum;
+        transport["mean_share_on_backs"] = result.mean_back;
+        transport["condition"] = result.condition;
+        transport["constant_error"] = result.constant_error;
+        transport["spectral_radius"] = result.spectral_radius;
+        transport["spectral_radius_is_bound"] = result.spectral_radius_is_bound;
+        report["solve"] = {{"reason", word(result.solve.reason)},
+                           {"iterations", result.solve.iterations},
+                           {"residual", result.solve.residual},
+                           {"residual_history", result.solve.residual_history}};
+        const EnergyBalance& energy = result.energy;
+        report["energy"] = {{"unit", "W, one number a channel"},       {"emitted", list(energy.emitted)},
+                            {"from_lights", list(energy.from_lights)}, {"from_sky", list(energy.from_sky)},
+                            {"absorbed", list(energy.absorbed)},       {"escaped", list(energy.escaped)},
+                            {"ended_on_backs", list(energy.blocked)},  {"imbalance", list(energy.imbalance)}};
+        report["not_needed"] = Json::array();
+        for (const Saving& saving : result.savings) {
+            report["not_needed"].push_back(
+                {{"what", saving.what}, {"because", saving.because}, {"saved", saving.amount}, {"unit", saving.unit}});
+        }
+        report["error"] = result.error ? error_of(*result.error) : Json(nullptr);
+        report["output"] = {{"vertices", result.mesh.vertices.size()},
+                            {"triangles", result.mesh.triangles.size()},
+                            {"rays", result.output_rays},
+                            {"segments", result.output_segments},
+                            {"display_exposure", display_exposure(result)}};
+    }
+    report["seconds"] = Json::array();
+    for (const auto& [phase, took] : result.seconds) {
+        report["seconds"].push_back({{"phase", phase}, {"seconds", took}});
+    }
+    report["peak_memory_bytes"] = peak_memory();
+    return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+} // namespace difusa

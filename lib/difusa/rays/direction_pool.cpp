@@ -1,0 +1,78 @@
+#include <difusa/rays/direction_pool.h>
+
+#include <difusa/core/error.h>
+#include <difusa/core/random.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+namespace difusa {
+
+namespace {
+
+constexpr std::size_t pool_size = 32;
+
+/// Interleaves the bits of the cell of (x, y) in a 32 by 32 grid over the unit disc: neighbours in this order are
+/// neighbours in direction, and walk through the same parts of a search tree.
+unsigned morton(const Vec3& direction) {
+    const auto cell = [](double x) { return static_cast<unsigned>(std::clamp(16.0 * (x + 1.0), 0.0, 31.0)); };
+    unsigned code = 0;
+    for (unsigned bit = 0; bit < 5; ++bit) {
+        code |= ((cell(direction[0]) >> bit) & 1U) << (2 * bit);
+        code |= ((cell(direction[1]) >> bit) & 1U) << (2 * bit + 1);
+    }
+    return code;
+}
+
+DirectionSet sorted(const DirectionSet& set) {
+    std::vector<std::size_t> order(set.direction.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return morton(set.direction[a]) < morton(set.direction[b]); });
+    DirectionSet result;
+    for (const std::size_t d : order) {
+        result.direction.push_back(set.direction[d]);
+        result.weight.push_back(set.weight[d]);
+    }
+    return result;
+}
+
+} // namespace
+
+void tangents(const Vec3& n, Vec3& t, Vec3& b) {
+    const double sign = std::copysign(1.0, n[2]);
+    const double a = -1.0 / (sign + n[2]);
+    const double c = n[0] * n[1] * a;
+    t = Vec3(1.0 + sign * n[0] * n[0] * a, sign * c, -sign * n[0]);
+    b = Vec3(c, sign + n[1] * n[1] * a, -n[1]);
+}
+
+DirectionPool::DirectionPool(const Directions& directions, std::size_t count, std::uint64_t seed) : seed_(seed) {
+    for (std::size_t k = 0; k < pool_size; ++k) {
+        sets_.push_back(sorted(directions.make(count, RandomStream(seed, "direction set", k))));
+        DIFUSA_REQUIRE(sets_[k].direction.size() == sets_[0].direction.size() && !sets_[k].direction.empty() &&
+                           sets_[k].weight.size() == sets_[k].direction.size(),
+                       "a directions plugin gave sets of different sizes");
+    }
+}
+
+std::span<const double> DirectionPool::rays(const SurfacePoint& x, std::size_t site, std::span<Ray> rays) const {
+    RandomStream stream(seed_, "directions of site", site);
+    const DirectionSet& set = sets_[stream.below(pool_size)];
+    const double angle = 2.0 * std::numbers::pi * stream.uniform();
+    Vec3 t, b;
+    tangents(x.normal, t, b);
+    const Vec3 t_turned = std::cos(angle) * t + std::sin(angle) * b;
+    const Vec3 b_turned = std::cos(angle) * b - std::sin(angle) * t;
+    for (std::size_t d = 0; d < set.direction.size(); ++d) {
+        const Vec3& w = set.direction[d];
+        rays[d].origin = x.position;
+        rays[d].direction = w[0] * t_turned + w[1] * b_turned + w[2] * x.normal;
+        rays[d].face = x.face;
+    }
+    return set.weight;
+}
+
+} // namespace difusa

@@ -1,0 +1,34 @@
+// Directions for every site at the cost of a few: a pool of scrambled sets, each turned by an angle of the site's own.
+#pragma once
+
+#include <difusa/rays/directions.h>
+#include <difusa/rays/visibility.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace difusa {
+
+/// Turning a set about the normal keeps its weights and its stratification, so every site has a random set of its own;
+/// sets are shared between sites but never with the same turn.
+class DirectionPool {
+  public:
+    DirectionPool(const Directions& directions, std::size_t count, std::uint64_t seed);
+
+    /// Directions in a set.
+    std::size_t count() const { return sets_.front().direction.size(); }
+
+    /// Writes `count()` rays that leave site number `site` at x (unit directions), and returns their weights.
+    std::span<const double> rays(const SurfacePoint& x, std::size_t site, std::span<Ray> rays) const;
+
+  private:
+    std::vector<DirectionSet> sets_;
+    std::uint64_t seed_;
+};
+
+/// Two unit vectors that make a right-handed orthonormal frame with the unit vector n (Duff et al., "Building an
+/// Orthonormal Basis, Revisited", JCGT 6(1), 2017).
+void tangents(const Vec3& n, Vec3& t, Vec3& b);
+
+} // namespace difusa

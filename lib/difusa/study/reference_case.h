@@ -1,0 +1,43 @@
+// Scenes whose radiosity is known, ready to be baked and measured.
+#pragma once
+
+#include <difusa/scene/scene.h>
+#include <difusa/study/references/reference.h>
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace difusa {
+
+/// One channel, in W/m².
+struct ReferenceCase {
+    std::string name;
+    std::string about; ///< one line: what is exact, and what the mesh leaves of it
+    Scene scene;
+    std::shared_ptr<const Reference> exact;
+
+    /// The normal of the ideal surface at a point of the mesh; null: the mesh is the ideal surface.
+    std::function<Vec3(const SurfacePoint&)> normal;
+
+    /// Which part of the surface is judged; null: all. Scenes that stand for infinite ones are judged in the middle.
+    std::function<bool(const Vec3& position)> judged;
+
+    /// Upper bound of what the mesh or its finite size adds to the relative error, 0 if nothing.
+    double mesh_error = 0.0;
+
+    std::vector<double> spacings; ///< from coarse to fine, for a study
+    bool smooth = false;          ///< irradiance is smooth on each region: orders of convergence show
+};
+
+/// "ball-over-disc" (T ch. 7), "manufactured-box", "sphere", "bowl", "plates", "cylinder".
+std::vector<std::string> reference_case_names();
+
+/// Throws UsageError for an unknown name, with the nearest one.
+void require_reference_case(const std::string& name);
+
+/// Makes the case; throws likewise.
+ReferenceCase reference_case(const std::string& name);
+
+} // namespace difusa
