@@ -130,12 +130,12 @@ void print_details(const difusa::BakeResult& result) {
     for (const auto& [kind, choice] : result.plugins) {
         std::cout << kind << ": " << choice << "\n";
     }
-    for (const auto& [phase, took] : result.seconds) {
+    for (const auto& [phase, took] : result.journal.seconds()) {
         std::cout << "time, " << phase << ": " << difusa::format_seconds(took) << "\n";
     }
-    for (std::size_t c = 0; c < result.solve.residual_history.size(); ++c) {
+    for (std::size_t c = 0; c < result.solution.solve.residual_history.size(); ++c) {
         std::cout << "residuals, channel " << c << ":";
-        for (const double residual : result.solve.residual_history[c]) {
+        for (const double residual : result.solution.solve.residual_history[c]) {
             std::cout << " " << residual;
         }
         std::cout << "\n";
@@ -149,7 +149,7 @@ void run(const Arguments& a) {
         return;
     }
     check_files(a);
-    const difusa::BakeOptions options = bake_options(a.bake, registry);
+    const difusa::BakeOptions options = bake_options(a.bake);
 
     difusa::TerminalProgress progress(a.run.quiet);
     const difusa::Execution execution{a.run.threads, &progress};
@@ -163,7 +163,6 @@ void run(const Arguments& a) {
         }
         throw;
     }
-    note_unused(a.bake, result);
     difusa::BakeFiles files = a.bake.files;
     if (a.dry_run) {
         files.field.clear();

@@ -166,7 +166,7 @@ void chapter7(Arguments& a, const difusa::Registry& registry, const difusa::Exec
         for (const std::string& basis : a.plan.bases) {
             for (const double spacing : a.plan.spacings) {
                 difusa::BakeOptions options = a.plan.common;
-                options.correction = 0; // as printed
+                options.projection = "natural"; // as printed
                 options.basis = basis;
                 options.spacing = spacing;
                 options.rays = a.plan.rays[0];
@@ -176,7 +176,6 @@ void chapter7(Arguments& a, const difusa::Registry& registry, const difusa::Exec
                     options.transport = "pairwise:areas=neighbours";
                     options.kernel = "point";
                     options.direct = "interpolated";
-                    options.first_bounce.clear();
                 }
                 const std::string transport = printed ? "pairwise" : "gather";
                 const std::string row = "| " + transport + " | " + basis + " | " + difusa::text_of(spacing) + " | ";

@@ -97,10 +97,10 @@ TEST(DirectLight, SameBitsForAnyNumberOfThreads) {
     add(lit.scene.mesh, rectangle(Vec3(1.4, 1.2, 3), Vec3(0, 0.5, 0), Vec3(0.5, 0, 0)), 1);
     lit.visibility.build(lit.scene.mesh);
     const DirectLight light(lit.scene, lit.visibility);
-    EXPECT_EQ(light.lamp_materials(), (std::vector<char>{0, 1}));
-    EXPECT_EQ(light.lamp_count(), 2U);
+    EXPECT_EQ(light.area_light_materials(), (std::vector<char>{0, 1}));
+    EXPECT_EQ(light.area_light_count(), 2U);
     EXPECT_EQ(light.rays_per_point(64), 65U);
-    EXPECT_EQ(light.most_rays_per_point(64), 1U + 64 * Lamps::most_rounds);
+    EXPECT_EQ(light.most_rays_per_point(64), 1U + 64 * AreaLights::most_rounds);
     const std::vector<SurfacePoint> points = even_points(lit.scene.mesh, 300, RandomStream(1, "points"));
     DirectLight::Effort effort, effort_of_three;
     const Values one = light.irradiance(points, 3, 16, 1, "test", Execution{1, nullptr}, effort);

@@ -96,7 +96,7 @@ std::string report_of(const BakeResult& result) {
     report["mesh"] = {{"triangles", mesh.triangles.size()}, {"points", mesh.points.size()},
                       {"regions", mesh.region_count},       {"area", mesh.area},
                       {"low", list(Rgb(mesh.low))},         {"high", list(Rgb(mesh.high))}};
-    report["notes"] = result.notes;
+    report["notes"] = result.journal.notes();
 
     const BakeOptions& options = result.options;
     Json& chosen = report["options"];
@@ -130,8 +130,8 @@ std::string report_of(const BakeResult& result) {
     }
     chosen["sky_dome"] = result.scene->dome != nullptr;
     chosen["light_groups"] = Json::array();
-    for (const auto& group : result.solution.groups) {
-        chosen["light_groups"].push_back(group->parts().group.name);
+    if (result.has_groups()) {
+        chosen["light_groups"] = result.field().sets().names;
     }
     chosen["face_centres"] = options.face_centres;
     chosen["output_spacing"] = options.output_spacing;
@@ -149,40 +149,42 @@ std::string report_of(const BakeResult& result) {
         transport["estimated_further_rays"] = result.estimate.further_rays;
         transport["estimated_further_seconds"] = result.estimate.further_seconds;
     } else {
-        transport["rays"] = result.rays;
-        transport["segments"] = result.segments;
-        transport["projection_points"] = result.projection_points;
-        transport["lamp_triangles"] = result.lamps;
-        transport["nonzeros"] = result.nonzeros;
-        transport["largest_row_sum"] = result.largest_row_sum;
+        transport["rays"] = result.journal.count_of("rays");
+        transport["segments"] = result.journal.count_of("segments");
+        transport["projection_points"] = result.system->discretisation().points.size();
+        transport["area_light_triangles"] = result.solution.area_lights;
+        transport["surfels"] = result.system->discretisation().surfels->size();
+        transport["bytes"] = result.system->transport().bytes;
+        transport["bytes_of_averages"] = result.system->discretisation().averages->bytes();
+        transport["largest_row_sum"] = result.system->transport().largest_row_sum({});
         transport["mean_share_on_backs"] = result.mean_back;
-        transport["condition"] = result.condition;
+        transport["condition"] = result.system->discretisation().projection->condition();
         transport["constant_error"] = result.constant_error;
-        transport["spectral_radius"] = result.spectral_radius;
-        transport["spectral_radius_is_bound"] = result.spectral_radius_is_bound;
-        report["solve"] = {{"reason", word(result.solve.reason)},
-                           {"iterations", result.solve.iterations},
-                           {"residual", result.solve.residual},
-                           {"residual_history", result.solve.residual_history}};
-        const EnergyBalance& energy = result.energy;
+        transport["spectral_radius"] = result.solution.spectral_radius;
+        transport["spectral_radius_is_bound"] = result.solution.spectral_radius_is_bound;
+        report["solve"] = {{"reason", word(result.solution.solve.reason)},
+                           {"iterations", result.solution.solve.iterations},
+                           {"residual", result.solution.solve.residual},
+                           {"residual_history", result.solution.solve.residual_history}};
+        const EnergyBalance& energy = result.solution.energy;
         report["energy"] = {{"unit", "W, one number a channel"},       {"emitted", list(energy.emitted)},
                             {"from_lights", list(energy.from_lights)}, {"from_sky", list(energy.from_sky)},
                             {"absorbed", list(energy.absorbed)},       {"escaped", list(energy.escaped)},
                             {"ended_on_backs", list(energy.blocked)},  {"imbalance", list(energy.imbalance)}};
         report["not_needed"] = Json::array();
-        for (const Saving& saving : result.savings) {
+        for (const Saving& saving : result.journal.savings()) {
             report["not_needed"].push_back(
                 {{"what", saving.what}, {"because", saving.because}, {"saved", saving.amount}, {"unit", saving.unit}});
         }
         report["error"] = result.error ? error_of(*result.error) : Json(nullptr);
         report["output"] = {{"vertices", result.mesh.vertices.size()},
                             {"triangles", result.mesh.triangles.size()},
-                            {"rays", result.output_rays},
-                            {"segments", result.output_segments},
+                            {"rays", result.journal.count_of("output rays")},
+                            {"segments", result.journal.count_of("output segments")},
                             {"display_exposure", display_exposure(result)}};
     }
     report["seconds"] = Json::array();
-    for (const auto& [phase, took] : result.seconds) {
+    for (const auto& [phase, took] : result.journal.seconds()) {
         report["seconds"].push_back({{"phase", phase}, {"seconds", took}});
     }
     report["peak_memory_bytes"] = peak_memory();

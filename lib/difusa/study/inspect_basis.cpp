@@ -5,7 +5,8 @@
 #include <difusa/core/parallel.h>
 #include <difusa/core/random.h>
 #include <difusa/discretisation/basis.h>
-#include <difusa/discretisation/element_integrals.h>
+#include <difusa/discretisation/basis_averages.h>
+#include <difusa/discretisation/discretisation.h>
 #include <difusa/discretisation/sampler.h>
 #include <difusa/import/scene_file.h>
 #include <difusa/rays/visibility.h>
@@ -240,11 +241,7 @@ void judge_elements(BasisInspection& result, const Basis& basis, const Execution
             }
         }
     });
-    Scene scene; // of materials that emit nothing
-    scene.mesh = result.mesh;
-    scene.materials.resize(
-        1 + static_cast<std::size_t>(*std::max_element(scene.mesh.material.begin(), scene.mesh.material.end())));
-    result.sites.area = element_integrals(scene, basis, result.sites.spacing, execution).area;
+    result.sites.area = element_integrals(result.mesh, basis, result.sites.spacing, execution);
 
     double area = 0.0;
     for (const auto& triangle : result.output.triangles) {

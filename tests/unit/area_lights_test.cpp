@@ -1,6 +1,6 @@
 #include <difusa/core/parallel.h>
 #include <difusa/lighting/lambert.h>
-#include <difusa/lighting/lamps.h>
+#include <difusa/lighting/area_lights.h>
 #include <difusa/mesh/nearest_surface.h>
 #include <difusa/rays/brute_force.h>
 
@@ -43,11 +43,11 @@ Lit light(const Scene& scene, const std::vector<Index>& lamps, const std::vector
           std::uint64_t seed = 1, unsigned threads = 1) {
     BruteForceVisibility visibility;
     visibility.build(scene.mesh);
-    const Lamps light(scene, lamps, visibility,
+    const AreaLights light(scene, lamps, visibility,
                       scene.mesh.convex ? nullptr : std::make_shared<const Shafts>(scene.mesh));
     Lit lit;
     lit.H.resize(points.size());
-    std::vector<Lamps::Worker> workers(threads);
+    std::vector<AreaLights::Worker> workers(threads);
     parallel_for(points.size(), 16, Execution{threads, nullptr},
                  [&](std::size_t begin, std::size_t end, unsigned number) {
                      for (std::size_t j = begin; j < end; ++j) {
@@ -55,7 +55,7 @@ Lit light(const Scene& scene, const std::vector<Index>& lamps, const std::vector
                          lit.H[j] = light.irradiance(points[j], samples, stream, workers[number]);
                      }
                  });
-    for (const Lamps::Worker& worker : workers) {
+    for (const AreaLights::Worker& worker : workers) {
         lit.cast += worker.cast;
         lit.clear += worker.clear;
     }
@@ -97,7 +97,7 @@ std::vector<SurfacePoint> places(const Mesh& mesh, int n, double w, double d) {
     return points;
 }
 
-TEST(Lamps, UnblockedLightIsExactAndNeedsNoRays) {
+TEST(AreaLights, UnblockedLightIsExactAndNeedsNoRays) {
     const Mesh mesh = test::together(rectangle(0, 1, 0, 1, 0), rectangle(0.2, 0.7, 0.1, 0.3, 0.4, true));
     const std::vector<Index> lamps{2, 3};
     const std::vector<SurfacePoint> points = places(mesh, 20, 1, 1);
@@ -112,7 +112,7 @@ TEST(Lamps, UnblockedLightIsExactAndNeedsNoRays) {
 }
 
 /// A blocker that the shadow rays of a place may meet or not, but that hides nothing of the lamp.
-TEST(Lamps, WhatHidesNothingLeavesTheLightExact) {
+TEST(AreaLights, WhatHidesNothingLeavesTheLightExact) {
     Mesh mesh = test::together(rectangle(0, 1, 0, 1, 0), rectangle(0, 1, 0, 1, 1, true));
     mesh = test::together(mesh, rectangle(-3, 0, 0, 1, 0.5)); // its border lies in the plane of the lamp's side
     const std::vector<Index> lamps{2, 3};
@@ -123,7 +123,7 @@ TEST(Lamps, WhatHidesNothingLeavesTheLightExact) {
     }
 }
 
-TEST(Lamps, MaterialsKeepTheirColours) {
+TEST(AreaLights, MaterialsKeepTheirColours) {
     Mesh mesh = test::together(rectangle(0, 1, 0, 1, 0), rectangle(0.1, 0.3, 0.1, 0.3, 0.4, true));
     mesh = test::together(mesh, rectangle(0.6, 0.9, 0.6, 0.9, 0.2, true));
     Scene scene = scene_of(mesh, {2, 3, 4, 5});
@@ -141,7 +141,7 @@ TEST(Lamps, MaterialsKeepTheirColours) {
     }
 }
 
-TEST(Lamps, ALampLightsNeitherItselfNorWhatIsBehindIt) {
+TEST(AreaLights, ALampLightsNeitherItselfNorWhatIsBehindIt) {
     // A lamp facing up at height 0, a wall above it facing down, and one below it facing up.
     Mesh mesh = test::together(rectangle(0, 1, 0, 1, 0), rectangle(0, 1, 0, 1, 0.5, true));
     mesh = test::together(mesh, rectangle(0, 1, 0, 1, -0.5));
@@ -152,7 +152,7 @@ TEST(Lamps, ALampLightsNeitherItselfNorWhatIsBehindIt) {
     EXPECT_EQ(lit.H[2][0], 0.0);
 }
 
-TEST(Lamps, APlaceOnALampIsLitByTheOthers) {
+TEST(AreaLights, APlaceOnALampIsLitByTheOthers) {
     // Two lamps of one material that face each other.
     const Mesh mesh = test::together(rectangle(0, 1, 0, 1, 0), rectangle(0, 1, 0, 1, 1, true));
     const std::vector<Index> lamps{0, 1, 2, 3};
@@ -160,7 +160,7 @@ TEST(Lamps, APlaceOnALampIsLitByTheOthers) {
     EXPECT_DOUBLE_EQ(light(scene_of(mesh, lamps), lamps, {x}).H[0][0], unblocked(mesh, {2, 3}, x));
 }
 
-TEST(Lamps, AScreenThatHidesAllLeavesNothing) {
+TEST(AreaLights, AScreenThatHidesAllLeavesNothing) {
     for (const bool down : {false, true}) { // backs block as fronts do
         Mesh mesh = test::together(rectangle(0, 1, 0, 1, 0), rectangle(0.2, 0.7, 0.1, 0.3, 0.4, true));
         mesh = test::together(mesh, rectangle(-1, 2, -1, 2, 0.2, down));
@@ -175,7 +175,7 @@ TEST(Lamps, AScreenThatHidesAllLeavesNothing) {
 
 /// One place under a lamp, a big screen with a straight border over it. Each estimate draws samples of its own: their
 /// mean comes near the form factor of the lamp's part that the border leaves.
-TEST(Lamps, AScreenThatHidesAPart) {
+TEST(AreaLights, AScreenThatHidesAPart) {
     const double border = -0.1; // of the screen at half the lamp's height: it hides the lamp where x < 2 border
     Mesh mesh = test::together(rectangle(-2, 2, -2, 2, 0), rectangle(-0.5, 0.5, -0.5, 0.5, 1, true));
     mesh = test::together(mesh, rectangle(-10, border, -10, 10, 0.5));
@@ -198,11 +198,11 @@ TEST(Lamps, AScreenThatHidesAPart) {
     EXPECT_NEAR(mean, 0.0, 0.0063 + 0.0006);
     EXPECT_GT(squares, 0.0);
     EXPECT_GT(lit.cast, count * 2 * samples); // part of a lamp takes more than one round
-    EXPECT_LE(lit.cast, count * Lamps::most_rounds * samples);
+    EXPECT_LE(lit.cast, count * AreaLights::most_rounds * samples);
 }
 
 /// Unit squares at z = 0 and 1 with a blocker [0,1/2]² at z = 1/2: the form factor is known.
-TEST(Lamps, BlockedSquares) {
+TEST(AreaLights, BlockedSquares) {
     Mesh mesh = test::together(rectangle(0, 1, 0, 1, 0), rectangle(0, 1, 0, 1, 1, true));
     mesh = test::together(mesh, rectangle(0, 0.5, 0, 0.5, 0.5));
     const int n = 64;
@@ -216,7 +216,7 @@ TEST(Lamps, BlockedSquares) {
     EXPECT_NEAR(mean, 0.1498686718, 0.0014);
 }
 
-TEST(Lamps, SameBitsForAnyNumberOfThreads) {
+TEST(AreaLights, SameBitsForAnyNumberOfThreads) {
     Mesh mesh = test::together(rectangle(0, 1, 0, 1, 0), rectangle(0, 1, 0, 1, 1, true));
     mesh = test::together(mesh, rectangle(0, 0.5, 0, 0.5, 0.5));
     const Scene scene = scene_of(mesh, {2, 3});
@@ -234,7 +234,7 @@ TEST(Lamps, SameBitsForAnyNumberOfThreads) {
     EXPECT_TRUE(seed_matters);
 }
 
-TEST(Lamps, TheSizeOfTheSceneDoesNotMatter) {
+TEST(AreaLights, TheSizeOfTheSceneDoesNotMatter) {
     Mesh mesh = test::together(rectangle(0, 1, 0, 1, 0), rectangle(0, 1, 0, 1, 1, true));
     mesh = test::together(mesh, rectangle(0, 0.5, 0, 0.5, 0.5));
     const std::vector<SurfacePoint> points = places(mesh, 8, 1, 1);
@@ -267,7 +267,7 @@ Mesh ceiling_of_lamps(int n, std::vector<Index>& lamps) {
 }
 
 /// Many lamps stand for each other: in the mean that makes no difference.
-TEST(Lamps, ManyLampsAreExactInTheMean) {
+TEST(AreaLights, ManyLampsAreExactInTheMean) {
     std::vector<Index> lamps;
     const Mesh mesh = ceiling_of_lamps(12, lamps);
     for (const Vec3& position : {Vec3(0.8, 0.7, 0.0), Vec3(0.3, 0.4, 0.9)}) {
@@ -289,7 +289,7 @@ TEST(Lamps, ManyLampsAreExactInTheMean) {
 }
 
 /// Estimates of one ray, in the mean, of lamps that are partly hidden.
-TEST(Lamps, SamplesHaveTheirIrradianceAsMean) {
+TEST(AreaLights, SamplesHaveTheirIrradianceAsMean) {
     for (const int cells : {1, 5}) { // 2 and 50 triangles
         const Mesh lamp = test::moved(test::grid(cells, cells, 1.0, 1.0, true), 1.0, Vec3(-0.5, -0.5, 3.0));
         Mesh mesh = test::together(rectangle(-2, 2, -2, 2, 0), lamp);
@@ -301,12 +301,12 @@ TEST(Lamps, SamplesHaveTheirIrradianceAsMean) {
         const Scene scene = scene_of(mesh, lamps);
         BruteForceVisibility visibility;
         visibility.build(scene.mesh);
-        const Lamps light(scene, lamps, visibility, std::make_shared<const Shafts>(scene.mesh));
+        const AreaLights light(scene, lamps, visibility, std::make_shared<const Shafts>(scene.mesh));
         const SurfacePoint x = place_at(mesh, Vec3(0.1, 0.2, 0.0));
         // The screen at half height hides the lamp where it is left of -0.1 as seen from x.
         const Mesh seen = rectangle(-0.1, 0.5, -0.5, 0.5, 3, true);
         const double F = unblocked(seen, {0, 1}, x);
-        Lamps::Worker worker;
+        AreaLights::Worker worker;
         RandomStream stream(1, "samples");
         const int count = 20000;
         double mean = 0.0, squares = 0.0;
@@ -324,7 +324,7 @@ TEST(Lamps, SamplesHaveTheirIrradianceAsMean) {
 }
 
 std::vector<Index> lamp_triangles(const Scene& scene) {
-    const std::vector<char> lamps = lamp_materials(scene);
+    const std::vector<char> lamps = area_light_materials(scene);
     std::vector<Index> triangles;
     for (Index t = 0; t < scene.mesh.triangles.size(); ++t) {
         if (lamps[scene.mesh.material[t]] != 0) {
@@ -350,7 +350,7 @@ std::vector<Index> chosen(int cells, int bright, int materials = 1) {
     return lamp_triangles(scene);
 }
 
-TEST(Lamps, WhichTrianglesAreLamps) {
+TEST(AreaLights, WhichTrianglesAreLamps) {
     EXPECT_EQ(chosen(100, 2), (std::vector<Index>{0, 1, 2, 3}));
     EXPECT_TRUE(chosen(100, 0).empty());
     EXPECT_EQ(chosen(100, 9).size(), 18U); // at most a tenth of the surface
@@ -362,7 +362,7 @@ TEST(Lamps, WhichTrianglesAreLamps) {
     EXPECT_TRUE(chosen(100, 60, 10).empty());  // 6 squares a material: 1 beside 54/94
 }
 
-TEST(Lamps, WhatEmitsUnevenlyIsNoLamp) {
+TEST(AreaLights, WhatEmitsUnevenlyIsNoLamp) {
     Scene scene;
     scene.mesh = test::grid(100, 1, 100, 1.0);
     scene.materials.resize(2);

@@ -1,4 +1,4 @@
-#include <difusa/lighting/lamps.h>
+#include <difusa/lighting/area_lights.h>
 
 #include <difusa/core/even_sequence.h>
 #include <difusa/lighting/lambert.h>
@@ -16,7 +16,7 @@ namespace {
 constexpr double largest_share = 0.1;
 constexpr double contrast = 4.0;
 
-/// Lamps up to so many are all evaluated; more of them stand for each other where they are seen under this angle.
+/// AreaLights up to so many are all evaluated; more of them stand for each other where they are seen under this angle.
 constexpr std::size_t few = 32;
 constexpr double opening = 0.15;
 
@@ -31,7 +31,7 @@ constexpr std::size_t few_shafts = 8;
 
 } // namespace
 
-std::vector<char> lamp_materials(const Scene& scene) {
+std::vector<char> area_light_materials(const Scene& scene) {
     const std::vector<char> emits = emitting_materials(scene);
     std::vector<double> area(scene.materials.size(), 0.0);
     for (Index t = 0; t < scene.mesh.triangles.size(); ++t) {
@@ -66,9 +66,9 @@ std::vector<char> lamp_materials(const Scene& scene) {
     return lamps;
 }
 
-Lamps::Lamps(const Scene& scene, std::vector<Index> triangles, const Visibility& visibility,
+AreaLights::AreaLights(const Scene& scene, std::vector<Index> triangles, const Tracer& tracer,
              std::shared_ptr<const Shafts> shafts)
-    : scene_(scene), visibility_(visibility), triangles_(std::move(triangles)), shafts_(std::move(shafts)) {
+    : scene_(scene), tracer_(tracer), triangles_(std::move(triangles)), shafts_(std::move(shafts)) {
     if (triangles_.empty()) {
         return;
     }
@@ -81,7 +81,7 @@ Lamps::Lamps(const Scene& scene, std::vector<Index> triangles, const Visibility&
 }
 
 /// 0 where it is no more than the rounding of the angles it is a sum of.
-double Lamps::form_factor(const SurfacePoint& x, Index t) const {
+double AreaLights::form_factor(const SurfacePoint& x, Index t) const {
     if (t == x.face) {
         return 0.0;
     }
@@ -91,14 +91,23 @@ double Lamps::form_factor(const SurfacePoint& x, Index t) const {
 }
 
 /// The lamps that send light to x as if nothing blocked, each with what it stands for.
-void Lamps::collect(const SurfacePoint& x, RandomStream& stream, Worker& worker) const {
+void AreaLights::collect(const SurfacePoint& x, RandomStream& stream, Worker& worker) const {
     worker.parts.clear();
+    worker.shares.clear();
     double mean = 0.0;
     const auto add = [&](Index triangle, double weight) {
         const double F = form_factor(x, triangle);
         if (F > 0.0) {
             mean += weight * F * emission(triangle).mean();
-            worker.parts.push_back({triangle, F, weight, mean});
+            const Index material = scene_.mesh.material[triangle];
+            const auto known = std::find_if(worker.shares.begin(), worker.shares.end(),
+                                            [&](const Worker::Share& share) { return share.material == material; });
+            const auto share = static_cast<std::size_t>(known - worker.shares.begin());
+            if (known == worker.shares.end()) {
+                worker.shares.push_back({material});
+            }
+            worker.shares[share].unblocked += weight * F * emission(triangle);
+            worker.parts.push_back({triangle, F, weight, mean, share});
         }
     };
     if (triangles_.size() <= few) {
@@ -115,7 +124,7 @@ void Lamps::collect(const SurfacePoint& x, RandomStream& stream, Worker& worker)
     }
 }
 
-bool Lamps::may_be_hidden(const SurfacePoint& x, const Worker& worker) const {
+bool AreaLights::may_be_hidden(const SurfacePoint& x, const Worker& worker) const {
     if (!shafts_) {
         return false;
     }
@@ -124,11 +133,12 @@ bool Lamps::may_be_hidden(const SurfacePoint& x, const Worker& worker) const {
                        [&](const Worker::Part& part) { return shafts_->may_be_blocked(x, part.triangle); });
 }
 
-/// Sample s goes to the lamp that holds the share (s + shift) / samples of the light, to an even place on it.
-void Lamps::cast_round(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker, Rgb& seen,
-                       Rgb& all) const {
+/// Sample s goes to the light that holds the share (s + shift) / samples of the irradiance, to an even place on it.
+/// Returns the share of the light that got through.
+double AreaLights::cast_round(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker) const {
     worker.segments.clear();
     worker.light.clear();
+    worker.owner.clear();
     const double whole = worker.parts.back().mean_below;
     const double shift = stream.uniform();
     const std::array<double, 2> place_shift{stream.uniform(), stream.uniform()};
@@ -144,47 +154,48 @@ void Lamps::cast_round(const SurfacePoint& x, std::size_t samples, RandomStream&
         const double cosine = x.normal.dot(way), cosines = cosine * -y.normal.dot(way);
         const double r2 = way.squaredNorm();
         if (cosine > 0.0 && cosines > 0.0) {
-            // Lamps are chosen by their mean light, places on them by area; the kernel varies over the lamp.
+            // Lights are chosen by their mean irradiance, places on them by area; the kernel varies over the light.
             const double kernel = cosines / (r2 * r2) * scene_.mesh.areas[y.face] / part->form_factor;
             worker.segments.push_back({x.position, y.position, x.face, y.face});
             worker.light.emplace_back(kernel / emission(y.face).mean() * emission(y.face));
+            worker.owner.push_back(part->share);
         }
     }
     worker.blocked.resize(worker.segments.size());
-    visibility_.occluded(worker.segments, worker.blocked);
-    worker.cast += worker.segments.size();
-    seen = all = Rgb::Zero();
+    worker.cast += tracer_.occluded(worker.segments, worker.blocked);
+    double all = 0.0, seen = 0.0;
     for (std::size_t s = 0; s < worker.segments.size(); ++s) {
-        all += worker.light[s];
-        seen += worker.blocked[s] == 0 ? worker.light[s] : Rgb(Rgb::Zero());
+        Worker::Share& share = worker.shares[worker.owner[s]];
+        share.sampled += worker.light[s];
+        all += worker.light[s].sum();
+        if (worker.blocked[s] == 0) {
+            share.seen += worker.light[s];
+            seen += worker.light[s].sum();
+        }
     }
+    return all > 0.0 ? seen / all : 1.0;
 }
 
-Rgb Lamps::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker) const {
+void AreaLights::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
+                            std::span<const Index> set_of, std::span<Rgb> H) const {
     if (triangles_.empty()) {
-        return Rgb::Zero();
+        return;
     }
     collect(x, stream, worker);
     if (worker.parts.empty()) {
-        return Rgb::Zero();
-    }
-    Rgb H = Rgb::Zero();
-    for (const Worker::Part& part : worker.parts) {
-        H += part.weight * part.form_factor * emission(part.triangle);
+        return;
     }
     const SurfacePoint from = inset(scene_.mesh, x);
     if (!may_be_hidden(from, worker)) {
         ++worker.clear;
-        return H;
+        for (const Worker::Share& share : worker.shares) {
+            H[set_of[share.material]] += share.unblocked;
+        }
+        return;
     }
-    Rgb seen = Rgb::Zero(), all = Rgb::Zero();
     double sum = 0.0, squares = 0.0;
     for (int round = 1; round <= static_cast<int>(most_rounds); ++round) {
-        Rgb seen_now, all_now;
-        cast_round(from, samples, stream, worker, seen_now, all_now);
-        seen += seen_now;
-        all += all_now;
-        const double share = all_now.sum() > 0.0 ? seen_now.sum() / all_now.sum() : 1.0;
+        const double share = cast_round(from, samples, stream, worker);
         sum += share;
         squares += share * share;
         const double n = round;
@@ -192,13 +203,24 @@ Rgb Lamps::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& 
             break;
         }
     }
-    // Grazing: every sample may have fallen below the horizon.
-    return (all > 0.0).select(H * (seen / all.max(std::numeric_limits<double>::min())), H);
+    Rgb seen = Rgb::Zero(), sampled = Rgb::Zero();
+    for (const Worker::Share& share : worker.shares) {
+        seen += share.seen;
+        sampled += share.sampled;
+    }
+    constexpr double least = std::numeric_limits<double>::min();
+    // Grazing: every sample may have fallen below the horizon. A material without a sample of its own is seen as all
+    // others are.
+    const Rgb mean = (sampled > 0.0).select(seen / sampled.max(least), Rgb::Ones());
+    for (const Worker::Share& share : worker.shares) {
+        H[set_of[share.material]] +=
+            share.unblocked * (share.sampled > 0.0).select(share.seen / share.sampled.max(least), mean);
+    }
 }
 
 /// One lamp for x, with what it sends there as if nothing blocked over the probability of choosing it. Few lamps are
 /// chosen by just that, so that the choice adds no noise; more of them by the tree.
-Lamps::Choice Lamps::choose(const SurfacePoint& x, double u, Worker& worker) const {
+AreaLights::Choice AreaLights::choose(const SurfacePoint& x, double u, Worker& worker) const {
     if (triangles_.size() > few_chosen) {
         const auto pick = tree_->pick(LightTree::root, x.position, x.normal, u);
         if (!pick) {
@@ -214,7 +236,7 @@ Lamps::Choice Lamps::choose(const SurfacePoint& x, double u, Worker& worker) con
         if (F > 0.0) {
             const double own = F * emission(triangle).mean();
             mean += own;
-            worker.parts.push_back({triangle, F, 0.0, mean});
+            worker.parts.push_back({triangle, F, 0.0, mean, 0});
         }
     }
     double before = 0.0;
@@ -227,29 +249,28 @@ Lamps::Choice Lamps::choose(const SurfacePoint& x, double u, Worker& worker) con
     return {};
 }
 
-Rgb Lamps::sample(const SurfacePoint& x, const std::array<double, 4>& u, Worker& worker) const {
+AreaLights::Sample AreaLights::sample(const SurfacePoint& x, const std::array<double, 4>& u, Worker& worker) const {
     const Choice choice = choose(x, u[0], worker);
     if (choice.triangle == none || !(choice.form_factor > 0.0)) {
-        return Rgb::Zero();
+        return {};
     }
     if (shafts_) {
         const SurfacePoint from = inset(scene_.mesh, x);
         const Vec3 to = place_on(from, choice.triangle, {u[1], u[2], u[3]});
         const Segment segment{from.position, to, from.face, choice.triangle};
         std::uint8_t blocked = 0;
-        visibility_.occluded(std::span(&segment, 1), std::span(&blocked, 1));
-        ++worker.cast;
+        worker.cast += tracer_.occluded({&segment, 1}, {&blocked, 1});
         if (blocked != 0) {
-            return Rgb::Zero();
+            return {};
         }
     }
-    return choice.weight * choice.form_factor * emission(choice.triangle);
+    return {scene_.mesh.material[choice.triangle], choice.weight * choice.form_factor * emission(choice.triangle)};
 }
 
 /// A place on the triangle: of some spread over it one in proportion to what it sends to x, so that being seen or not
 /// counts for as much as it should. Where all of them are below the horizon, one that a few steps to the highest corner
 /// lift above it.
-Vec3 Lamps::place_on(const SurfacePoint& x, Index triangle, const std::array<double, 3>& u) const {
+Vec3 AreaLights::place_on(const SurfacePoint& x, Index triangle, const std::array<double, 3>& u) const {
     const Mesh& mesh = scene_.mesh;
     std::array<Vec3, candidates> place;
     std::array<double, candidates> below{};

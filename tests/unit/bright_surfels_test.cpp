@@ -1,5 +1,5 @@
 #include <difusa/import/shapes.h>
-#include <difusa/lighting/first_bounce.h>
+#include <difusa/lighting/bright_surfels.h>
 #include <difusa/lighting/lambert.h>
 #include <difusa/mesh/surface_sampling.h>
 #include <difusa/rays/surroundings.h>
