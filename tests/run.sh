@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Builds difusa and runs every test and check. On a bare Debian 12 it first installs the packages that are missing
 # (as root or through sudo). Safe to run again, and quick then: only what has changed is built and checked anew.
+# At the end it prints what was slowest, how long each step took, and last how many tests passed and failed.
 usage="usage: tests/run.sh [OPTION]...
     --quick           release build and its tests only: no format, lint, viewer, fuzz or sanitizer checks
     --no-format       without clang-format
@@ -44,9 +45,25 @@ done
 
 passed=0 failed=0
 summary=()
+times=() slowest=()
 
-# A step's heading, with the minutes and seconds since the start.
-step() { printf '\n== [%d:%02d] %s\n' $((SECONDS / 60)) $((SECONDS % 60)) "$*"; }
+# duration NAME SECONDS: a line of the table of times.
+duration() { printf '%-64s %4d:%02d' "$1" $(($2 / 60)) $(($2 % 60)); }
+
+# A step's heading, with the minutes and seconds since the start. Ends the step before it, and notes its time.
+current_step='' step_began=0
+step() {
+    [ -z "$current_step" ] || times+=("$(duration "$current_step" $((SECONDS - step_began)))")
+    current_step=$* step_began=$SECONDS
+    printf '\n== [%d:%02d] %s\n' $((SECONDS / 60)) $((SECONDS % 60)) "$*"
+}
+
+# slowest_of NAME: from lines "SECONDS WHAT", the five that took longest, if they took a second.
+slowest_of() {
+    local lines
+    lines=$(sort -rn | awk 'NR <= 5 && $1 >= 1 { printf "    %8.1f s ", $1; $1 = ""; print }')
+    [ -z "$lines" ] || slowest+=("$1:" "$lines")
+}
 
 # count NAME PASSED FAILED [NOTE]: adds to the totals.
 count() {
@@ -64,6 +81,8 @@ check() {
 # finish: the summary; its last line alone says how many passed and failed.
 finish() {
     step "Summary"
+    [ ${#slowest[@]} -eq 0 ] || printf '%s\n' "${slowest[@]}" ''
+    printf '%s\n' "${times[@]}" "$(duration "all (minutes:seconds)" $SECONDS)" ''
     printf '%s\n' "${summary[@]}"
     echo
     echo "$passed passed, $failed failed"
@@ -72,14 +91,25 @@ finish() {
 
 # build SOURCE DIRECTORY OPTION...: configures and builds everything there; ends the run if that fails.
 build() {
-    local source=$1 directory=$2
+    local source=$1 directory=$2 began built=no
     shift 2
     mkdir -p "$directory"
+    began=$directory/began
+    touch "$began"
     if cmake -S "$source" -B "$directory" -G Ninja "${launcher[@]}" "$@" \
         >"$directory/configure.log" 2>&1; then
         if cmake --build "$directory" -j "$jobs"; then
-            return
+            built=yes
         fi
+        # Start and end in milliseconds, and the file made.
+        [ ! -s "$directory/.ninja_log" ] || slowest_of "slowest to build in $directory" < <(
+            cd "$directory" && awk -F '\t' '!/^#/ { time[$4] = ($2 - $1) / 1000 }
+                                           END { for (file in time) print time[file], file }' .ninja_log |
+                sort -rn | head -n 100 |
+                while read -r time file; do
+                    [ ! "$file" -nt began ] || echo "$time $file"
+                done)
+        [ $built = no ] || return 0
     else
         cat "$directory/configure.log" >&2
     fi
@@ -121,6 +151,15 @@ run_ctest() {
         count "$name" 0 1 " (no test was found)"
         return
     fi
+    slowest_of "slowest of the $name" < <(
+        sed -nE 's/^[[:space:]]*<testcase name="([^"]*)".* time="([0-9.]*)".*/\2 \1/p' "$junit" |
+            grep -v ' difusa_tests\.[0-9]*$' || true
+        # A shard is no test: those in it.
+        for shard in "$directory"/tests/shards/*.xml; do
+            [ ! -s "$shard" ] ||
+                sed -nE 's/^[[:space:]]*<testcase name="([^"]*)".* time="([0-9.]*)".* classname="([^"]*)".*/\2 \3.\1/p' \
+                    "$shard"
+        done)
     count "$name" $((tests - failures - skipped)) "$failures" "$([ "$skipped" -eq 0 ] || echo ", $skipped skipped")"
 }
 
@@ -142,7 +181,7 @@ lint() {
     shift 2
     if [ $# -eq 1 ]; then
         # clang does not know GCC's warning options; those it does know are the compiler's business.
-        if output=$(clang-tidy-14 --quiet -p "$build" --extra-arg=-w "$1" 2>&1); then
+        if output=$(clang-tidy-14 --quiet -p "$stamps" --extra-arg=-w "$1" 2>&1); then
             mkdir -p "$(dirname "$stamps/$1")"
             touch "$stamps/$1.passed"
             return
@@ -160,7 +199,8 @@ lint() {
     done >"$together/files.cpp"
     {
         printf '[{"directory": "%s",\n' "$build"
-        grep -F -m 1 -e " -c $1\"" "$build/compile_commands.json" | sed "s|$1|$together/files.cpp|g"
+        grep -F -m 1 -e " -c $1\"" "$stamps/compile_commands.json" |
+            sed "s|$1|$together/files.cpp|g"
         printf '"file": "%s"}]\n' "$together/files.cpp"
     } >"$together/compile_commands.json"
     # With hardly a check it only compiles, which soon tells whether they go together.
@@ -180,7 +220,7 @@ lint() {
 }
 export -f tidy_together lint
 
-# compiled_alike BUILD: the sources of programs, library and plugins, all with equal options in a row.
+# compiled_alike DIRECTORY: the sources of programs, library and plugins, all with equal options in a row.
 compiled_alike() {
     sed -nE 's/^ *"command": "([^ ]*ccache )?(.*) -o [^ ]* -c (.*)",?$/\2\t\3/p' "$1/compile_commands.json" |
         grep -E "	$root/(lib|plugins|apps)/" | sed -E 's/-D[A-Za-z0-9_]+_EXPORTS |-fPIC //g' |
@@ -191,9 +231,11 @@ check_tidy() {
     export root
     local stamps=$build/test/tidy newest_header
     mkdir -p "$stamps"
+    # A precompiled header of GCC's is nothing to clang-tidy, which takes the headers as the files include them.
+    sed -E 's/ -Winvalid-pch -include [^ ]*//' "$build/test/compile_commands.json" >"$stamps/compile_commands.json"
     newest_header=$(find "$root/.clang-tidy" "$root"/{lib,plugins,apps} \( -name .clang-tidy -o -name '*.h' \) \
         -printf '%T@ %p\n' | sort -n | tail -n 1 | cut -d ' ' -f 2-)
-    compiled_alike "$build/test" |
+    compiled_alike "$stamps" |
         while IFS='	' read -r options file; do
             stamp=$stamps/$file.passed
             # Unless nothing changed since it last passed.
@@ -201,9 +243,9 @@ check_tidy() {
                 printf '%s\t%s\n' "$options" "$file"
             fi
         done |
-        # Neighbours, which use the same names, go into different piles of at most 8.
+        # Neighbours, which use the same names, go into different piles of at most 12.
         awk -F '\t' 'function deal(  piles, i, k) {
-                         piles = int((n + 7) / 8)
+                         piles = int((n + 11) / 12)
                          for (k = 0; k < piles; k++) {
                              for (i = k; i < n; i += piles) {
                                  printf "%s%s", (i > k ? "\t" : ""), file[i]
@@ -218,6 +260,7 @@ check_tidy() {
         xargs -r -d '\n' -n 1 -P "$jobs" bash -c 'IFS="	"; set -f; lint "$1" "$2" $3' lint "$stamps" "$build/test"
 }
 
+step "Packages"
 # shellcheck source=apps/install_packages.sh
 . "$root/apps/install_packages.sh"
 packages=("${build_packages[@]}" "${test_packages[@]}")
@@ -232,8 +275,11 @@ fi
 
 with_clang=(-DCMAKE_C_COMPILER=clang-14 -DCMAKE_CXX_COMPILER=clang++-14)
 
+# With precompiled headers, and under the sanitizers without: there each file is compiled with what it includes itself.
+# ccache takes part only if it may neglect when those headers were made and which macros they define.
+export CCACHE_SLOPPINESS=${CCACHE_SLOPPINESS:+$CCACHE_SLOPPINESS,}pch_defines,time_macros
 step "Build (release)"
-build "$root" "$build/test" -DCMAKE_BUILD_TYPE=Release -DDIFUSA_WARNINGS_AS_ERRORS=ON
+build "$root" "$build/test" -DCMAKE_BUILD_TYPE=Release -DDIFUSA_WARNINGS_AS_ERRORS=ON -DDIFUSA_PRECOMPILE_HEADERS=ON
 step "Tests (release)"
 run_ctest "tests (release)" "$build/test"
 
@@ -260,6 +306,6 @@ fi
 if [ $fuzz = yes ]; then
     step "Fuzz targets"
     build "$root/tests/fuzz" "$build/fuzz" "${with_clang[@]}"
-    check "fuzz targets" "$root/tests/fuzz/run.sh" "$fuzz_seconds" "$build/fuzz"
+    check "fuzz targets" "$root/tests/fuzz/run.sh" "$fuzz_seconds" "$build/fuzz" "$jobs"
 fi
 finish
