@@ -54,7 +54,10 @@ std::size_t PointTree::size() const {
 }
 
 std::size_t PointTree::nearest(const Vec3& p, std::span<Index> numbers, std::span<double> squared) const {
-    const std::size_t room = std::min(numbers.size(), squared.size());
+    const std::size_t room = std::min({numbers.size(), squared.size(), size()});
+    if (room == 0) {
+        return 0; // nanoflann writes to the last place in any case
+    }
     const std::size_t count = tree_->index.knnSearch(p.data(), room, numbers.data(), squared.data());
     for (Index& number : numbers.first(count)) {
         number = tree_->cloud.members[number];

@@ -24,7 +24,8 @@ class PointTree {
     std::size_t size() const;
 
     /// Fills in the numbers of the points nearest to p with their squared distances, the nearest first: as many as
-    /// `numbers` and `squared` have room for, but no more than there are. Returns how many that is.
+    /// `numbers` and `squared` have room for, but no more than there are. Returns how many that is; what
+    /// is beyond is left as it is.
     std::size_t nearest(const Vec3& p, std::span<Index> numbers, std::span<double> squared) const;
 
     /// The number of the nearest point; the tree must not be empty.
