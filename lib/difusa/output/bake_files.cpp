@@ -54,6 +54,35 @@ void add_groups(const PointValues& values, std::vector<FieldArray>& arrays) {
     }
 }
 
+/// Suns, point lights and groups of lights, if there are any.
+void add_lights(const BakeResult& result, std::vector<FieldNote>& notes) {
+    std::vector<double> suns; // direction towards it and irradiance, six numbers each
+    for (const Sun& sun : result.scene->suns) {
+        suns.insert(suns.end(), sun.towards.data(), sun.towards.data() + 3);
+        suns.insert(suns.end(), sun.irradiance.data(), sun.irradiance.data() + 3);
+    }
+    if (!suns.empty()) {
+        notes.push_back({"suns", suns});
+    }
+    std::vector<double> point_lights; // position, intensity, axis and the cosines of the cone, eleven numbers each
+    for (const PointLight& light : result.scene->point_lights) {
+        for (const Vec3& v : {light.position, Vec3(light.intensity), light.direction}) {
+            point_lights.insert(point_lights.end(), v.begin(), v.end());
+        }
+        point_lights.insert(point_lights.end(), {light.cos_inner, light.cos_outer});
+    }
+    if (!point_lights.empty()) {
+        notes.push_back({"point_lights", point_lights});
+    }
+    if (result.has_groups()) {
+        std::string names;
+        for (const std::string& group : result.field().sets().names) {
+            names += (names.empty() ? "" : "\n") + group;
+        }
+        notes.push_back({"light_groups", names});
+    }
+}
+
 /// Options and results that every file of a bake carries.
 std::vector<FieldNote> notes_of(const BakeResult& result) {
     std::vector<FieldNote> notes;
@@ -80,31 +109,7 @@ std::vector<FieldNote> notes_of(const BakeResult& result) {
     number("final_gather", static_cast<double>(options.final_gather));
     number("error_points", static_cast<double>(options.error_points.value_or(0)));
     number("crease_angle", options.crease_angle);
-    std::vector<double> suns; // direction towards it and irradiance, six numbers each
-    for (const Sun& sun : result.scene->suns) {
-        suns.insert(suns.end(), sun.towards.data(), sun.towards.data() + 3);
-        suns.insert(suns.end(), sun.irradiance.data(), sun.irradiance.data() + 3);
-    }
-    if (!suns.empty()) {
-        notes.push_back({"suns", suns});
-    }
-    std::vector<double> point_lights; // position, intensity, axis and the cosines of the cone, eleven numbers each
-    for (const PointLight& light : result.scene->point_lights) {
-        for (const Vec3& v : {light.position, Vec3(light.intensity), light.direction}) {
-            point_lights.insert(point_lights.end(), v.begin(), v.end());
-        }
-        point_lights.insert(point_lights.end(), {light.cos_inner, light.cos_outer});
-    }
-    if (!point_lights.empty()) {
-        notes.push_back({"point_lights", point_lights});
-    }
-    if (result.has_groups()) {
-        std::string names;
-        for (const std::string& group : result.field().sets().names) {
-            names += (names.empty() ? "" : "\n") + group;
-        }
-        notes.push_back({"light_groups", names});
-    }
+    add_lights(result, notes);
     if (result.error) {
         number("bound", result.error->bound_rms);
     }

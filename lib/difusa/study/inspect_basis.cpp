@@ -9,6 +9,7 @@
 #include <difusa/discretisation/discretisation.h>
 #include <difusa/discretisation/sampler.h>
 #include <difusa/import/scene_file.h>
+#include <difusa/mesh/point_tree.h>
 #include <difusa/rays/visibility.h>
 #include <difusa/scene/scene.h>
 
@@ -17,8 +18,6 @@
 #include <limits>
 #include <memory>
 #include <span>
-
-#include <nanoflann.hpp>
 
 namespace difusa {
 
@@ -32,43 +31,38 @@ constexpr std::size_t output_bytes = 500; ///< of a triangle of the output with 
 /// Sites by place, those of each region apart.
 class NearestSites {
   public:
-    NearestSites(const Mesh& mesh, const SiteSet& sites) : mesh_(mesh), sites_(sites) {
+    NearestSites(const Mesh& mesh, const SiteSet& sites) : mesh_(mesh), sites_(sites), all_(sites.points) {
         std::vector<std::vector<Index>> members(mesh.region_count);
-        std::vector<Index> all;
         for (Index i = 0; i < sites.size(); ++i) {
             members[sites.region[i]].push_back(i);
-            all.push_back(i);
         }
         for (std::vector<Index>& region : members) {
-            of_region_.push_back(region.empty() ? nullptr : std::make_unique<Group>(sites, std::move(region)));
+            of_region_.emplace_back(sites.points, std::move(region));
         }
-        all_ = std::make_unique<Group>(sites, std::move(all));
     }
 
     /// The site nearest in space.
-    Index in_space(const Vec3& p) const {
-        Search search;
-        search.among(*all_, p, 1);
-        return all_->cloud.members[search.found[0]];
-    }
+    Index in_space(const Vec3& p) const { return all_.nearest(p); }
 
     /// The site at the least site distance from x; in space, of the region if it has sites, if all are at an infinite
     /// one.
     Index of(const SurfacePoint& x) const {
         const Index region = mesh_.region[x.face];
-        if (!of_region_[region]) {
+        const PointTree& tree = of_region_[region];
+        if (tree.size() == 0) {
             return in_space(x.position);
         }
-        const Group& group = *of_region_[region];
-        Search search;
+        std::vector<Index> found;
+        std::vector<double> squared;
         // No site distance is below the Euclidean one: the search ends once the least is within what was looked at.
         for (std::size_t k = 8;; k *= 4) {
-            k = std::min(k, group.cloud.members.size());
-            search.among(group, x.position, k);
+            k = std::min(k, tree.size());
+            found.resize(k);
+            squared.resize(k);
+            tree.nearest(x.position, found, squared);
             double least = std::numeric_limits<double>::infinity();
-            Index nearest = group.cloud.members[search.found[0]];
-            for (const std::uint32_t member : search.found) {
-                const Index i = group.cloud.members[member];
+            Index nearest = found[0];
+            for (const Index i : found) {
                 const SurfacePoint& site = sites_.points[i];
                 const double d =
                     site_distance(x.position, x.normal, region, site.position, site.normal, sites_.region[i]);
@@ -77,42 +71,17 @@ class NearestSites {
                     nearest = i;
                 }
             }
-            if (k == group.cloud.members.size() || least * least <= search.squared.back()) {
+            if (k == tree.size() || least * least <= squared.back()) {
                 return nearest;
             }
         }
     }
 
   private:
-    struct Cloud {
-        const SiteSet& sites;
-        std::vector<Index> members;
-        std::size_t kdtree_get_point_count() const { return members.size(); }
-        double kdtree_get_pt(std::size_t i, std::size_t axis) const {
-            return sites.points[members[i]].position[static_cast<Eigen::Index>(axis)];
-        }
-        template <class Box> bool kdtree_get_bbox(Box& /*box*/) const { return false; }
-    };
-    using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Cloud>, Cloud, 3>;
-    struct Group {
-        Cloud cloud;
-        Tree tree;
-        Group(const SiteSet& sites, std::vector<Index> members) : cloud{sites, std::move(members)}, tree(3, cloud) {}
-    };
-    struct Search {
-        std::vector<std::uint32_t> found;
-        std::vector<double> squared;
-        void among(const Group& group, const Vec3& p, std::size_t k) {
-            found.resize(k);
-            squared.resize(k);
-            group.tree.knnSearch(p.data(), k, found.data(), squared.data());
-        }
-    };
-
     const Mesh& mesh_;
     const SiteSet& sites_;
-    std::vector<std::unique_ptr<Group>> of_region_; ///< null: the region has no site
-    std::unique_ptr<Group> all_;
+    std::vector<PointTree> of_region_; ///< empty where the region has no site
+    PointTree all_;
 };
 
 void check_options(const InspectOptions& options) {

@@ -1,0 +1,106 @@
+// Light groups add up to the whole.
+#include <difusa/bake.h>
+#include <difusa/import/shapes.h>
+#include <difusa/scene/light_groups.h>
+
+#include <support/lit_scenes.h>
+
+#include <gtest/gtest.h>
+
+namespace difusa {
+namespace {
+
+using namespace lit;
+
+/// A room with a lamp, a sun, a point light and a sky: each group is what its lights alone would give, and the groups
+/// add up to the whole.
+TEST(LightGroups, AddUpToTheWhole) {
+    Mesh mesh = rectangle(Vec3(0, 0, 0), Vec3(2, 0, 0), Vec3(0, 2, 0));
+    add(mesh, rectangle(Vec3(0, 2, 0), Vec3(2, 0, 0), Vec3(0, 0, 2)), 0);
+    add(mesh, rectangle(Vec3(0.5, 0.5, 1.5), Vec3(0, 0.2, 0), Vec3(0.2, 0, 0)), 1);
+    Scene scene = scene_of(mesh, 0.6);
+    scene.materials.resize(2);
+    scene.materials[1].name = "lamp";
+    scene.materials[1].emission = Rgb(10, 20, 30);
+    scene.suns = {{Vec3(0, -1, 2).normalized(), Rgb(3, 2, 1), "noon"}};
+    scene.point_lights = {{Vec3(1, 1, 1), Rgb(1, 1, 2)}};
+    scene.sky = Rgb(0.5, 0.6, 0.7);
+    BakeOptions options = quick(0.3);
+    options.light_groups = true;
+    const BakeResult whole = baked(scene, options);
+    ASSERT_EQ(whole.output.groups.size(), 4U);
+    const std::vector<std::string> names{"lamp", "noon", "point", "sky"};
+    Values B = Values::Zero(whole.output.B.rows(), 3), H = B;
+    for (std::size_t g = 0; g < 4; ++g) {
+        EXPECT_EQ(whole.output.groups[g].name, names[g]);
+        B += whole.output.groups[g].B;
+        H += whole.output.groups[g].H;
+        Scene alone = scene;
+        if (g != 0) {
+            alone.materials[1].emission.setZero();
+        }
+        if (g != 1) {
+            alone.suns.clear();
+        }
+        if (g != 2) {
+            alone.point_lights.clear();
+        }
+        options.light_groups = false;
+        options.sky = g == 3 ? scene.sky : Rgb(Rgb::Zero());
+        const BakeResult one = baked(alone, options);
+        // The solver stops at a residual of 1e-6 of the light; 1 / (1 - rho) times that is the error.
+        const double tolerance = 2.0 * 1e-6 / (1.0 - 0.6) * one.irradiance_direct.maxCoeff();
+        ASSERT_EQ(one.output.B.rows(), B.rows());
+        EXPECT_LT((one.output.B - whole.output.groups[g].B).cwiseAbs().maxCoeff(), tolerance) << names[g];
+    }
+    const double rounding = 64 * 0x1p-53 * whole.output.B.maxCoeff();
+    EXPECT_LT((B - whole.output.B).cwiseAbs().maxCoeff(), rounding);
+    EXPECT_LT((H - whole.output.H).cwiseAbs().maxCoeff(), rounding);
+    // And without groups it is the same solution: the solver treats other columns, and lamps draw alike. (Between the
+    // sites each light is kept within its own bounds.)
+    options.light_groups = false;
+    options.sky.reset();
+    const BakeResult together = baked(scene, options);
+    EXPECT_LT((together.irradiance - whole.irradiance).cwiseAbs().maxCoeff(),
+              2.0 * 1e-6 / (1.0 - 0.6) * together.irradiance_direct.maxCoeff());
+}
+
+TEST(LightGroups, NamesAndOrder) {
+    Scene scene = scene_of(rectangle(Vec3(0, 0, 0), Vec3(2, 0, 0), Vec3(0, 2, 0), 2, 2), 0.5);
+    scene.materials.resize(3);
+    scene.materials[1] = {"a", Rgb::Zero(), Rgb::Ones()};
+    scene.materials[2] = {"unused", Rgb::Zero(), Rgb::Ones()};
+    scene.mesh.material[0] = 1;
+    PointLight spot;
+    spot.intensity = Rgb::Ones();
+    spot.cos_outer = 0.5;
+    spot.cos_inner = 0.6;
+    scene.point_lights = {
+        {Vec3::Zero(), Rgb::Ones()}, spot, {Vec3::Zero(), Rgb::Zero(), -Vec3::UnitZ(), -1, -1, "dark"}};
+    scene.suns = {{Vec3::UnitZ(), Rgb::Ones(), "a"}, {Vec3::UnitZ(), Rgb::Ones()}};
+    const std::vector<LightGroup> groups = light_groups(scene);
+    ASSERT_EQ(groups.size(), 4U);
+    EXPECT_EQ(groups[0].name, "a");
+    EXPECT_EQ(groups[0].materials, (std::vector<char>{0, 1, 0}));
+    EXPECT_EQ(groups[0].suns, (std::vector<char>{1, 0}));
+    EXPECT_EQ(groups[1].name, "sun");
+    EXPECT_EQ(groups[2].name, "point");
+    EXPECT_EQ(groups[3].name, "spot");
+}
+
+/// Names are as files can hold them, and then no two groups have the same.
+TEST(LightGroups, NamesThatFilesHold) {
+    Scene scene = scene_of(rectangle(Vec3(0, 0, 0), Vec3(2, 0, 0), Vec3(0, 2, 0), 2, 2), 0.5);
+    const Vec3 up = Vec3::UnitZ();
+    for (const char* name : {"a\x01", "a\x02", "a\n", "a_", "\xff", "\xed\xa0\x80", "ρ & <\"x\">"}) {
+        scene.suns.push_back({up, Rgb::Ones(), name});
+    }
+    std::vector<std::string> names;
+    for (const LightGroup& group : light_groups(scene)) {
+        names.push_back(group.name);
+    }
+    EXPECT_EQ(names, (std::vector<std::string>{"a_", "_", "___", "ρ & <\"x\">"}));
+}
+
+} // namespace
+} // namespace difusa
