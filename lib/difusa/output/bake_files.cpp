@@ -104,8 +104,6 @@ std::vector<FieldNote> notes_of(const BakeResult& result) {
     number("neighbours", options.neighbours);
     number("rays_per_site", static_cast<double>(options.rays));
     notes.push_back({"direct", options.direct});
-    notes.push_back({"first_bounce", options.first_bounce});
-    number("correction", options.correction);
     number("final_gather", static_cast<double>(options.final_gather));
     number("error_points", static_cast<double>(options.error_points.value_or(0)));
     number("crease_angle", options.crease_angle);

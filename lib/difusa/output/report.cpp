@@ -16,10 +16,6 @@ Json list(const Eigen::ArrayXd& values) {
     return std::vector<double>(values.data(), values.data() + values.size());
 }
 
-Json list(const std::optional<Eigen::ArrayXd>& values) {
-    return values ? list(*values) : Json(nullptr);
-}
-
 Json list(const Rgb& c) {
     return {c[0], c[1], c[2]};
 }
@@ -96,8 +92,6 @@ Json options_of(const BakeResult& result) {
     chosen["tolerance"] = options.solve.tolerance;
     chosen["max_iterations"] = options.solve.max_iterations;
     chosen["direct"] = options.direct;
-    chosen["first_bounce"] = options.first_bounce;
-    chosen["correction"] = options.correction;
     chosen["final_gather"] = options.final_gather;
     chosen["error_points"] = options.error_points ? Json(*options.error_points) : Json(nullptr);
     chosen["reflectance"] = list(options.reflectance.value_or(Material{}.reflectance));

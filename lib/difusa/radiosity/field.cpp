@@ -16,6 +16,12 @@ namespace {
 
 /// Serves one point after another with fresh rays; scratch of a thread.
 class Gatherer {
+  private:
+    Eigen::RowVectorXd row_of(const Rgb& c) const { return c.head(parts_.channels).matrix().transpose(); }
+    template <class Row> auto of_set(Row& row, Index set) const {
+        return row.segment(static_cast<Eigen::Index>(set) * parts_.channels, parts_.channels);
+    }
+
   public:
     Gatherer(const FieldParts& parts, const DirectionPool& pool, std::uint64_t seed)
         : parts_(parts), scene_(*parts.scene), basis_(*parts.system->discretisation().basis),
@@ -50,11 +56,6 @@ class Gatherer {
     }
 
   private:
-    Eigen::RowVectorXd row_of(const Rgb& c) const { return c.head(parts_.channels).matrix().transpose(); }
-    template <class Row> auto of_set(Row& row, Index set) const {
-        return row.segment(static_cast<Eigen::Index>(set) * parts_.channels, parts_.channels);
-    }
-
     void add_surface(Eigen::Ref<Eigen::RowVectorXd> direct, Eigen::Ref<Eigen::RowVectorXd> indirect) {
         const std::vector<char>& evaluated = parts_.direct->area_light_materials();
         rows_.resize(std::max(rows_.size(), met_.size()));
