@@ -96,7 +96,9 @@ CLI::Option* add_light_arguments(CLI::App& app, BakeOptions& options, const std:
              "light of suns and lamps after one reflection: gathered where rays hit and on bright surfaces (default; "
              "sharp), or interpolated between sites (fewer rays; the way of pairwise)",
              group);
-    add_name(app, "--visibility", options.visibility, "ray casting: cgal (reference) or embree (fast)", group);
+    add_name(app, "--visibility", options.visibility,
+             "ray casting: embree (fast) or cgal (the reference); auto: embree where it is there, otherwise cgal",
+             group);
     return add_name(app, "--kernel", options.kernel, "form factor of pairwise transport: disc or point", group);
 }
 

@@ -16,6 +16,7 @@
 #include <difusa/mesh/nearest_surface.h>
 #include <difusa/mesh/surface_sampling.h>
 #include <difusa/plugin/choice.h>
+#include <difusa/plugin/visibility_choice.h>
 #include <difusa/radiosity/transport_operator.h>
 #include <difusa/rays/direction_pool.h>
 #include <difusa/rays/directions.h>
@@ -102,7 +103,7 @@ Tools make_tools(const Registry& registry, const BakeOptions& options, BakeResul
 
     make(tools.sampler, options.sampler);
     make(tools.basis, options.basis);
-    make(tools.visibility, options.visibility);
+    make(tools.visibility, result.options.visibility = choose_visibility(registry, options.visibility, result.notes));
     make(tools.directions, options.directions);
     make(tools.solver, options.solver);
     if (tools.pairwise) {
@@ -268,12 +269,12 @@ class Bake {
         start("read");
         result_.file = file.string();
         const PolygonSoup soup = read_scene(registry_, file);
-        result_.notes = soup.notes;
+        result_.notes.insert(result_.notes.end(), soup.notes.begin(), soup.notes.end());
         start("diagnose");
         DiagnosedMesh diagnosed = diagnose(soup);
         result_.diagnosis = std::move(diagnosed.diagnosis);
         if (execution_.progress != nullptr) {
-            for (const std::string& what : soup.notes) {
+            for (const std::string& what : result_.notes) {
                 execution_.progress->remark(what);
             }
             for (const Finding& finding : result_.diagnosis.findings) {

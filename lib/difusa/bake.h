@@ -44,8 +44,8 @@ struct BakeOptions {
     std::string sampler = "poisson-disk";
     std::string transport = "gather"; ///< "gather", or "pairwise" with the parameter areas=integral|neighbours
     std::string directions = "low-discrepancy";
-    std::string kernel = "disc"; ///< of pairwise transport
-    std::string visibility = "cgal";
+    std::string kernel = "disc";     ///< of pairwise transport
+    std::string visibility = "auto"; ///< plugin/visibility_choice.h; of a result the engine that was used
     std::string solver = "krylov";
     std::string projection = "natural"; ///< discretisation/projection.h
     /// Where coefficients are the values at the sites, the equation is solved with them, which is sure to converge, and

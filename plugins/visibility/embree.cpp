@@ -4,17 +4,13 @@
 //
 // For that no box may be missed by rounding. The mesh is centred and scaled to unit diameter before it is rounded, rays
 // from far outside start where they enter a cube around it, and boxes are widened by more than all roundings together.
+#include "embree_api.h"
+
 #include <difusa/core/error.h>
 #include <difusa/plugin/plugin.h>
 #include <difusa/rays/brute_force.h>
 #include <difusa/rays/visibility.h>
 #include <difusa/rays/watertight.h>
-
-#if DIFUSA_EMBREE_MAJOR >= 4
-#include <embree4/rtcore.h>
-#else
-#include <embree3/rtcore.h>
-#endif
 
 #include <algorithm>
 #include <array>
@@ -35,36 +31,7 @@ using difusa::Ray;
 using difusa::Segment;
 using difusa::Vec3;
 using difusa::WatertightRay;
-
-#if DIFUSA_EMBREE_MAJOR >= 4
-using Context = RTCRayQueryContext;
-void initialise(Context& context) {
-    rtcInitRayQueryContext(&context);
-}
-void first_hit(RTCScene scene, Context& context, RTCRayHit& ray) {
-    RTCIntersectArguments arguments;
-    rtcInitIntersectArguments(&arguments);
-    arguments.context = &context;
-    rtcIntersect1(scene, &ray, &arguments);
-}
-void any_hit(RTCScene scene, Context& context, RTCRay& ray) {
-    RTCOccludedArguments arguments;
-    rtcInitOccludedArguments(&arguments);
-    arguments.context = &context;
-    rtcOccluded1(scene, &ray, &arguments);
-}
-#else
-using Context = RTCIntersectContext;
-void initialise(Context& context) {
-    rtcInitIntersectContext(&context);
-}
-void first_hit(RTCScene scene, Context& context, RTCRayHit& ray) {
-    rtcIntersect1(scene, &context, &ray);
-}
-void any_hit(RTCScene scene, Context& context, RTCRay& ray) {
-    rtcOccluded1(scene, &context, &ray);
-}
-#endif
+using difusa::embree::Context;
 
 /// By how much boxes are widened on all sides, in diameters. Inside the cube [-1, 1]³ around the mesh a point of a ray
 /// at most 2√3 long is moved by no more than 2^-25 (the origin's rounding) + 2√3 2^-25 (the direction's), the corners
@@ -163,11 +130,11 @@ struct FirstHit {
     void run(RTCScene scene) {
         if (!scaled.misses) {
             Handle handle{{}, this};
-            initialise(handle.context);
+            difusa::embree::initialise(handle.context);
             RTCRayHit query;
             query.ray = scaled.ray;
             query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-            first_hit(scene, handle.context, query);
+            difusa::embree::first_hit(scene, handle.context, query);
         }
     }
 
@@ -216,10 +183,10 @@ struct AnyBlocker {
             return false;
         }
         Handle handle{{}, this};
-        initialise(handle.context);
+        difusa::embree::initialise(handle.context);
         RTCRay query = scaled.ray;
         query.tfar = scaled.up_to(1.0);
-        any_hit(scene, handle.context, query);
+        difusa::embree::any_hit(scene, handle.context, query);
         return query.tfar < 0.0F;
     }
 

@@ -8,6 +8,7 @@
 #include <difusa/discretisation/element_integrals.h>
 #include <difusa/discretisation/sampler.h>
 #include <difusa/import/scene_file.h>
+#include <difusa/plugin/visibility_choice.h>
 #include <difusa/rays/visibility.h>
 #include <difusa/scene/scene.h>
 
@@ -279,7 +280,14 @@ BasisInspection inspect_basis(const Registry& registry, const std::filesystem::p
     make(sampler, options.sampler);
     make(basis, options.basis);
     if (sampler->needs_visibility()) {
-        make(visibility, options.visibility);
+        std::vector<std::string> notes;
+        result.options.visibility = choose_visibility(registry, options.visibility, notes);
+        make(visibility, result.options.visibility);
+        for (const std::string& note : notes) {
+            if (execution.progress != nullptr) {
+                execution.progress->remark(note);
+            }
+        }
     }
 
     execution.phase("read");
