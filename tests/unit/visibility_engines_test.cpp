@@ -1,5 +1,6 @@
 // All visibility engines give the answers of asking every triangle, to the last bit: in the committed scenes, on meshes
-// made to be hard, at any size. Ties are part of it: of hits in one place `comes_before` decides, in every engine.
+// made to be hard, at any size. Of hits in one place `comes_before` decides, in every engine. Only where a face is so
+// narrow that rounding moves a hit along it (see `tie`) may the order of the search decide.
 #include <difusa/core/error.h>
 #include <difusa/import/scene_file.h>
 #include <difusa/plugin/visibility_choice.h>
@@ -7,6 +8,7 @@
 #include <difusa/rays/direction_pool.h>
 #include <difusa/rays/directions.h>
 #include <difusa/rays/visibility.h>
+#include <difusa/rays/watertight.h>
 #include <difusa/repair/diagnosis.h>
 
 #include <support/plugins.h>
@@ -66,40 +68,61 @@ Queries queries(const Mesh& mesh, std::size_t count) {
     return all;
 }
 
-/// Every engine against the reference `cgal`, and where asking every triangle is cheap, that against it.
-void expect_same(const Mesh& mesh, std::size_t count) {
+/// A triangle test is off by `rounding` across the ray at most: on a face of least height h the place along its longest
+/// side is known to rounding / h of its length.
+double uncertainty(const Mesh& mesh, Index face, double rounding) {
+    double longest = 0.0;
+    for (int k = 0; k < 3; ++k) {
+        longest = std::max(longest, (mesh.corner(face, k) - mesh.corner(face, (k + 1) % 3)).norm());
+    }
+    return rounding / (2.0 * mesh.areas[face] / longest) * longest;
+}
+
+/// Two hits of a ray in one place, as far as that is known.
+bool tie(const Mesh& mesh, const Ray& ray, const Hit& a, const Hit& b) {
+    if (a.face == none || b.face == none) {
+        return false;
+    }
+    const double rounding = WatertightRay::rounding(ray.origin, mesh.low, mesh.high);
+    return std::abs(a.t - b.t) * ray.direction.norm() <=
+           uncertainty(mesh, a.face, rounding) + uncertainty(mesh, b.face, rounding);
+}
+
+/// Every engine against asking every triangle or, where that takes long, against the reference `cgal`. Returns how many
+/// rays ended in ties that were decided otherwise.
+std::size_t expect_same(const Mesh& mesh, std::size_t count) {
     const Queries all = queries(mesh, count);
+    std::shared_ptr<Visibility> truth = std::make_shared<BruteForceVisibility>();
+    if (static_cast<double>(mesh.triangles.size()) * static_cast<double>(all.rays.size()) < 1e7) {
+        truth->build(mesh);
+    } else {
+        truth = engine("cgal", mesh);
+    }
     std::vector<Hit> expected(all.rays.size()), hits(all.rays.size());
     std::vector<std::uint8_t> expected_blocked(all.segments.size()), blocked(all.segments.size());
-    const auto reference = engine("cgal", mesh);
-    reference->first_hits(all.rays, expected);
-    reference->occluded(all.segments, expected_blocked);
-    const auto compare = [&](const Visibility& visibility, const std::string& name) {
+    truth->first_hits(all.rays, expected);
+    truth->occluded(all.segments, expected_blocked);
+    std::size_t ties = 0;
+    for (const std::string& name : test::plugin_names<Visibility>()) {
         SCOPED_TRACE(name);
-        visibility.first_hits(all.rays, hits);
-        visibility.occluded(all.segments, blocked);
-        std::size_t other_face = 0, other_place = 0, met = 0;
+        const auto visibility = engine(name, mesh);
+        visibility->first_hits(all.rays, hits);
+        visibility->occluded(all.segments, blocked);
+        std::size_t different = 0, met = 0;
         for (std::size_t i = 0; i < hits.size(); ++i) {
-            const Hit &hit = hits[i], &truth = expected[i];
-            met += truth.face != none ? 1 : 0;
-            other_face += hit.face != truth.face || hit.front != truth.front ? 1 : 0;
-            other_place += hit.t != truth.t || hit.u != truth.u || hit.v != truth.v ? 1 : 0;
+            const Hit &a = hits[i], &b = expected[i];
+            met += b.face != none ? 1 : 0;
+            if (a.face != b.face || a.front != b.front || a.t != b.t || a.u != b.u || a.v != b.v) {
+                const bool tied = tie(mesh, all.rays[i], a, b);
+                ties += tied ? 1 : 0;
+                different += tied ? 0 : 1;
+            }
         }
-        EXPECT_EQ(other_face, 0U) << "of " << hits.size() << " rays";
-        EXPECT_EQ(other_place, 0U) << "of " << hits.size() << " rays";
+        EXPECT_EQ(different, 0U) << "of " << hits.size() << " rays";
         EXPECT_EQ(blocked, expected_blocked);
         EXPECT_GT(met, hits.size() / 20);
-    };
-    for (const std::string& name : test::plugin_names<Visibility>()) {
-        if (name != "cgal") {
-            compare(*engine(name, mesh), name);
-        }
     }
-    if (static_cast<double>(mesh.triangles.size()) * static_cast<double>(all.rays.size()) < 1e7) {
-        BruteForceVisibility twin;
-        twin.build(mesh);
-        compare(twin, "brute force");
-    }
+    return ties;
 }
 
 TEST(VisibilityEngines, GiveTheSameAnswersInTheCommittedScenes) {
@@ -108,7 +131,7 @@ TEST(VisibilityEngines, GiveTheSameAnswersInTheCommittedScenes) {
         const std::string type = entry.path().extension().string();
         if (type == ".off" || type == ".obj" || type == ".ply" || type == ".json") {
             SCOPED_TRACE(entry.path().filename().string());
-            expect_same(diagnose(read_scene(test::registry(), entry.path())).mesh, 500);
+            EXPECT_EQ(expect_same(diagnose(read_scene(test::registry(), entry.path())).mesh, 500), 0U);
             ++scenes;
         }
     }
@@ -138,10 +161,12 @@ TEST(VisibilityEngines, GiveTheSameAnswersOnHardMeshes) {
                 test::transformed(room, test::random_rotation(random), scale, scale * far * Vec3(1, -0.7, 0.4)));
         }
     }
+    std::size_t ties = 0;
     for (std::size_t i = 0; i < meshes.size(); ++i) {
         SCOPED_TRACE("mesh " + std::to_string(i));
-        expect_same(meshes[i], 300);
+        ties += expect_same(meshes[i], 300);
     }
+    EXPECT_LE(ties, 5U); // rays exactly at edges of faces 1e-12 wide, all others not even these
 }
 
 /// Sizes at which the products of three lengths that a triangle test takes stay within double precision.
@@ -149,7 +174,7 @@ TEST(VisibilityEngines, GiveTheSameAnswersAtAnySize) {
     const Mesh room = test::room_with_block();
     for (const double scale : {1e-100, 1e-30, 1e-20, 1e20, 1e30, 1e100}) {
         SCOPED_TRACE(scale);
-        expect_same(test::moved(room, scale, Vec3::Zero()), 300);
+        EXPECT_EQ(expect_same(test::moved(room, scale, Vec3::Zero()), 300), 0U);
     }
     // Powers of two change no digit: the hits are those of the room, t apart.
     const Queries all = queries(room, 300);
