@@ -90,7 +90,7 @@ void list_plugins(const difusa::Registry& registry) {
                 for (const std::string_view name : difusa::preferred_visibility) {
                     std::cout << " " << name << ",";
                 }
-                std::cout << " others that is found and can be started: the default.\n";
+                std::cout << " and any other that is found and can be started (the default).\n";
             }
         }
         std::cout << "  " << description.name << "  " << description.summary << "\n";
