@@ -92,7 +92,9 @@ void add_light_arguments(CLI::App& app, BakeOptions& options, const std::string&
              "light of suns, point lights and area lights: exact (evaluated at each point, outside the linear system) "
              "or interpolated (carried by the basis, as in the dissertation)",
              group);
-    add_name(app, "--visibility", options.visibility, "ray casting: cgal (reference) or embree (fast)", group);
+    add_name(app, "--visibility", options.visibility,
+             "ray casting: embree (fast) or cgal (the reference); auto: embree where it is there, otherwise cgal",
+             group);
     add_name(app, "--kernel", options.kernel, "form factor of pairwise transport: disc (default) or point", group);
 }
 

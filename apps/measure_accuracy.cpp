@@ -5,6 +5,7 @@
 #include <difusa/core/text.h>
 #include <difusa/discretisation/projection.h>
 #include <difusa/io/field_file.h>
+#include <difusa/rays/visibility_choice.h>
 #include <difusa/study/ring_curves.h>
 #include <difusa/study/study.h>
 
@@ -231,7 +232,8 @@ void run(Arguments& a) {
     if (a.chapter7) {
         refuse_for_chapter7(a);
     }
-    registry.describe("visibility", a.plan.common.visibility);
+    std::vector<std::string> notes; // the bakes tell them
+    difusa::choose_visibility(registry, a.plan.common.visibility, notes);
     std::string text;
     for (const std::string& projection : a.plan.projections) {
         difusa::parse_projection(projection, text);

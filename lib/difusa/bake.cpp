@@ -138,9 +138,14 @@ BakeResult run(const Registry& registry, const BakeOptions& options, const Execu
     BakeResult result;
     result.options = options;
     result.threads = execution.threads;
+    result.options.visibility = choices.visibility;
     result.plugins = choices.plugins;
     Journal journal;
-    steps(result, choices, Execution{execution.threads, execution.progress, &journal});
+    const Execution own{execution.threads, execution.progress, &journal};
+    for (const std::string& note : choices.notes) {
+        own.note(note);
+    }
+    steps(result, choices, own);
     journal.end();
     result.journal = std::move(journal);
     return result;

@@ -2,6 +2,7 @@
 
 #include <difusa/core/error.h>
 #include <difusa/plugin/choice.h>
+#include <difusa/rays/visibility_choice.h>
 
 namespace difusa {
 
@@ -28,7 +29,8 @@ Choices make_choices(const Registry& registry, const BakeOptions& options) {
 
     make(choices.sampler, options.sampler);
     make(choices.basis, options.basis);
-    make(choices.engine, options.visibility);
+    choices.visibility = choose_visibility(registry, options.visibility, choices.notes);
+    make(choices.engine, choices.visibility);
     make(choices.directions, options.directions);
     make(choices.solver, options.solver);
     if (choices.pairwise) {

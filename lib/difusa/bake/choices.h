@@ -28,6 +28,8 @@ struct Choices {
     bool pairwise = false;
     bool neighbour_areas = false;                             ///< of pairwise transport
     bool direct_in_basis = false;                             ///< BakeOptions::direct is "interpolated"
+    std::string visibility;                                   ///< the engine that "auto" stands for
+    std::vector<std::string> notes;                           ///< on choices that could not be had
     std::vector<std::pair<std::string, std::string>> plugins; ///< kind and choice with all parameters
 };
 

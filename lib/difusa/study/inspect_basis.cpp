@@ -10,6 +10,7 @@
 #include <difusa/discretisation/sampler.h>
 #include <difusa/import/scene_file.h>
 #include <difusa/mesh/point_tree.h>
+#include <difusa/rays/visibility_choice.h>
 #include <difusa/rays/visibility.h>
 #include <difusa/scene/scene.h>
 
@@ -245,7 +246,14 @@ BasisInspection inspect_basis(const Registry& registry, const std::filesystem::p
     make(sampler, options.sampler);
     make(basis, options.basis);
     if (sampler->needs_visibility()) {
-        make(visibility, options.visibility);
+        std::vector<std::string> notes;
+        result.options.visibility = choose_visibility(registry, options.visibility, notes);
+        make(visibility, result.options.visibility);
+        for (const std::string& note : notes) {
+            if (execution.progress != nullptr) {
+                execution.progress->remark(note);
+            }
+        }
     }
 
     execution.phase("read");
