@@ -69,12 +69,10 @@ LightTransport transport_between(const BakeResult& result, const Choices& choice
                                  const Discretisation& discretisation, const Execution& execution) {
     execution.phase("transport");
     const BakeOptions& options = result.options;
-    LightTransport transport =
-        choices.pairwise
-            ? pairwise(tracer, discretisation, *choices.kernel, *choices.directions, options.rays, options.seed,
-                       execution)
-            : gathered(tracer, discretisation.points, *discretisation.surfels, *choices.directions, options.rays,
-                       options.seed, execution);
+    LightTransport transport = choices.pairwise ? pairwise(tracer, discretisation, *choices.kernel, *choices.directions,
+                                                           options.rays, options.seed, execution)
+                                                : gathered(tracer, discretisation.points, *discretisation.surfels,
+                                                           *choices.directions, options.rays, options.seed, execution);
     execution.count("rays", transport.rays);
     execution.count("segments", transport.segments);
     return transport;

@@ -13,8 +13,8 @@ namespace difusa {
 namespace {
 
 /// A row: the number of its bins (32 bits), the Rice parameter r (8 bits), then for each gap g from the bin before, the
-/// quotient g >> r in unary (ones, then a zero) and the r low bits of g. A quotient of `escape` ones and more is written
-/// as `escape` ones followed by all 32 bits of g.
+/// quotient g >> r in unary (ones, then a zero) and the r low bits of g. A quotient of `escape` ones and more is
+/// written as `escape` ones followed by all 32 bits of g.
 constexpr unsigned escape = 24;
 constexpr std::size_t header = 5;
 constexpr std::size_t slack = 8;

@@ -16,15 +16,14 @@ void sum_transposed(std::size_t rows, std::size_t columns, Eigen::Index width, V
                     const Scatter& scatter) {
     constexpr std::size_t parts = 8;
     std::vector<Values> sums(parts);
-    parallel_for(parts, 1, execution.silent(),
-                 [&](std::size_t begin, std::size_t end, unsigned) {
-                     for (std::size_t p = begin; p < end; ++p) {
-                         sums[p] = Values::Zero(static_cast<Eigen::Index>(columns), width);
-                         for (std::size_t i = rows * p / parts; i < rows * (p + 1) / parts; ++i) {
-                             scatter(i, sums[p]);
-                         }
-                     }
-                 });
+    parallel_for(parts, 1, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
+        for (std::size_t p = begin; p < end; ++p) {
+            sums[p] = Values::Zero(static_cast<Eigen::Index>(columns), width);
+            for (std::size_t i = rows * p / parts; i < rows * (p + 1) / parts; ++i) {
+                scatter(i, sums[p]);
+            }
+        }
+    });
     y = std::move(sums.front());
     for (std::size_t p = 1; p < parts; ++p) {
         y += sums[p];

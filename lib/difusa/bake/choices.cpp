@@ -37,7 +37,8 @@ Choices make_choices(const Registry& registry, const BakeOptions& options) {
         make(choices.kernel, options.kernel.empty() ? "disc" : options.kernel);
     } else if (!options.kernel.empty()) {
         registry.describe("kernel", options.kernel); // a wrong name is the first mistake
-        throw UsageError("--kernel " + options.kernel + ": rays need no form-factor kernel; leave it out, or use "
+        throw UsageError("--kernel " + options.kernel +
+                         ": rays need no form-factor kernel; leave it out, or use "
                          "--transport pairwise");
     }
     std::string projection;

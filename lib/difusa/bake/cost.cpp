@@ -11,19 +11,18 @@ namespace difusa {
 
 namespace {
 
-constexpr double surfels_per_site = 4.0;      ///< an upper estimate
-constexpr double light_samples = 6.0;         ///< on each of them, in the mean
-constexpr double bytes_per_ray = 2.5;         ///< of a HitLists, an upper estimate
-constexpr double bytes_per_surfel = 250.0;    ///< of surfels, averages and their light
-constexpr double pooled_directions = 32.0;    ///< sets of directions in a DirectionPool
-constexpr double settled_rounds = 2.0;        ///< of shadow rays towards area lights
-constexpr double other_work = 1.25;           ///< over the time of rays
+constexpr double surfels_per_site = 4.0;   ///< an upper estimate
+constexpr double light_samples = 6.0;      ///< on each of them, in the mean
+constexpr double bytes_per_ray = 2.5;      ///< of a HitLists, an upper estimate
+constexpr double bytes_per_surfel = 250.0; ///< of surfels, averages and their light
+constexpr double pooled_directions = 32.0; ///< sets of directions in a DirectionPool
+constexpr double settled_rounds = 2.0;     ///< of shadow rays towards area lights
+constexpr double other_work = 1.25;        ///< over the time of rays
 
 } // namespace
 
 std::size_t gather_points(const ProjectionChoice& projection, std::size_t sites) {
-    const bool more =
-        projection.kind == ProjectionKind::least_squares || projection.kind == ProjectionKind::galerkin;
+    const bool more = projection.kind == ProjectionKind::least_squares || projection.kind == ProjectionKind::galerkin;
     return more ? sites + static_cast<std::size_t>((projection.points - 1.0) * static_cast<double>(sites)) : sites;
 }
 
@@ -37,8 +36,7 @@ BakeEstimate estimate_cost(const BakeResult& result, const Choices& choices, con
     const std::size_t points = gather_points(choices.projection, sites);
     const auto n = static_cast<double>(sites), rays = static_cast<double>(result.options.rays);
     estimate.rays = points * result.options.rays;
-    const double on_surfels =
-        surfels_per_site * n * light_samples * static_cast<double>(lights.rays_per_point(1));
+    const double on_surfels = surfels_per_site * n * light_samples * static_cast<double>(lights.rays_per_point(1));
     const double at_points = n * settled_rounds * static_cast<double>(lights.rays_per_point(32));
     estimate.segments = static_cast<std::size_t>(on_surfels + at_points);
     if (lights.any()) {
@@ -73,8 +71,7 @@ void time_sample(BakeEstimate& estimate, const BakeResult& result, const Choices
         around.look(sites.points[j], j);
     }
     const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-    const double each =
-        took.count() / static_cast<double>(sample * pool.count() * execution.threads) * other_work;
+    const double each = took.count() / static_cast<double>(sample * pool.count() * execution.threads) * other_work;
     estimate.seconds = each * static_cast<double>(estimate.rays + estimate.segments);
     const auto gathered_twice = [&](std::size_t points, std::size_t half) {
         const std::size_t shadow = lights.rays_per_point(1);

@@ -39,8 +39,8 @@ PointValues values_at(const BakeResult& result, const std::vector<SurfacePoint>&
     return values;
 }
 
-/// One reflection leaves at most rho_max of the error; the noise of the rays comes on top. Returns the noise around each
-/// vertex, #V by 1, W/m².
+/// One reflection leaves at most rho_max of the error; the noise of the rays comes on top. Returns the noise around
+/// each vertex, #V by 1, W/m².
 Values judge_gathered(BakeResult& result, const Execution& execution) {
     const Values& noise = result.output.noise;
     ErrorEstimate& error = *result.error;
@@ -51,8 +51,7 @@ Values judge_gathered(BakeResult& result, const Execution& execution) {
     for (Eigen::Index v = 0; v < noise.rows(); ++v) {
         measured.squared.push_back(noise.row(v).squaredNorm());
     }
-    Values around =
-        spread_residual(measured, *result.system->discretisation().basis, result.mesh.vertices, execution);
+    Values around = spread_residual(measured, *result.system->discretisation().basis, result.mesh.vertices, execution);
     error.noise = std::sqrt(noise.rowwise().squaredNorm().mean());
     error.factor *= rho;
     error.bound_rms = rho * error.bound_rms + error.noise;
@@ -62,16 +61,14 @@ Values judge_gathered(BakeResult& result, const Execution& execution) {
 
 void bound_error(BakeResult& result, const Execution& execution) {
     const double bound = result.error->bound_largest; // of the field as its basis gives it, anywhere
-    const Values noise =
-        result.options.final_gather > 0 ? judge_gathered(result, execution) : Values();
-    result.residual = spread_residual(*result.error, *result.system->discretisation().basis, result.mesh.vertices,
-                                      execution);
+    const Values noise = result.options.final_gather > 0 ? judge_gathered(result, execution) : Values();
+    result.residual =
+        spread_residual(*result.error, *result.system->discretisation().basis, result.mesh.vertices, execution);
     // What arrives may be wrong by the largest error anywhere, of which the point reflects rho; where rho is 0,
     // nothing, even if there is no bound.
     const Eigen::ArrayXd rho = result.output.rho.rowwise().maxCoeff().array();
     const Eigen::ArrayXd reflected = (rho > 0.0).select(rho * bound, 0.0);
-    result.error_bound =
-        (reflected + (result.options.final_gather == 0 ? result.residual : noise).array()).matrix();
+    result.error_bound = (reflected + (result.options.final_gather == 0 ? result.residual : noise).array()).matrix();
 }
 
 /// The nearest surface points to a user's list of places.
@@ -164,17 +161,17 @@ void list_savings(const BakeResult& result, const Execution& execution) {
                         "rays", points});
     }
     if (field.bright && field.bright->bright_share() > BrightSurfels::broad) {
-        execution.save({"samples on bright surfaces",
-                        text_of(100.0 * field.bright->bright_share()) +
-                            " % of the surface reflects most of the direct light",
-                        "rays", 0.5 * rays});
+        execution.save(
+            {"samples on bright surfaces",
+             text_of(100.0 * field.bright->bright_share()) + " % of the surface reflects most of the direct light",
+             "rays", 0.5 * rays});
     }
     if (!scene.has_sky()) {
         execution.save({"sky", "it is dark", "values", points});
     }
     if (scene.mesh.convex && result.options.transport.rfind("pairwise", 0) == 0) {
-        execution.save({"shadow rays between sites", "the room is convex and empty", "rays",
-                        0.5 * points * (points - 1.0)});
+        execution.save(
+            {"shadow rays between sites", "the room is convex and empty", "rays", 0.5 * points * (points - 1.0)});
     }
     if (const std::size_t clear = execution.journal->count_of("unobstructed points"); clear > 0) {
         execution.save({"shadow rays to area lights where nothing can come between", "all of the light is seen there",

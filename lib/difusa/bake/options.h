@@ -23,7 +23,7 @@ struct BakeOptions {
     std::string sampler = "poisson-disk";
     std::string transport = "gather"; ///< "gather", or "pairwise" with the parameter areas=integral|neighbours
     std::string directions = "low-discrepancy";
-    std::string kernel; ///< of pairwise transport; empty: "disc" there
+    std::string kernel;              ///< of pairwise transport; empty: "disc" there
     std::string visibility = "auto"; ///< rays/visibility_choice.h
     std::string solver = "krylov";
     /// How coefficients follow from light (discretisation/projection.h); empty: the best for the basis.

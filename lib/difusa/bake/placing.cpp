@@ -85,8 +85,10 @@ std::shared_ptr<SiteSet> place_sites(BakeResult& result, const Choices& choices,
                          " sees nothing but surface that no light reaches: turn it, or use --sampler poisson-disk");
     }
     if (points.size() < all) {
-        execution.save({"sites", text_of(100.0 * lit.dark_area / mesh.area) + " % of the surface sees nothing that "
-                        "sends light", "sites", static_cast<double>(all - points.size())});
+        execution.save({"sites",
+                        text_of(100.0 * lit.dark_area / mesh.area) + " % of the surface sees nothing that "
+                                                                     "sends light",
+                        "sites", static_cast<double>(all - points.size())});
     }
     auto sites = std::make_shared<SiteSet>(
         make_site_set(mesh, std::move(points), options.spacing, options.neighbours, execution));

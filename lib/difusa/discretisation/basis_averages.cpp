@@ -74,9 +74,9 @@ BasisAverages::BasisAverages(const Basis& basis, const Surfels& surfels, const E
                 }
                 if (std::abs(exact - 1.0) < 1e-9 && parts[b].size() > begin_of_row) {
                     // What rounding has taken or given goes to the largest weight.
-                    const auto largest = std::max_element(
-                        parts[b].begin() + static_cast<std::ptrdiff_t>(begin_of_row), parts[b].end(),
-                        [](const Entry& x, const Entry& y) { return x.weight < y.weight; });
+                    const auto largest =
+                        std::max_element(parts[b].begin() + static_cast<std::ptrdiff_t>(begin_of_row), parts[b].end(),
+                                         [](const Entry& x, const Entry& y) { return x.weight < y.weight; });
                     largest->weight += static_cast<std::int32_t>((std::int64_t{1} << 28U) - sum);
                 }
                 first_[s + 1] = static_cast<std::uint32_t>(parts[b].size());

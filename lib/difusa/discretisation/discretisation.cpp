@@ -32,8 +32,7 @@ Discretisation discretise(const Mesh& mesh, std::shared_ptr<SiteSet> sites, std:
     basis->bind(mesh, *sites);
 
     execution.phase("divide surface");
-    result.surfels =
-        std::make_shared<Surfels>(mesh, Discretisation::surfel_edge(sites->spacing), execution);
+    result.surfels = std::make_shared<Surfels>(mesh, Discretisation::surfel_edge(sites->spacing), execution);
     result.averages = std::make_shared<BasisAverages>(*basis, *result.surfels, execution);
     result.integrals = integrate(*result.surfels, *result.averages, execution);
     for (Index s = 0; s < result.surfels->size(); ++s) {

@@ -215,7 +215,10 @@ ProjectionChoice parse_projection(std::string_view choice, const Basis& basis, s
                               {"field", "equation"}};
     const ParameterSpec points{
         "points", ParameterSpec::Type::real, "3", "points for each element at which light is gathered", 1.0, 64.0, {}};
-    const Choice parsed = parse_choice("projection", !choice.empty() ? choice : smooths ? "corrected" : "natural",
+    const Choice parsed = parse_choice("projection",
+                                       !choice.empty() ? choice
+                                       : smooths       ? "corrected"
+                                                       : "natural",
                                        {{"natural", {}},
                                         {"interpolation", {}},
                                         {"corrected", {sweeps, where}},
@@ -230,8 +233,9 @@ ProjectionChoice parse_projection(std::string_view choice, const Basis& basis, s
         result.sweeps = static_cast<int>(parsed.parameters.integer("sweeps"));
         result.in_equation = parsed.parameters.word("in") == "equation";
         if (basis.interpolates()) {
-            throw UsageError("--projection corrected: this basis interpolates, so there is no residual to put back; use "
-                             "--projection natural");
+            throw UsageError(
+                "--projection corrected: this basis interpolates, so there is no residual to put back; use "
+                "--projection natural");
         }
         if (!smooths && !result.in_equation) {
             throw UsageError("--projection corrected: the coefficients of this basis are solved for, so there is no "

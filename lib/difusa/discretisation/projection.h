@@ -15,7 +15,7 @@ namespace difusa {
 
 /// Which coefficients stand for a function of which values are known. Z_qi = phi_i(x_q) is the collocation matrix.
 enum class ProjectionKind {
-    natural,       ///< what the basis says: b = values for interpolating and quasi-interpolating bases, else Z b = values
+    natural, ///< what the basis says: b = values for interpolating and quasi-interpolating bases, else Z b = values
     interpolation, ///< Z b = values at the sites (T 3.2, 3.3)
     corrected,     ///< b = sum_{k=0..sweeps} (I - Z)^k values: residual correction of a quasi-interpolant
     least_squares, ///< ZᵀZ b = Zᵀ values, values at the sites and at further points (T 3.2.3)
@@ -28,7 +28,7 @@ struct ProjectionChoice {
     int sweeps = 2;           ///< of `corrected`
     bool in_equation = false; ///< of `corrected`: the equation is solved with these coefficients, too; else only the
                               ///< field is evaluated with them, and the equation has those that are sure to converge
-    double points = 3.0; ///< of least_squares and galerkin: points for each element
+    double points = 3.0;      ///< of least_squares and galerkin: points for each element
 };
 
 /// "natural", "corrected:sweeps=3", "least-squares:points=3", ...; empty: `corrected` where the basis is a

@@ -205,7 +205,8 @@ void Surfels::mark(Index t, const Vec3& a, const Vec3& b, const Plane& plane,
             return width > margin ? p[1] + (q[1] - p[1]) * std::clamp((x - p[0]) / width, 0.0, 1.0)
                                   : (x < q[0] ? p[1] : q[1]);
         };
-        double low = height(static_cast<double>(slab) - margin), high = height(static_cast<double>(slab) + 1.0 + margin);
+        double low = height(static_cast<double>(slab) - margin),
+               high = height(static_cast<double>(slab) + 1.0 + margin);
         if (width <= margin) {
             low = p[1];
             high = q[1];
@@ -324,8 +325,7 @@ void Surfels::cut_pieces(const Split& split, std::uint32_t code, std::vector<Pie
     for (Piece& piece : pieces) {
         for (std::size_t i = 0; i < split.planes.size(); ++i) {
             const double sign = ((code >> i) & 1U) != 0 ? 1.0 : -1.0;
-            const auto [a, b] =
-                on_triangle(*mesh_, piece.triangle, split.planes[i].normal, split.planes[i].offset);
+            const auto [a, b] = on_triangle(*mesh_, piece.triangle, split.planes[i].normal, split.planes[i].offset);
             piece.outline = piece.outline.cut(sign * a, sign * b);
         }
         piece.area = 2.0 * mesh_->areas[piece.triangle] * piece.outline.area();

@@ -1,5 +1,5 @@
-// Surfels: pieces of the surface smaller than the distance of sites. What a ray meets is told by the number of a surfel:
-// its mean reflectance, emission and light stand for those of the hit. They know geometry alone.
+// Surfels: pieces of the surface smaller than the distance of sites. What a ray meets is told by the number of a
+// surfel: its mean reflectance, emission and light stand for those of the hit. They know geometry alone.
 #pragma once
 
 #include <difusa/core/progress.h>
@@ -17,8 +17,8 @@ namespace difusa {
 /// separator (separators.h) stands on the surface, surfels end at its plane, so that none lies on both sides of a wall.
 class Surfels {
   public:
-    /// `edge`: side of the squares and cubes, a length. The mesh must outlive the surfels. Throws ResourceError if there
-    /// would be more than 2^31.
+    /// `edge`: side of the squares and cubes, a length. The mesh must outlive the surfels. Throws ResourceError if
+    /// there would be more than 2^31.
     Surfels(const Mesh& mesh, double edge, const Execution& execution);
 
     std::size_t size() const { return area_.size(); }
@@ -101,9 +101,9 @@ class Surfels {
     std::vector<Index> cluster_member_; ///< triangles
     std::vector<Index> number_;         ///< #cells: the surfel, or is_split and the number of the split
     std::vector<Split> splits_;
-    std::vector<double> area_;        ///< #surfels
-    std::vector<Index> cell_;         ///< #surfels: the cell each is, or is a part of
-    std::vector<std::uint8_t> code_;  ///< #surfels: which part
+    std::vector<double> area_;       ///< #surfels
+    std::vector<Index> cell_;        ///< #surfels: the cell each is, or is a part of
+    std::vector<std::uint8_t> code_; ///< #surfels: which part
 };
 
 } // namespace difusa

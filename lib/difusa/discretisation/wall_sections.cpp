@@ -38,8 +38,8 @@ std::optional<WallSection> section(const Mesh& mesh, Index F, Index T, double ro
             met[count++] = p + height[k] / (height[k] - height[next]) * (q - p);
         }
     }
-    if (count < 2 || std::max({height[0], height[1], height[2]}) - std::min({height[0], height[1], height[2]}) <=
-                         2.0 * rounding) {
+    if (count < 2 ||
+        std::max({height[0], height[1], height[2]}) - std::min({height[0], height[1], height[2]}) <= 2.0 * rounding) {
         return std::nullopt; // beside T, or in its plane
     }
     Vec3 a = met[0], b = met[1];

@@ -67,7 +67,7 @@ std::vector<char> area_light_materials(const Scene& scene) {
 }
 
 AreaLights::AreaLights(const Scene& scene, std::vector<Index> triangles, const Tracer& tracer,
-             std::shared_ptr<const Shafts> shafts)
+                       std::shared_ptr<const Shafts> shafts)
     : scene_(scene), tracer_(tracer), triangles_(std::move(triangles)), shafts_(std::move(shafts)) {
     if (triangles_.empty()) {
         return;

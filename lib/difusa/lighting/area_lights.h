@@ -1,7 +1,7 @@
-// AreaLights: emitting faces that are small. A few hundred rays in all directions meet a small lamp so seldom that its light
-// comes out blotchy; its form factor is known exactly, and shadow rays tell which share of it is seen. Surfaces that
-// emit over a large part of the scene are left to the rays of the gather, which then are exact in the mean and, in a
-// closed scene of constant emission, exact.
+// AreaLights: emitting faces that are small. A few hundred rays in all directions meet a small lamp so seldom that its
+// light comes out blotchy; its form factor is known exactly, and shadow rays tell which share of it is seen. Surfaces
+// that emit over a large part of the scene are left to the rays of the gather, which then are exact in the mean and, in
+// a closed scene of constant emission, exact.
 #pragma once
 
 #include <difusa/core/random.h>
@@ -44,7 +44,7 @@ class AreaLights {
         /// The lights of one material among `parts`.
         struct Share {
             Index material;
-            Rgb unblocked = Rgb::Zero();                  ///< irradiance as if nothing blocked
+            Rgb unblocked = Rgb::Zero();                   ///< irradiance as if nothing blocked
             Rgb seen = Rgb::Zero(), sampled = Rgb::Zero(); ///< of the samples: what got through, and all
         };
         std::vector<Part> parts;

@@ -44,8 +44,7 @@ class BrightSurfels {
     /// surfels are passed over) and comes from `rays` rays. `first_bounce`: rho ∘ H of the surfels. Near surfels are
     /// served by rays alone.
     Eigen::RowVectorXd gather(const SurfacePoint& x, std::span<const Index> hit, std::span<const double> weight,
-                              std::size_t rays, const Values& first_bounce, RandomStream& stream,
-                              Worker& worker) const;
+                              std::size_t rays, const Values& first_bounce, RandomStream& stream, Worker& worker) const;
 
     /// The same by fresh shadow rays, at the points that the rays from x hit and at those that are drawn: H[set], in
     /// W/m². `met`: the points on front faces that rays hit; `weight`: these rays' weights, parallel to it; `rays`: how

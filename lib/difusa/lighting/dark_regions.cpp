@@ -17,9 +17,8 @@ constexpr std::size_t rays_a_place = 32;
 constexpr std::size_t least_places = 64; ///< on a region
 
 /// Whether light can reach x as far as a handful of rays tell.
-bool sees_light(const Scene& scene, const DirectLight& lights, std::span<const Index> others,
-                const Tracer& tracer, const SurfacePoint& x, RandomStream& stream,
-                DirectLight::Worker& worker) {
+bool sees_light(const Scene& scene, const DirectLight& lights, std::span<const Index> others, const Tracer& tracer,
+                const SurfacePoint& x, RandomStream& stream, DirectLight::Worker& worker) {
     std::vector<Rgb> direct(lights.sets().count());
     lights.sample({&x, 1}, stream, direct, worker);
     if (std::any_of(direct.begin(), direct.end(), [](const Rgb& H) { return (H > 0.0).any(); })) {
@@ -60,8 +59,8 @@ bool sees_light(const Scene& scene, const DirectLight& lights, std::span<const I
 
 } // namespace
 
-std::vector<char> dark_regions(const Scene& scene, const DirectLight& lights, const Tracer& tracer,
-                               std::uint64_t seed, const Execution& execution) {
+std::vector<char> dark_regions(const Scene& scene, const DirectLight& lights, const Tracer& tracer, std::uint64_t seed,
+                               const Execution& execution) {
     const Mesh& mesh = scene.mesh;
     std::vector<std::vector<Index>> triangles(mesh.region_count);
     for (Index t = 0; t < mesh.triangles.size(); ++t) {

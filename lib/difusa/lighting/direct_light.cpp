@@ -83,8 +83,8 @@ void DirectLight::add_outside(const SurfacePoint& x, std::size_t first, Worker& 
             // A light may lie on a face, which by rounding may be before it.
             const Vec3 ray = light.position - from.position;
             const double length = ray.norm(), short_of_it = std::max(0.0, length * (1.0 - 0x1p-40) - rounding_);
-            add(shadow_ray(from, ray / length, short_of_it),
-                cosine * falloff / (distance * distance) * light.intensity, set);
+            add(shadow_ray(from, ray / length, short_of_it), cosine * falloff / (distance * distance) * light.intensity,
+                set);
         }
     }
 }

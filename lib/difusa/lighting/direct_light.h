@@ -1,5 +1,5 @@
-// Direct light of sources whose shadows have edges: suns, point lights and area lights. It is evaluated at the very point
-// where it is wanted, outside the linear system, so that no basis smooths its shadows (T chapter 8).
+// Direct light of sources whose shadows have edges: suns, point lights and area lights. It is evaluated at the very
+// point where it is wanted, outside the linear system, so that no basis smooths its shadows (T chapter 8).
 #pragma once
 
 #include <difusa/core/progress.h>
@@ -70,8 +70,8 @@ class DirectLight {
                       std::string_view purpose, const Execution& execution, Effort& effort) const;
 
     /// Estimates with one shadow ray for each sun and point light and one for all area lights together: at x[i] from
-    /// H[i #sets] on. Exact but for area lights; of these in the mean (AreaLights::sample). `from_outside`, if not null,
-    /// is increased by what suns and point lights send to all of the points.
+    /// H[i #sets] on. Exact but for area lights; of these in the mean (AreaLights::sample). `from_outside`, if not
+    /// null, is increased by what suns and point lights send to all of the points.
     void sample(std::span<const SurfacePoint> x, RandomStream& stream, std::span<Rgb> H, Worker& worker,
                 Rgb* from_outside = nullptr) const;
 

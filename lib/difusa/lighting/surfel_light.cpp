@@ -64,7 +64,8 @@ class Averages {
     }
 
     void average_materials(Index s, SurfelLight& result) {
-        if (std::any_of(pieces_.begin(), pieces_.end(), [&](const Surfels::Piece& piece) { return is_uneven(piece); })) {
+        if (std::any_of(pieces_.begin(), pieces_.end(),
+                        [&](const Surfels::Piece& piece) { return is_uneven(piece); })) {
             spread(surfels_, pieces_, more, {0.5, 0.5}, points_);
             for (const SurfacePoint& x : points_) {
                 add_material(s, x, 1.0 / more, result);
@@ -109,8 +110,7 @@ class Averages {
             sample(more, stream);
             count += more;
         }
-        result.from_outside.row(s) =
-            (outside_ / static_cast<double>(count)).head(channels_).matrix().transpose();
+        result.from_outside.row(s) = (outside_ / static_cast<double>(count)).head(channels_).matrix().transpose();
         for (std::size_t set = 0; set < H_.size(); ++set) {
             columns(result.direct, s, static_cast<Index>(set)) =
                 (H_[set] / static_cast<double>(count)).head(channels_).matrix().transpose();

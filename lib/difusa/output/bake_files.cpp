@@ -249,17 +249,18 @@ FieldFile sites_of(const BakeResult& result) {
     for (const double value : B.reshaped<Eigen::RowMajor>()) {
         display.push_back(static_cast<std::uint8_t>(std::lround(255.0 * srgb(exposure * value))));
     }
-    field.point_arrays = {scalar("radius", "", result.sites->radius),
-                          scalar("area", "", result.sites->area),
-                          colour("coefficient", flux, three_channels(sum_of_parts(result.field().parts().smooth, channels))),
-                          colour("irradiance", flux, H),
-                          colour("radiosity", flux, B),
-                          colour("reflectance", "", rho),
-                          colour("emission", flux, E),
-                          {"luminance", flux, {}, luminance},
-                          {"display_rgb", "", rgb, std::move(display)},
-                          numbers("original_face_id", std::move(face)),
-                          numbers("region", std::move(region))};
+    field.point_arrays = {
+        scalar("radius", "", result.sites->radius),
+        scalar("area", "", result.sites->area),
+        colour("coefficient", flux, three_channels(sum_of_parts(result.field().parts().smooth, channels))),
+        colour("irradiance", flux, H),
+        colour("radiosity", flux, B),
+        colour("reflectance", "", rho),
+        colour("emission", flux, E),
+        {"luminance", flux, {}, luminance},
+        {"display_rgb", "", rgb, std::move(display)},
+        numbers("original_face_id", std::move(face)),
+        numbers("region", std::move(region))};
     field.notes = notes_of(result);
     field.notes.push_back({"display_exposure", std::vector<double>{exposure}});
     field.active_colours = "display_rgb";
@@ -349,9 +350,10 @@ std::string summary_of(const BakeResult& result) {
              << estimate.further_rays << " rays, about " << format_seconds(estimate.further_seconds) << "\n";
         return text.str();
     }
-    text << "transport: " << result.journal.count_of("rays") << " rays, " << result.journal.count_of("segments") << " segments, "
-         << format_bytes(static_cast<double>(result.system->transport().bytes)) << "; spectral radius " << (result.solution.spectral_radius_is_bound ? "at most " : "about ")
-         << result.solution.spectral_radius << "\n";
+    text << "transport: " << result.journal.count_of("rays") << " rays, " << result.journal.count_of("segments")
+         << " segments, " << format_bytes(static_cast<double>(result.system->transport().bytes)) << "; spectral radius "
+         << (result.solution.spectral_radius_is_bound ? "at most " : "about ") << result.solution.spectral_radius
+         << "\n";
     for (const Saving& saving : result.journal.savings()) {
         text << "not needed: " << saving.what << ", since " << saving.because << " (" << saving.amount << " "
              << saving.unit << " saved)\n";

@@ -55,8 +55,7 @@ EnergyBalance energy_balance(const Scene& scene, const Discretisation& discretis
         balance.from_lights += area * light.from_outside.row(s).transpose().array();
     }
     const Eigen::ArrayXd in = balance.emitted + balance.from_lights + balance.from_sky;
-    balance.imbalance =
-        (in > 0.0).select((in - balance.absorbed - balance.escaped - balance.blocked) / in, 0.0);
+    balance.imbalance = (in > 0.0).select((in - balance.absorbed - balance.escaped - balance.blocked) / in, 0.0);
     return balance;
 }
 

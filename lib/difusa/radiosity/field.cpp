@@ -108,8 +108,8 @@ Irradiance Field::evaluate(std::span<const SurfacePoint> x, std::uint64_t seed, 
     H.indirect = h.rightCols(parts_.smooth.cols()) - H.direct;
     if (!parts_.direct_in_basis) {
         DirectLight::Effort effort;
-        H.direct += parts_.direct->irradiance(x, channels(), parts_.shadow_rays_per_round, seed, purpose, execution,
-                                              effort);
+        H.direct +=
+            parts_.direct->irradiance(x, channels(), parts_.shadow_rays_per_round, seed, purpose, execution, effort);
         H.segments = effort.segments;
         H.clear = effort.clear;
     }
@@ -123,8 +123,8 @@ Irradiance Field::gather(std::span<const SurfacePoint> x, std::size_t rays, std:
     const DirectionPool pool(*parts_.system->parts().directions, rays, own_seed);
     Irradiance result;
     DirectLight::Effort effort;
-    result.direct = parts_.direct->irradiance(x, channels(), parts_.shadow_rays_per_round, seed, purpose, execution,
-                                              effort);
+    result.direct =
+        parts_.direct->irradiance(x, channels(), parts_.shadow_rays_per_round, seed, purpose, execution, effort);
     result.indirect.setZero(static_cast<Eigen::Index>(x.size()), parts_.smooth.cols());
     result.rays = x.size() * pool.count();
     std::vector<std::unique_ptr<Gatherer>> workers(execution.threads);

@@ -59,7 +59,8 @@ struct PointValues {
 };
 
 ///     B(x) = E(x) + rho(x) H(x),   H(x) = H_sharp(x) + h(x),
-/// where H_sharp, the light of suns, point lights and area lights, is evaluated at x, and h is either sum_i c_i phi_i(x)
+/// where H_sharp, the light of suns, point lights and area lights, is evaluated at x, and h is either sum_i c_i
+/// phi_i(x)
 /// (`evaluate`) or gathered anew from the surroundings of x (`gather`): the iterated projection (Sloan 1976), in
 /// graphics "final gather", with the light at the very points that rays hit, not that of their surfels.
 ///

@@ -22,8 +22,7 @@ constexpr int arnoldi_steps = 40;
 /// The rows of D and Y as lists of bins with weights.
 class Rows {
   public:
-    explicit Rows(const LinearOperator& W)
-        : lists_(dynamic_cast<const HitLists*>(&W)), entries_(W.entries()) {}
+    explicit Rows(const LinearOperator& W) : lists_(dynamic_cast<const HitLists*>(&W)), entries_(W.entries()) {}
 
     bool any() const { return lists_ != nullptr || entries_ != nullptr; }
 
@@ -196,8 +195,8 @@ class Solving {
         const SolveProblem problem{&T, g_};
         result_.solve = system_.parts().solver->solve(problem, options_.solve, execution_);
         if (!result_.solve.converged()) {
-            throw NotConverged("the solver " + result_.solve.sentence() + " (wanted: " +
-                               text_of(options_.solve.tolerance) + "). The spectral radius is " +
+            throw NotConverged("the solver " + result_.solve.sentence() +
+                               " (wanted: " + text_of(options_.solve.tolerance) + "). The spectral radius is " +
                                text_of(result_.spectral_radius) +
                                ": allow more --max-iterations, a larger --tolerance, or another --solver");
         }
@@ -241,8 +240,8 @@ class Solving {
 
     void balance() {
         Values irradiance;
-        discretisation_.averages->apply(
-            discretisation_.projection->coefficients(sum_of_parts(result_.h, channels_)), irradiance, execution_);
+        discretisation_.averages->apply(discretisation_.projection->coefficients(sum_of_parts(result_.h, channels_)),
+                                        irradiance, execution_);
         if (!options_.direct_in_basis) {
             irradiance += sum_of_parts(result_.light.direct, channels_);
         }

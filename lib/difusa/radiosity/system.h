@@ -19,7 +19,7 @@ namespace difusa {
 
 /// What a system is made of.
 struct SystemParts {
-    std::shared_ptr<const Scene> scene; ///< whose surface this is
+    std::shared_ptr<const Scene> scene;       ///< whose surface this is
     std::shared_ptr<const Visibility> engine; ///< built over it
     std::shared_ptr<const Directions> directions;
     std::shared_ptr<const Solver> solver;
@@ -30,9 +30,9 @@ struct SystemParts {
 
 /// How to light a system.
 struct LightingOptions {
-    LightSets sets;                        ///< of the scene that is solved for
-    bool direct_in_basis = false;          ///< suns, point lights and area lights are carried by the basis, too
-    SolveOptions solve = {};               ///< tolerance, iterations
+    LightSets sets;                         ///< of the scene that is solved for
+    bool direct_in_basis = false;           ///< suns, point lights and area lights are carried by the basis, too
+    SolveOptions solve = {};                ///< tolerance, iterations
     std::size_t shadow_rays_per_round = 64; ///< AreaLights::irradiance
     bool limit = true; ///< where the field is evaluated with corrected coefficients, `limited` to plausible values
 };
@@ -40,11 +40,11 @@ struct LightingOptions {
 /// The radiosity equation of one surface, solved for one lighting. Columns are the channels of each set in turn.
 struct Solution {
     std::shared_ptr<const Field> field;
-    SolveSummary solve;      ///< h moved to `h`
-    Values h;                ///< #points: irradiance, without that of sharp sources unless the basis carries it, W/m²
-    Values direct;           ///< #S: irradiance straight from all lights, at the sites
-    Values irradiance;       ///< #S: all irradiance
-    SurfelLight light;       ///< on the surfels
+    SolveSummary solve; ///< h moved to `h`
+    Values h;           ///< #points: irradiance, without that of sharp sources unless the basis carries it, W/m²
+    Values direct;      ///< #S: irradiance straight from all lights, at the sites
+    Values irradiance;  ///< #S: all irradiance
+    SurfelLight light;  ///< on the surfels
     EnergyBalance energy;
     double spectral_radius = 0.0;          ///< of T
     bool spectral_radius_is_bound = false; ///< true: an upper bound (the norm), else an estimate
@@ -64,8 +64,8 @@ class RadiositySystem : public std::enable_shared_from_this<RadiositySystem> {
     /// suns, point lights and area lights. `scene`: this surface with any reflectances and lights. Phases: "light
     /// surfels", "direct light", "check convergence", "solve". No first-hit ray is cast.
     ///
-    /// Throws UsageError if the scene has another surface; NotConverged if the bounces do not die out, or the solver did
-    /// not converge; InputError if no light reaches any front.
+    /// Throws UsageError if the scene has another surface; NotConverged if the bounces do not die out, or the solver
+    /// did not converge; InputError if no light reaches any front.
     Solution solve(std::shared_ptr<const Scene> scene, const LightingOptions& options,
                    const Execution& execution) const;
 

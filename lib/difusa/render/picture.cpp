@@ -143,8 +143,8 @@ class Look {
                 std::size_t sample = (pixel - first) * per_pixel;
                 for (const auto& [x, y] : jittered_places(grid, stream)) {
                     const Vec3 direction = camera_.direction(column + x, row + y);
-                    const Hit hit =
-                        follow(scene_.mesh, result_.system->tracer().engine(), {camera_.eye(), direction, none}, options.cull_backs);
+                    const Hit hit = follow(scene_.mesh, result_.system->tracer().engine(),
+                                           {camera_.eye(), direction, none}, options.cull_backs);
                     directions_[sample] = direction;
                     Seen& seen = view_.seen[offset + sample];
                     seen = hit.face == none ? Seen::nothing : hit.front ? Seen::surface : Seen::back;
@@ -174,7 +174,7 @@ class Look {
         PointValues light;
         if (lit_ && !points_.empty()) {
             light = Field(parts_).at(points_, view_.options.final_gather, result_.options.seed,
-                                 "picture " + std::to_string(batch), execution_);
+                                     "picture " + std::to_string(batch), execution_);
             view_.rays += light.rays;
             view_.segments += light.segments;
         }

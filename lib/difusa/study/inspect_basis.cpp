@@ -10,8 +10,8 @@
 #include <difusa/discretisation/sampler.h>
 #include <difusa/import/scene_file.h>
 #include <difusa/mesh/point_tree.h>
-#include <difusa/rays/visibility_choice.h>
 #include <difusa/rays/visibility.h>
+#include <difusa/rays/visibility_choice.h>
 #include <difusa/scene/scene.h>
 
 #include <algorithm>

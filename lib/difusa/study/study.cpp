@@ -22,8 +22,8 @@ using Json = nlohmann::ordered_json;
 bool possible(const Registry& registry, const BakeOptions& options) {
     const auto basis = registry.create<Basis>(options.basis);
     if (options.projection.rfind("corrected", 0) == 0 &&
-        (basis->interpolates() || (!basis->coefficients_are_values() &&
-                                   options.projection.find("in=equation") == std::string::npos))) {
+        (basis->interpolates() ||
+         (!basis->coefficients_are_values() && options.projection.find("in=equation") == std::string::npos))) {
         return false;
     }
     const bool pairwise = options.transport.rfind("pairwise", 0) == 0;

@@ -1,5 +1,5 @@
-// How light travels from surface and sky to the points where it is gathered: geometry only. Two discretisations make it:
-// gathered.h and pairwise.h.
+// How light travels from surface and sky to the points where it is gathered: geometry only. Two discretisations make
+// it: gathered.h and pairwise.h.
 #pragma once
 
 #include <difusa/algebra/linear_operator.h>
