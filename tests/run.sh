@@ -61,7 +61,7 @@ step() {
 # slowest_of NAME: from lines "SECONDS WHAT", the five that took longest, if they took a second.
 slowest_of() {
     local lines
-    lines=$(sort -rn | awk 'NR <= 5 && $1 >= 1 { printf "    %8.1f s ", $1; $1 = ""; print }')
+    lines=$(sort -rn | awk 'NR <= 5 && $1 >= 1 { printf "    %8.1f s ", $1; $1 = ""; sub(/ # GetParam.*/, ""); print }')
     [ -z "$lines" ] || slowest+=("$1:" "$lines")
 }
 
@@ -181,7 +181,7 @@ lint() {
     shift 2
     if [ $# -eq 1 ]; then
         # clang does not know GCC's warning options; those it does know are the compiler's business.
-        if output=$(clang-tidy-14 --quiet -p "$stamps" --extra-arg=-w "$1" 2>&1); then
+        if output=$(clang-tidy-14 --quiet -p "$build" --extra-arg=-w "$1" 2>&1); then
             mkdir -p "$(dirname "$stamps/$1")"
             touch "$stamps/$1.passed"
             return
@@ -199,8 +199,7 @@ lint() {
     done >"$together/files.cpp"
     {
         printf '[{"directory": "%s",\n' "$build"
-        grep -F -m 1 -e " -c $1\"" "$stamps/compile_commands.json" |
-            sed "s|$1|$together/files.cpp|g"
+        grep -F -m 1 -e " -c $1\"" "$build/compile_commands.json" | sed "s|$1|$together/files.cpp|g"
         printf '"file": "%s"}]\n' "$together/files.cpp"
     } >"$together/compile_commands.json"
     # With hardly a check it only compiles, which soon tells whether they go together.
@@ -220,7 +219,7 @@ lint() {
 }
 export -f tidy_together lint
 
-# compiled_alike DIRECTORY: the sources of programs, library and plugins, all with equal options in a row.
+# compiled_alike BUILD: the sources of programs, library and plugins, all with equal options in a row.
 compiled_alike() {
     sed -nE 's/^ *"command": "([^ ]*ccache )?(.*) -o [^ ]* -c (.*)",?$/\2\t\3/p' "$1/compile_commands.json" |
         grep -E "	$root/(lib|plugins|apps)/" | sed -E 's/-D[A-Za-z0-9_]+_EXPORTS |-fPIC //g' |
@@ -231,11 +230,9 @@ check_tidy() {
     export root
     local stamps=$build/test/tidy newest_header
     mkdir -p "$stamps"
-    # A precompiled header of GCC's is nothing to clang-tidy, which takes the headers as the files include them.
-    sed -E 's/ -Winvalid-pch -include [^ ]*//' "$build/test/compile_commands.json" >"$stamps/compile_commands.json"
     newest_header=$(find "$root/.clang-tidy" "$root"/{lib,plugins,apps} \( -name .clang-tidy -o -name '*.h' \) \
         -printf '%T@ %p\n' | sort -n | tail -n 1 | cut -d ' ' -f 2-)
-    compiled_alike "$stamps" |
+    compiled_alike "$build/test" |
         while IFS='	' read -r options file; do
             stamp=$stamps/$file.passed
             # Unless nothing changed since it last passed.
@@ -275,7 +272,7 @@ fi
 
 with_clang=(-DCMAKE_C_COMPILER=clang-14 -DCMAKE_CXX_COMPILER=clang++-14)
 
-# With precompiled headers, and under the sanitizers without: there each file is compiled with what it includes itself.
+# With precompiled headers for the tests, and under the sanitizers without: there each of them has to include what it uses.
 # ccache takes part only if it may neglect when those headers were made and which macros they define.
 export CCACHE_SLOPPINESS=${CCACHE_SLOPPINESS:+$CCACHE_SLOPPINESS,}pch_defines,time_macros
 step "Build (release)"
