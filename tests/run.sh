@@ -168,14 +168,16 @@ check_format() {
         xargs -0 -n 20 -P "$jobs" clang-format-14 --dry-run -Werror
 }
 
-# tidy_together DIRECTORY OPTION...: whether clang-tidy has nothing to say about DIRECTORY/files.cpp.
+# tidy_together DIRECTORY OPTION...: whether clang-tidy has nothing to say about DIRECTORY/files.cpp; it is in
+# DIRECTORY/output.
 tidy_together() {
     clang-tidy-14 --quiet -p "$1" --config-file="$root/.clang-tidy" --extra-arg=-w \
-        --header-filter='/(lib/difusa|plugins|apps)/' "${@:2}" "$1/files.cpp" >/dev/null 2>&1
+        --header-filter='/(lib/difusa|plugins|apps)/' "${@:2}" "$1/files.cpp" >"$1/output" 2>&1
 }
 
 # lint STAMPS BUILD FILE...: clang-tidy for files that are compiled alike, together, because nearly all of its time goes
-# into the headers they share. If it complains, which it also does if two of them use one name, each half for itself.
+# into the headers they share. If it complains, which it also does if two of them use one name, those it complains of
+# and the others for themselves, or each half if that is all of them or none.
 lint() {
     local stamps=$1 build=$2 file entry output
     shift 2
@@ -211,10 +213,20 @@ lint() {
         rm -r "$together"
         return
     fi
+    local some=() others=() half=$(($# / 2)) result=0
+    for file in "$@"; do
+        if grep -F ' error: ' "$together/output" | grep -qF "$file:"; then
+            some+=("$file")
+        else
+            others+=("$file")
+        fi
+    done
     rm -r "$together"
-    local half=$(($# / 2)) result=0
-    lint "$stamps" "$build" "${@:1:half}" || result=1
-    lint "$stamps" "$build" "${@:half+1}" || result=1
+    if [ ${#some[@]} -eq 0 ] || [ ${#others[@]} -eq 0 ]; then
+        some=("${@:1:half}") others=("${@:half+1}")
+    fi
+    lint "$stamps" "$build" "${some[@]}" || result=1
+    lint "$stamps" "$build" "${others[@]}" || result=1
     return $result
 }
 export -f tidy_together lint
