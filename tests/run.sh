@@ -12,7 +12,8 @@ usage="usage: tests/run.sh [OPTION]...
     --fuzz-seconds N  time for each fuzz target (20)
     --build-dir DIR   build in DIR/test, DIR/sanitize and DIR/fuzz; pictures are kept in DIR/viewers (build)
     --jobs N          parallel jobs (all processors)
-    --help            this text"
+    --help            this text
+The end says what took longest to build and to test, how long each step took, and in the last line what passed and failed."
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
