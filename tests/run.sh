@@ -12,7 +12,8 @@ usage="usage: tests/run.sh [OPTION]...
     --fuzz-seconds N  time for each fuzz target (20)
     --build-dir DIR   build in DIR/test, DIR/sanitize and DIR/fuzz; pictures are kept in DIR/viewers (build)
     --jobs N          parallel jobs (all processors)
-    --help            this text"
+    --help            this text
+The end says what took longest to build and to test, how long each step took, and in the last line what passed and failed."
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -61,7 +62,7 @@ step() {
 # slowest_of NAME: from lines "SECONDS WHAT", the five that took longest, if they took a second.
 slowest_of() {
     local lines
-    lines=$(sort -rn | awk 'NR <= 5 && $1 >= 1 { printf "    %8.1f s ", $1; $1 = ""; print }')
+    lines=$(sort -rn | awk 'NR <= 5 && $1 >= 1 { printf "    %8.1f s ", $1; $1 = ""; sub(/ # GetParam.*/, ""); print }')
     [ -z "$lines" ] || slowest+=("$1:" "$lines")
 }
 
@@ -168,20 +169,22 @@ check_format() {
         xargs -0 -n 20 -P "$jobs" clang-format-14 --dry-run -Werror
 }
 
-# tidy_together DIRECTORY OPTION...: whether clang-tidy has nothing to say about DIRECTORY/files.cpp.
+# tidy_together DIRECTORY OPTION...: whether clang-tidy has nothing to say about DIRECTORY/files.cpp; it is in
+# DIRECTORY/output.
 tidy_together() {
     clang-tidy-14 --quiet -p "$1" --config-file="$root/.clang-tidy" --extra-arg=-w \
-        --header-filter='/(lib/difusa|plugins|apps)/' "${@:2}" "$1/files.cpp" >/dev/null 2>&1
+        --header-filter='/(lib/difusa|plugins|apps)/' "${@:2}" "$1/files.cpp" >"$1/output" 2>&1
 }
 
 # lint STAMPS BUILD FILE...: clang-tidy for files that are compiled alike, together, because nearly all of its time goes
-# into the headers they share. If it complains, which it also does if two of them use one name, each half for itself.
+# into the headers they share. If it complains, which it also does if two of them use one name, those it complains of
+# and the others for themselves, or each half if that is all of them or none.
 lint() {
     local stamps=$1 build=$2 file entry output
     shift 2
     if [ $# -eq 1 ]; then
         # clang does not know GCC's warning options; those it does know are the compiler's business.
-        if output=$(clang-tidy-14 --quiet -p "$stamps" --extra-arg=-w "$1" 2>&1); then
+        if output=$(clang-tidy-14 --quiet -p "$build" --extra-arg=-w "$1" 2>&1); then
             mkdir -p "$(dirname "$stamps/$1")"
             touch "$stamps/$1.passed"
             return
@@ -199,8 +202,7 @@ lint() {
     done >"$together/files.cpp"
     {
         printf '[{"directory": "%s",\n' "$build"
-        grep -F -m 1 -e " -c $1\"" "$stamps/compile_commands.json" |
-            sed "s|$1|$together/files.cpp|g"
+        grep -F -m 1 -e " -c $1\"" "$build/compile_commands.json" | sed "s|$1|$together/files.cpp|g"
         printf '"file": "%s"}]\n' "$together/files.cpp"
     } >"$together/compile_commands.json"
     # With hardly a check it only compiles, which soon tells whether they go together.
@@ -212,15 +214,25 @@ lint() {
         rm -r "$together"
         return
     fi
+    local some=() others=() half=$(($# / 2)) result=0
+    for file in "$@"; do
+        if grep -F ' error: ' "$together/output" | grep -qF "$file:"; then
+            some+=("$file")
+        else
+            others+=("$file")
+        fi
+    done
     rm -r "$together"
-    local half=$(($# / 2)) result=0
-    lint "$stamps" "$build" "${@:1:half}" || result=1
-    lint "$stamps" "$build" "${@:half+1}" || result=1
+    if [ ${#some[@]} -eq 0 ] || [ ${#others[@]} -eq 0 ]; then
+        some=("${@:1:half}") others=("${@:half+1}")
+    fi
+    lint "$stamps" "$build" "${some[@]}" || result=1
+    lint "$stamps" "$build" "${others[@]}" || result=1
     return $result
 }
 export -f tidy_together lint
 
-# compiled_alike DIRECTORY: the sources of programs, library and plugins, all with equal options in a row.
+# compiled_alike BUILD: the sources of programs, library and plugins, all with equal options in a row.
 compiled_alike() {
     sed -nE 's/^ *"command": "([^ ]*ccache )?(.*) -o [^ ]* -c (.*)",?$/\2\t\3/p' "$1/compile_commands.json" |
         grep -E "	$root/(lib|plugins|apps)/" | sed -E 's/-D[A-Za-z0-9_]+_EXPORTS |-fPIC //g' |
@@ -231,11 +243,9 @@ check_tidy() {
     export root
     local stamps=$build/test/tidy newest_header
     mkdir -p "$stamps"
-    # A precompiled header of GCC's is nothing to clang-tidy, which takes the headers as the files include them.
-    sed -E 's/ -Winvalid-pch -include [^ ]*//' "$build/test/compile_commands.json" >"$stamps/compile_commands.json"
     newest_header=$(find "$root/.clang-tidy" "$root"/{lib,plugins,apps} \( -name .clang-tidy -o -name '*.h' \) \
         -printf '%T@ %p\n' | sort -n | tail -n 1 | cut -d ' ' -f 2-)
-    compiled_alike "$stamps" |
+    compiled_alike "$build/test" |
         while IFS='	' read -r options file; do
             stamp=$stamps/$file.passed
             # Unless nothing changed since it last passed.
@@ -275,7 +285,7 @@ fi
 
 with_clang=(-DCMAKE_C_COMPILER=clang-14 -DCMAKE_CXX_COMPILER=clang++-14)
 
-# With precompiled headers, and under the sanitizers without: there each file is compiled with what it includes itself.
+# With precompiled headers for the tests, and under the sanitizers without: there each of them has to include what it uses.
 # ccache takes part only if it may neglect when those headers were made and which macros they define.
 export CCACHE_SLOPPINESS=${CCACHE_SLOPPINESS:+$CCACHE_SLOPPINESS,}pch_defines,time_macros
 step "Build (release)"
