@@ -80,8 +80,8 @@ Piece whole(Index face) {
     return {face, {Eigen::Vector2d(0, 0), Eigen::Vector2d(1, 0), Eigen::Vector2d(0, 1)}};
 }
 
-/// Points spread evenly over the area of a mesh, in an order in which neighbours in space are near: along the triangles,
-/// and in a triangle along the Sierpinski curve through its halves, quarters, eighths, ...
+/// Points spread evenly over the area of a mesh, in an order in which neighbours in space are near: along the
+/// triangles, and in a triangle along the Sierpinski curve through its halves, quarters, eighths, ...
 class EvenDarts {
   public:
     EvenDarts(const Mesh& mesh, std::size_t count) : mesh_(mesh), count_(count), below_(mesh.areas.size()) {

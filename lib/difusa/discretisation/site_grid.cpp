@@ -55,9 +55,9 @@ bool SiteGrid::covers(Index face, const std::array<Vec3, 3>& corners) const {
     const Vec3& normal = mesh_.normals[face];
     const double farthest = spacing_ * spacing_;
     return hash_.any_near(corners[0], region, [&](Index, const SpatialHash::Item& site) {
-        const double squared = std::max({(corners[0] - site.position).squaredNorm(),
-                                         (corners[1] - site.position).squaredNorm(),
-                                         (corners[2] - site.position).squaredNorm()});
+        const double squared =
+            std::max({(corners[0] - site.position).squaredNorm(), (corners[1] - site.position).squaredNorm(),
+                      (corners[2] - site.position).squaredNorm()});
         if (squared > farthest || mesh_.region[site.face] != region) {
             return false;
         }
@@ -123,8 +123,8 @@ std::vector<Index> SiteGrid::without_conflict(std::span<const Dart> darts, std::
     return of;
 }
 
-std::vector<Index> SiteGrid::first_come(std::span<const Dart> darts, std::span<const Index> of,
-                                        const SpatialHash& hash, const Execution& execution) const {
+std::vector<Index> SiteGrid::first_come(std::span<const Dart> darts, std::span<const Index> of, const SpatialHash& hash,
+                                        const Execution& execution) const {
     // A dart is rejected once one of those before it that it conflicts with is accepted, and accepted once all of them
     // are rejected. The first of those that wait can always be decided, so this ends; and the outcome does not depend
     // on when each is decided, so it does not matter which decisions of other threads are seen.

@@ -46,18 +46,17 @@ class SpatialHash {
             }
         });
         const std::size_t first = grows ? 0 : old;
-        parallel_for(items_.size() - first, grain, silent(execution),
-                     [&](std::size_t begin, std::size_t end, unsigned) {
-                         for (std::size_t i = first + begin; i < first + end; ++i) {
-                             Item& item = items_[i];
-                             const Vec3 scaled = (item.position - origin_) * inverse_size_;
-                             const std::size_t list =
-                                 list_of(floor_of(scaled[0]), floor_of(scaled[1]), floor_of(scaled[2]),
-                                         region_of(item.face));
-                             item.next = std::atomic_ref<Index>(heads_[list])
-                                             .exchange(static_cast<Index>(i), std::memory_order_relaxed);
-                         }
-                     });
+        parallel_for(
+            items_.size() - first, grain, silent(execution), [&](std::size_t begin, std::size_t end, unsigned) {
+                for (std::size_t i = first + begin; i < first + end; ++i) {
+                    Item& item = items_[i];
+                    const Vec3 scaled = (item.position - origin_) * inverse_size_;
+                    const std::size_t list =
+                        list_of(floor_of(scaled[0]), floor_of(scaled[1]), floor_of(scaled[2]), region_of(item.face));
+                    item.next =
+                        std::atomic_ref<Index>(heads_[list]).exchange(static_cast<Index>(i), std::memory_order_relaxed);
+                }
+            });
     }
 
     /// Calls `test(i, item)` for a superset of the items of `region` within the reach of p until it returns true; says
@@ -109,7 +108,8 @@ class SpatialHash {
         const std::uint64_t block = mix_bits((bits(x >> 2) | (bits(y >> 2) << 32U)) +
                                              0x9e3779b97f4a7c15ULL * (bits(z >> 2) | (std::uint64_t{region} << 32U)));
         // Regions in one place must not all meet in the same list of their blocks.
-        const std::uint64_t within = ((bits(x) & 3U) | ((bits(y) & 3U) << 2U) | ((bits(z) & 3U) << 4U)) ^ (block >> 58U);
+        const std::uint64_t within =
+            ((bits(x) & 3U) | ((bits(y) & 3U) << 2U) | ((bits(z) & 3U) << 4U)) ^ (block >> 58U);
         return (block * block_size + within) & (heads_.size() - 1);
     }
 
