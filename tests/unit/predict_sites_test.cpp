@@ -34,9 +34,8 @@ double spacing_of(const Mesh& mesh, double count) {
 
 /// The standard error is 1 %, or what 64 windows tell of it: 5 % is beyond any chance.
 TEST(PredictSites, TellsTheCountOfFlatAndCurvedSurfaces) {
-    for (const Mesh& mesh : {test::box(1.0), test::box(1.0, 60), test::icosphere(3, 2.5), test::needles(400),
-                             test::moved(test::l_room(), 1e-6, Vec3(3, 4, 5))}) {
-        const double spacing = spacing_of(mesh, 25000);
+    for (const Mesh& mesh : {test::box(1.0, 60), test::icosphere(3, 2.5), test::needles(400)}) {
+        const double spacing = spacing_of(mesh, 100000);
         const std::optional<double> predicted = predict_sites(*poisson_disk(), mesh, spacing, 1, Execution{});
         ASSERT_TRUE(predicted);
         EXPECT_NEAR(*predicted / count(mesh, spacing), 1.0, 0.05) << mesh.triangles.size();

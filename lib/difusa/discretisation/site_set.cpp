@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <utility>
 
@@ -31,11 +32,16 @@ double distance_between(const SiteSet& sites, Index i, Index j) {
                          sites.points[j].normal, sites.region[j]);
 }
 
-/// Site distance from member `i` to its m-th nearest site, or a negative number if fewer than m are at a finite one.
-double mth_distance(const SiteSet& sites, const std::vector<Index>& members, const Tree& tree, std::size_t i,
-                    std::size_t m) {
+/// Neighbours found, kept between searches.
+struct Search {
     std::vector<std::uint32_t> found;
     std::vector<double> squared, distance;
+};
+
+/// Site distance from member `i` to its m-th nearest site, or a negative number if fewer than m are at a finite one.
+double mth_distance(const SiteSet& sites, const std::vector<Index>& members, const Tree& tree, std::size_t i,
+                    std::size_t m, Search& search) {
+    auto& [found, squared, distance] = search;
     // The site distance is never smaller than the Euclidean one: once the m-th site distance among the k nearest
     // points does not exceed the Euclidean distance of the k-th, no farther point can change it.
     for (std::size_t k = 2 * m + 2;; k *= 2) {
@@ -108,8 +114,10 @@ SiteSet make_site_set(const Mesh& mesh, std::vector<SurfacePoint> points, double
     sites.area.resize(sites.size());
 
     std::vector<std::vector<Index>> members(mesh.region_count);
+    std::vector<Index> member(sites.size()); // number of each site in its region
     for (std::size_t i = 0; i < sites.size(); ++i) {
         sites.region[i] = mesh.region[sites.points[i].face];
+        member[i] = static_cast<Index>(members[sites.region[i]].size());
         members[sites.region[i]].push_back(static_cast<Index>(i));
     }
     std::vector<Vec3> low(mesh.region_count, mesh.high), high(mesh.region_count, mesh.low);
@@ -120,27 +128,34 @@ SiteSet make_site_set(const Mesh& mesh, std::vector<SurfacePoint> points, double
         }
     }
 
-    const auto m = static_cast<std::size_t>(neighbours);
-    for (Index region = 0; region < mesh.region_count; ++region) {
-        const std::vector<Index>& own = members[region];
-        if (own.empty()) {
-            continue;
+    struct Region {
+        RegionCloud cloud;
+        Tree tree;
+        Region(const SiteSet& all, const std::vector<Index>& own) : cloud{all, own}, tree(3, cloud) {}
+    };
+    std::vector<std::unique_ptr<Region>> regions(mesh.region_count);
+    const Execution silent{execution.threads, nullptr};
+    parallel_for(regions.size(), 1, silent, [&](std::size_t begin, std::size_t end, unsigned) {
+        for (std::size_t region = begin; region < end; ++region) {
+            if (!members[region].empty()) {
+                regions[region] = std::make_unique<Region>(sites, members[region]);
+            }
         }
-        const double diameter = (high[region] - low[region]).norm();
-        const RegionCloud cloud{sites, own};
-        const Tree tree(3, cloud);
-        parallel_for(own.size(), 256, Execution{execution.threads, nullptr},
-                     [&](std::size_t begin, std::size_t end, unsigned) {
-                         for (std::size_t i = begin; i < end; ++i) {
-                             const double found = own.size() > m ? mth_distance(sites, own, tree, i, m) : -1.0;
-                             const double least = spacing * (1.0 + 0x1p-10);
-                             sites.radius[own[i]] = std::max(found < 0.0 ? diameter : std::min(found, diameter), least);
-                         }
-                     });
-    }
-    for (std::size_t i = 0; i < sites.size(); ++i) {
-        sites.area[i] = std::numbers::pi * sites.radius[i] * sites.radius[i] / static_cast<double>(neighbours + 1);
-    }
+    });
+    const auto m = static_cast<std::size_t>(neighbours);
+    const double least = spacing * (1.0 + 0x1p-10);
+    parallel_for(sites.size(), 256, silent, [&](std::size_t begin, std::size_t end, unsigned) {
+        Search search;
+        for (std::size_t i = begin; i < end; ++i) {
+            const Index region = sites.region[i];
+            const std::vector<Index>& own = members[region];
+            const double diameter = (high[region] - low[region]).norm();
+            const double found =
+                own.size() > m ? mth_distance(sites, own, regions[region]->tree, member[i], m, search) : -1.0;
+            sites.radius[i] = std::max(found < 0.0 ? diameter : std::min(found, diameter), least);
+            sites.area[i] = std::numbers::pi * sites.radius[i] * sites.radius[i] / static_cast<double>(neighbours + 1);
+        }
+    });
     return sites;
 }
 
