@@ -92,8 +92,8 @@ class EvenDarts {
 
     /// The i-th of the points.
     Dart at(std::size_t i, RandomStream stream) const {
-        // Any of the next `window` shares of the area: independent of each other as far as neighbours can tell, which
-        // are many fewer apart.
+        // Anywhere in the next `window` shares of the area: neighbours, which are a few shares apart at most, are as
+        // good as independent.
         constexpr double window = 64.0;
         const auto count = static_cast<double>(count_);
         double share = (static_cast<double>(i) + window * stream.uniform()) / count;
@@ -119,6 +119,14 @@ class EvenDarts {
     std::vector<double> below_; ///< area of the triangles up to and with this one
 };
 
+/// For one loop of many: nobody can tell how many follow, so its progress is not told; but all end here if cancelled.
+difusa::Execution part_of(const difusa::Execution& execution) {
+    if (execution.progress != nullptr) {
+        execution.progress->check();
+    }
+    return {execution.threads, nullptr};
+}
+
 class PoissonDisk final : public difusa::Sampler {
   public:
     explicit PoissonDisk(const difusa::Parameters& /*parameters*/) {}
@@ -134,9 +142,6 @@ class PoissonDisk final : public difusa::Sampler {
                                         " can be held; give a larger --spacing");
         }
         SiteGrid grid(mesh, spacing, limit);
-        if (execution.progress != nullptr) {
-            execution.progress->check();
-        }
         throw_darts(mesh, spacing, stream.bits(), grid, execution);
         fill_gaps(mesh, spacing, stream.bits(), grid, execution);
         return grid.take();
@@ -153,7 +158,7 @@ class PoissonDisk final : public difusa::Sampler {
         std::vector<Dart> darts;
         for (std::uint64_t first = 0; left > 0; first += darts.size(), left -= darts.size()) {
             darts.resize(std::min(left, even.count()));
-            parallel_for(darts.size(), 1024, execution, [&](std::size_t begin, std::size_t end, unsigned) {
+            parallel_for(darts.size(), 1024, part_of(execution), [&](std::size_t begin, std::size_t end, unsigned) {
                 for (std::size_t i = begin; i < end; ++i) {
                     darts[i] = even.at(i, RandomStream(seed, "darts", first + i));
                 }
@@ -208,7 +213,7 @@ class PoissonDisk final : public difusa::Sampler {
                                          const difusa::Execution& execution) {
         constexpr std::size_t grain = 128;
         std::vector<Left> left((pieces.size() + grain - 1) / grain);
-        parallel_for(pieces.size(), grain, execution, [&](std::size_t begin, std::size_t end, unsigned) {
+        parallel_for(pieces.size(), grain, part_of(execution), [&](std::size_t begin, std::size_t end, unsigned) {
             std::vector<Piece> stack;
             for (std::size_t i = begin; i < end; ++i) {
                 RandomStream stream(seed, "gaps", used + i);
@@ -237,7 +242,7 @@ class PoissonDisk final : public difusa::Sampler {
             double squared = 0.0;
             const std::size_t k = longest_edge(corners, squared);
             const auto [a, b] = halves(piece, k);
-            if (squared > spacing * spacing) { // hardly ever covered by a single site, and its darts are wide
+            if (squared > spacing * spacing) { // hardly ever covered by a single site
                 stack.push_back(b);
                 stack.push_back(a);
                 continue;

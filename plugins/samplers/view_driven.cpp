@@ -7,7 +7,6 @@
 // there, a place outside of the bounding box looking at its centre.
 #include <difusa/core/error.h>
 #include <difusa/core/parallel.h>
-#include <difusa/core/text.h>
 #include <difusa/discretisation/sampler.h>
 #include <difusa/discretisation/site_grid.h>
 #include <difusa/plugin/plugin.h>
@@ -74,7 +73,11 @@ class ViewDriven final : public difusa::Sampler {
         SiteGrid sites(mesh, spacing, limit);
         const auto add_fronts = [&](const std::vector<Ray>& rays) {
             std::vector<Hit> hits(rays.size());
-            difusa::parallel_for(rays.size(), 4096, execution, [&](std::size_t begin, std::size_t end, unsigned) {
+            if (execution.progress != nullptr) {
+                execution.progress->check();
+            }
+            const difusa::Execution silent{execution.threads, nullptr}; // one pass of several
+            difusa::parallel_for(rays.size(), 4096, silent, [&](std::size_t begin, std::size_t end, unsigned) {
                 visibility->first_hits(std::span(rays).subspan(begin, end - begin),
                                        std::span(hits).subspan(begin, end - begin));
             });

@@ -5,6 +5,7 @@
 #include <difusa/core/random.h>
 #include <difusa/core/types.h>
 
+#include <algorithm>
 #include <atomic>
 #include <bit>
 #include <cmath>
@@ -30,8 +31,8 @@ class SpatialHash {
     std::size_t size() const { return items_.size(); }
     const Item& operator[](Index i) const { return items_[i]; }
 
-    /// Appends `count` points; `point(i, region)` returns the i-th as an item and stores its region. The order within
-    /// lists depends on the threads; `region_of(face)` is that of the items already there.
+    /// Appends `count` points: `point(i)` is the i-th as an item, `region_of(face)` the region of a face. The order
+    /// within lists depends on the threads.
     template <class Point, class Region>
     void append(std::size_t count, const Point& point, const Region& region_of, const Execution& execution) {
         const std::size_t old = items_.size();
