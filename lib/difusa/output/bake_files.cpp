@@ -292,8 +292,8 @@ void write_bake(const BakeResult& result, const BakeFiles& files, const Executio
             }
         }
     };
-    write(files.field, [&](WholeFile& file) { write_field(field_of(result), files.field, file); });
-    write(files.sites, [&](WholeFile& file) { write_field(sites_of(result), files.sites, file); });
+    write(files.field, [&](WholeFile& file) { write_field(field_of(result), files.field, file, execution); });
+    write(files.sites, [&](WholeFile& file) { write_field(sites_of(result), files.sites, file, execution); });
     write(files.listed, [&](WholeFile& file) { file.write(point_table(result)); });
     write(files.report, [&](WholeFile& file) { file.write(report_of(result)); });
     for (const std::unique_ptr<WholeFile>& file : written) {
