@@ -42,7 +42,7 @@ Choices make_choices(const Registry& registry, const BakeOptions& options) {
                          "--transport pairwise");
     }
     std::string projection;
-    choices.projection = parse_projection(options.projection, *choices.basis, projection);
+    choices.projection = projection_for(*choices.basis, options.projection, projection);
     choices.plugins.emplace_back("projection", projection);
     if (choices.pairwise && (choices.projection.kind == ProjectionKind::least_squares ||
                              choices.projection.kind == ProjectionKind::galerkin)) {

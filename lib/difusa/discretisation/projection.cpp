@@ -202,8 +202,7 @@ struct Projection::Map::LeastSquares final : Map {
     double condition() const override { return condition_number; }
 };
 
-ProjectionChoice parse_projection(std::string_view choice, const Basis& basis, std::string& text) {
-    const bool smooths = basis.coefficients_are_values() && !basis.interpolates();
+ProjectionChoice parse_projection(std::string_view choice, std::string& text) {
     const ParameterSpec sweeps{"sweeps", ParameterSpec::Type::integer, "2", "times the residual is put back", 1, 16,
                                {}};
     const ParameterSpec where{"in",
@@ -232,6 +231,20 @@ ProjectionChoice parse_projection(std::string_view choice, const Basis& basis, s
         result.kind = ProjectionKind::corrected;
         result.sweeps = static_cast<int>(parsed.parameters.integer("sweeps"));
         result.in_equation = parsed.parameters.word("in") == "equation";
+    } else if (parsed.name != "natural") {
+        result.kind = parsed.name == "galerkin" ? ProjectionKind::galerkin : ProjectionKind::least_squares;
+        result.points = parsed.parameters.real("points");
+    }
+    return result;
+}
+
+ProjectionChoice projection_for(const Basis& basis, std::string_view choice, std::string& text) {
+    const bool smooths = basis.coefficients_are_values() && !basis.interpolates();
+    const ProjectionChoice result = parse_projection(!choice.empty() ? choice
+                                                     : smooths       ? "corrected"
+                                                                     : "natural",
+                                                     text);
+    if (result.kind == ProjectionKind::corrected) {
         if (basis.interpolates()) {
             throw UsageError(
                 "--projection corrected: this basis interpolates, so there is no residual to put back; use "
@@ -242,9 +255,6 @@ ProjectionChoice parse_projection(std::string_view choice, const Basis& basis, s
                              "residual to put back into the field; use --projection natural, or corrected:in=equation "
                              "to solve for them by that iteration");
         }
-    } else if (parsed.name != "natural") {
-        result.kind = parsed.name == "galerkin" ? ProjectionKind::galerkin : ProjectionKind::least_squares;
-        result.points = parsed.parameters.real("points");
     }
     return result;
 }

@@ -31,10 +31,13 @@ struct ProjectionChoice {
     double points = 3.0;      ///< of least_squares and galerkin: points for each element
 };
 
-/// "natural", "corrected:sweeps=3", "least-squares:points=3", ...; empty: `corrected` where the basis is a
-/// quasi-interpolant, else `natural`. Throws UsageError, also for a choice that would change nothing with this basis.
-/// `text` receives the choice with all parameters.
-ProjectionChoice parse_projection(std::string_view choice, const Basis& basis, std::string& text);
+/// "natural", "corrected:sweeps=3", "least-squares:points=3", ... Throws UsageError. `text` receives the choice with
+/// all parameters.
+ProjectionChoice parse_projection(std::string_view choice, std::string& text);
+
+/// The same for a basis; empty: `corrected` where it is a quasi-interpolant that does not interpolate, else `natural`.
+/// Throws UsageError for `corrected` where there is no residual to put back.
+ProjectionChoice projection_for(const Basis& basis, std::string_view choice, std::string& text);
 
 /// The points whose values `choice` projects: the sites, first, and for least_squares and galerkin
 /// (points - 1) #S more, spread evenly over the surface.
