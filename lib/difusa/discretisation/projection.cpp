@@ -214,10 +214,7 @@ ProjectionChoice parse_projection(std::string_view choice, std::string& text) {
                               {"field", "equation"}};
     const ParameterSpec points{
         "points", ParameterSpec::Type::real, "3", "points for each element at which light is gathered", 1.0, 64.0, {}};
-    const Choice parsed = parse_choice("projection",
-                                       !choice.empty() ? choice
-                                       : smooths       ? "corrected"
-                                                       : "natural",
+    const Choice parsed = parse_choice("projection", choice,
                                        {{"natural", {}},
                                         {"interpolation", {}},
                                         {"corrected", {sweeps, where}},
