@@ -113,7 +113,7 @@ bool triangles_cross(const Corners& p, const Corners& q) {
     return cross(points_of(p), points_of(q));
 }
 
-std::vector<std::array<Index, 2>> find_crossing_triangles(const Mesh& mesh) {
+std::optional<std::vector<std::array<Index, 2>>> find_crossing_triangles(const Mesh& mesh) {
     std::vector<TriangleBox> boxes;
     boxes.reserve(mesh.triangles.size());
     for (Index t = 0; t < mesh.triangles.size(); ++t) {
@@ -121,7 +121,13 @@ std::vector<std::array<Index, 2>> find_crossing_triangles(const Mesh& mesh) {
         boxes.emplace_back(c[0].cwiseMin(c[1]).cwiseMin(c[2]), c[0].cwiseMax(c[1]).cwiseMax(c[2]), t);
     }
     std::vector<std::array<Index, 2>> found;
+    struct TooMany {};
+    const std::size_t most = 1'000'000 + 100 * boxes.size();
+    std::size_t pairs = 0;
     const auto examine = [&](const TriangleBox& a, const TriangleBox& b) {
+        if (++pairs > most) {
+            throw TooMany();
+        }
         if (cross(mesh, a.triangle, b.triangle)) {
             found.push_back({std::min(a.triangle, b.triangle), std::max(a.triangle, b.triangle)});
         }
@@ -129,7 +135,11 @@ std::vector<std::array<Index, 2>> find_crossing_triangles(const Mesh& mesh) {
     // Below so many boxes CGAL's algorithm scans instead of dividing: for small boxes several times its default is
     // faster.
     constexpr std::ptrdiff_t cutoff = 200;
-    CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), examine, cutoff);
+    try {
+        CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), examine, cutoff);
+    } catch (const TooMany&) {
+        return std::nullopt;
+    }
     std::sort(found.begin(), found.end());
     return found;
 }

@@ -309,7 +309,12 @@ void report_crossings(const Mesh& mesh, FindingList& found) {
     const auto faces = [&](const std::array<Index, 2>& pair) {
         return std::array<Index, 2>{mesh.original_face[pair[0]], mesh.original_face[pair[1]]};
     };
-    std::vector<std::array<Index, 2>> pairs = find_crossing_triangles(mesh);
+    auto all = find_crossing_triangles(mesh);
+    if (!all) {
+        found.at_face(Defect::crossing_faces_unknown, mesh.original_face[0], mesh.corner(0, 0));
+        return;
+    }
+    std::vector<std::array<Index, 2>>& pairs = *all;
     std::stable_sort(pairs.begin(), pairs.end(), [&](const auto& a, const auto& b) { return faces(a) < faces(b); });
     const auto corners = [&](Index t) -> std::array<Vec3, 3> {
         return {mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)};

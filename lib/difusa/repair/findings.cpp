@@ -47,6 +47,8 @@ constexpr std::array<Wording, static_cast<std::size_t>(Defect::count)> wordings{
     {"non-manifold-vertices", "vertex where separate parts touch", "vertices where separate parts touch", "", false},
     {"border-edges", "border edge", "border edges", "", false},
     {"crossing-faces", "pair of faces that cross", "pairs of faces that cross", "", false},
+    {"crossing-faces-unknown", "search for faces that cross", "searches for faces that cross",
+     "given up, since too many lie close together", false},
 }};
 
 std::string with_line(const char* kind, std::size_t number, std::uint32_t line) {

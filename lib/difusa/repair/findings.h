@@ -32,6 +32,7 @@ enum class Defect : std::size_t {
     non_manifold_vertices,
     border_edges,
     crossing_faces,
+    crossing_faces_unknown,
     count
 };
 
