@@ -386,5 +386,36 @@ TEST(Diagnosis, PlacesAreNamedByTheFilesOfAScene) {
                 AllOf(HasSubstr("b.obj:101: point 1 of b.obj"), HasSubstr("face 0 (line 101) of b.obj")));
 }
 
+TEST(Diagnosis, FacesThatCross) {
+    const std::vector<Vec3> floor{{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}};
+    const auto with_wall = [&](double low, double lean) {
+        std::vector<Vec3> points = floor;
+        for (const Vec3& p : {Vec3(0.75 + lean * low, 0.5, low), Vec3(0.75 + lean * low, 1.5, low),
+                              Vec3(0.75 + lean, 1.5, 1), Vec3(0.75 + lean, 0.5, 1)}) {
+            points.push_back(p);
+        }
+        return diagnose(make_soup(points, {{0, 1, 2, 3}, {4, 5, 6, 7}})).diagnosis;
+    };
+    for (const double lean : {0.0, 0.5}) {
+        // One pair of faces, although several of their triangles cross.
+        const Diagnosis through = with_wall(-0.25, lean);
+        EXPECT_EQ(counts(through)["crossing-faces"], 1U);
+        EXPECT_THAT(finding(through, "crossing-faces").places,
+                    ElementsAre(HasSubstr("face 0 (line 100) and face 1 (line 101) near (0.75, ")));
+        EXPECT_FALSE(finding(through, "crossing-faces").repaired);
+        EXPECT_EQ(counts(with_wall(0.0, lean)).count("crossing-faces"), 0U) << "stands on it";
+        EXPECT_EQ(counts(with_wall(0.25, lean)).count("crossing-faces"), 0U) << "above it";
+    }
+    // Overlaps in one plane, neighbours at an edge or a vertex, and a vertex from which a triangle does cross another.
+    const auto crossings = [](const std::vector<Vec3>& points, const std::vector<std::vector<Index>>& faces) {
+        return counts(diagnose(make_soup(points, faces)).diagnosis)["crossing-faces"];
+    };
+    EXPECT_EQ(crossings({{0, 0, 0}, {2, 0, 0}, {0, 2, 0}, {1, 0, 0}, {3, 0, 0}, {1, 2, 0}}, {{0, 1, 2}, {3, 4, 5}}),
+              0U);
+    EXPECT_EQ(crossings({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 1, 2}, {1, 0, 3}}), 0U);
+    EXPECT_EQ(crossings({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 1}, {-1, 0, -1}}, {{0, 1, 2}, {0, 3, 4}}), 0U);
+    EXPECT_EQ(crossings({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 1}, {1, 1, -1}}, {{0, 1, 2}, {0, 3, 4}}), 1U);
+}
+
 } // namespace
 } // namespace difusa
