@@ -74,9 +74,9 @@ class SunThroughAHole : public testing::Test {
     }
 
     struct Estimates {
-        Rgb exactly;     ///< fresh shadow rays, at what rays hit and at what is drawn
-        Rgb on_surfels;  ///< the light of the surfels that rays hit and of those that are drawn
-        Rgb rays;        ///< fresh shadow rays at what rays hit alone
+        Rgb exactly;    ///< fresh shadow rays, at what rays hit and at what is drawn
+        Rgb on_surfels; ///< the light of the surfels that rays hit and of those that are drawn
+        Rgb rays;       ///< fresh shadow rays at what rays hit alone
     };
     Estimates estimate(const SurfacePoint& x, std::size_t number, const DirectionPool& pool) const {
         Hemisphere around(tracer(), pool);
@@ -147,7 +147,7 @@ TEST_F(SunThroughAHole, NothingIsMissedOrCountedTwice) {
     const DirectionPool pool(*directions, N, 3);
     for (std::size_t i = 0; i < points.size(); ++i) {
         const double expected = 0.5 * form_factor(points[i]);
-        const double error = estimate(points[i], i, pool).both[0] - expected;
+        const double error = estimate(points[i], i, pool).exactly[0] - expected;
         sum += error;
         exact += expected;
         variance += error * error;

@@ -118,7 +118,8 @@ TEST(DirectLight, SameBitsForAnyNumberOfThreads) {
 
 /// Two suns, a point light and two lamps, each in a set of its own or not: the sets add up to what all together send.
 TEST(DirectLight, SetsAddUp) {
-    Lit lit(floor_with_screen(), {{Vec3(0.1, 0, 1).normalized(), Rgb(1, 2, 3)}, {Vec3(0, 0.4, 1).normalized(), Rgb(4, 0, 1)}});
+    Lit lit(floor_with_screen(),
+            {{Vec3(0.1, 0, 1).normalized(), Rgb(1, 2, 3)}, {Vec3(0, 0.4, 1).normalized(), Rgb(4, 0, 1)}});
     lit.scene.materials.resize(3);
     lit.scene.materials[1].emission = Rgb::Constant(5.0);
     lit.scene.materials[2].emission = Rgb(0, 7, 0);
@@ -178,8 +179,8 @@ TEST(DirectLight, TheFirstBounceIsGatheredFromSurfels) {
     EXPECT_GT(light.segments, 0U);
     const SiteSet sites = test::poisson_sites(m, 0.5);
     constexpr std::size_t N = 4096;
-    const LightTransport transport = gathered(lit.tracer(), sites.points, surfels,
-                                              *test::plugin<Directions>("low-discrepancy"), N, 1, Execution{});
+    const LightTransport transport =
+        gathered(lit.tracer(), sites.points, surfels, *test::plugin<Directions>("low-discrepancy"), N, 1, Execution{});
     Values h;
     transport.gather(light.first_bounce(), {}, h, Execution{});
     ASSERT_EQ(h.rows(), std::ssize(sites.points));

@@ -74,9 +74,9 @@ TEST(ElementIntegrals, HaveTheSameBitsForAnyThreads) {
 TEST(Discretisation, SaysWhatNoElementCovers) {
     const Mesh mesh = test::grid(1, 1);
     for (const bool narrow : {false, true}) {
-        const Discretisation made = discretise(mesh, std::make_shared<SiteSet>(test::poisson_sites(mesh, 0.1)),
-                                               test::plugin<Basis>(narrow ? "radial:width=0.05" : "radial"), {}, false,
-                                               1, Execution{});
+        const Discretisation made =
+            discretise(mesh, std::make_shared<SiteSet>(test::poisson_sites(mesh, 0.1)),
+                       test::plugin<Basis>(narrow ? "radial:width=0.05" : "radial"), {}, false, 1, Execution{});
         if (narrow) {
             EXPECT_GT(made.uncovered, 0.1);
             EXPECT_LT(made.uncovered, 1.0);
