@@ -72,7 +72,7 @@ TEST(SkyParts, AUniformSkyIsItsIrradianceEverywhere) {
     const Values sky = sky_radiosity(scene, 3);
     ASSERT_EQ(sky.rows(), static_cast<Eigen::Index>(SkyParts::count));
     for (Eigen::Index c = 0; c < 3; ++c) {
-        EXPECT_TRUE((sky.col(c).array() == c + 1.0).all());
+        EXPECT_TRUE((sky.col(c).array() == static_cast<double>(c + 1)).all());
     }
     EXPECT_EQ(sky_radiosity(scene, 1), sky.leftCols(1));
     EXPECT_EQ(sky_radiosity(Scene{}, 3), Values::Zero(SkyParts::count, 3));
