@@ -1,6 +1,6 @@
 #include <difusa/core/parallel.h>
-#include <difusa/lighting/lambert.h>
 #include <difusa/lighting/area_lights.h>
+#include <difusa/lighting/lambert.h>
 #include <difusa/mesh/nearest_surface.h>
 #include <difusa/rays/brute_force.h>
 
@@ -43,16 +43,18 @@ Lit light(const Scene& scene, const std::vector<Index>& lamps, const std::vector
           std::uint64_t seed = 1, unsigned threads = 1) {
     BruteForceVisibility visibility;
     visibility.build(scene.mesh);
-    const AreaLights light(scene, lamps, visibility,
-                      scene.mesh.convex ? nullptr : std::make_shared<const Shafts>(scene.mesh));
+    const AreaLights light(scene, lamps, {scene.mesh, visibility},
+                           scene.mesh.convex ? nullptr : std::make_shared<const Shafts>(scene.mesh));
     Lit lit;
     lit.H.resize(points.size());
+    const std::vector<Index> one_set(scene.materials.size(), 0);
     std::vector<AreaLights::Worker> workers(threads);
     parallel_for(points.size(), 16, Execution{threads, nullptr},
                  [&](std::size_t begin, std::size_t end, unsigned number) {
                      for (std::size_t j = begin; j < end; ++j) {
                          RandomStream stream(seed, "lamps", j);
-                         lit.H[j] = light.irradiance(points[j], samples, stream, workers[number]);
+                         lit.H[j] = Rgb::Zero();
+                         light.irradiance(points[j], samples, stream, workers[number], one_set, {&lit.H[j], 1});
                      }
                  });
     for (const AreaLights::Worker& worker : workers) {
@@ -139,6 +141,39 @@ TEST(AreaLights, MaterialsKeepTheirColours) {
         EXPECT_EQ(lit.H[j][1], 0.0);
         EXPECT_LE(lit.H[j][2], 4.0 * unblocked(mesh, {2, 3}, points[j]) * (1.0 + 1e-15));
     }
+}
+
+/// What a material adds to its set does not depend on how materials are dealt to sets, not by a bit.
+TEST(AreaLights, SetsShareTheLightWithoutChangingIt) {
+    Mesh mesh = test::together(rectangle(0, 1, 0, 1, 0), rectangle(0.1, 0.3, 0.1, 0.3, 0.4, true));
+    mesh = test::together(mesh, rectangle(0.6, 0.9, 0.6, 0.9, 0.2, true));
+    mesh = test::together(mesh, rectangle(0.2, 0.6, 0.2, 0.8, 0.1)); // hides parts of both
+    Scene scene = scene_of(mesh, {2, 3, 4, 5});
+    scene.materials.resize(4);
+    scene.materials[3].emission = Rgb(1, 0, 0);
+    scene.mesh.material[4] = scene.mesh.material[5] = 3;
+    BruteForceVisibility visibility;
+    visibility.build(scene.mesh);
+    const AreaLights light(scene, {2, 3, 4, 5}, {scene.mesh, visibility}, std::make_shared<const Shafts>(scene.mesh));
+    AreaLights::Worker worker;
+    int partly_hidden = 0;
+    for (const SurfacePoint& x : places(mesh, 12, 1, 1)) {
+        const auto by_set = [&](const std::vector<Index>& set_of, std::size_t sets) {
+            std::vector<Rgb> H(sets, Rgb::Constant(0.5)); // it adds
+            RandomStream stream(1, "sets");
+            light.irradiance(x, samples, stream, worker, set_of, H);
+            return H;
+        };
+        const std::vector<Rgb> apart = by_set({9, 1, 9, 0}, 2), other = by_set({9, 0, 9, 2}, 3),
+                               one = by_set({0, 0, 0, 0}, 1);
+        EXPECT_TRUE((apart[1] == other[0]).all() && (apart[0] == other[2]).all());
+        EXPECT_TRUE((other[1] == 0.5).all());
+        for (int c = 0; c < 3; ++c) {
+            EXPECT_NEAR(apart[0][c] + apart[1][c] - 1.0, one[0][c] - 0.5, 8 * 0x1p-53);
+        }
+        partly_hidden += apart[1][0] - 0.5 < 0.999 * unblocked(mesh, {2, 3}, x) ? 1 : 0;
+    }
+    EXPECT_GT(partly_hidden, 10);
 }
 
 TEST(AreaLights, ALampLightsNeitherItselfNorWhatIsBehindIt) {
@@ -301,7 +336,7 @@ TEST(AreaLights, SamplesHaveTheirIrradianceAsMean) {
         const Scene scene = scene_of(mesh, lamps);
         BruteForceVisibility visibility;
         visibility.build(scene.mesh);
-        const AreaLights light(scene, lamps, visibility, std::make_shared<const Shafts>(scene.mesh));
+        const AreaLights light(scene, lamps, {scene.mesh, visibility}, std::make_shared<const Shafts>(scene.mesh));
         const SurfacePoint x = place_at(mesh, Vec3(0.1, 0.2, 0.0));
         // The screen at half height hides the lamp where it is left of -0.1 as seen from x.
         const Mesh seen = rectangle(-0.1, 0.5, -0.5, 0.5, 3, true);
@@ -311,8 +346,10 @@ TEST(AreaLights, SamplesHaveTheirIrradianceAsMean) {
         const int count = 20000;
         double mean = 0.0, squares = 0.0;
         for (int i = 0; i < count; ++i) {
-            const Rgb H =
+            const AreaLights::Sample sample =
                 light.sample(x, {stream.uniform(), stream.uniform(), stream.uniform(), stream.uniform()}, worker);
+            const Rgb& H = sample.H;
+            EXPECT_TRUE((H == 0.0).all() || sample.material == 1);
             EXPECT_DOUBLE_EQ(H[1], 2.0 * H[0]);
             EXPECT_DOUBLE_EQ(H[2], 3.0 * H[0]);
             mean += H[0] / count;

@@ -2,7 +2,6 @@
 #include <difusa/lighting/bright_surfels.h>
 #include <difusa/lighting/lambert.h>
 #include <difusa/mesh/surface_sampling.h>
-#include <difusa/rays/surroundings.h>
 
 #include <support/sited.h>
 
@@ -19,13 +18,16 @@ namespace {
 /// one square metre of the floor. The reflectance is 1/2.
 class SunThroughAHole : public testing::Test {
   protected:
-    static constexpr double spacing = 0.3;
+    static constexpr double edge = 0.1;
     const Rgb sun{1, 2, 3};
     Scene scene;
-    std::shared_ptr<Visibility> visibility = test::plugin<Visibility>("cgal");
+    std::shared_ptr<Visibility> visibility;
     std::shared_ptr<Directions> directions = test::plugin<Directions>("low-discrepancy");
     std::shared_ptr<const DirectLight> light;
-    std::unique_ptr<FirstBounce> bounce;
+    std::unique_ptr<Surfels> surfels;
+    SurfelLight on_surfels;
+    Values first_bounce;
+    std::unique_ptr<BrightSurfels> bounce;
 
     void SetUp() override {
         Mesh& mesh = scene.mesh;
@@ -40,10 +42,19 @@ class SunThroughAHole : public testing::Test {
         ceiling(2.5, 4, 1.5, 2.5);
         scene.materials.resize(1);
         scene.suns.push_back({Vec3::UnitZ(), sun});
-        visibility->build(mesh);
-        light = std::make_shared<DirectLight>(scene, *visibility);
-        bounce = std::make_unique<FirstBounce>(scene, *visibility, light, spacing, 1, Execution{});
+        prepare();
     }
+
+    void prepare() {
+        visibility = test::plugin<Visibility>("cgal");
+        visibility->build(scene.mesh);
+        light = std::make_shared<DirectLight>(scene, tracer());
+        surfels = std::make_unique<Surfels>(scene.mesh, edge, Execution{});
+        on_surfels = light_on_surfels(scene, *surfels, *light, 3, 1, Execution{});
+        first_bounce = on_surfels.first_bounce();
+        bounce = std::make_unique<BrightSurfels>(scene, tracer(), *surfels, *light, on_surfels);
+    }
+    Tracer tracer() const { return {scene.mesh, *visibility}; }
 
     /// Places on the wall, a little above the floor at least.
     std::vector<SurfacePoint> on_wall(std::size_t count) const {
@@ -63,40 +74,52 @@ class SunThroughAHole : public testing::Test {
     }
 
     struct Estimates {
-        Rgb both; ///< rays and places
-        Rgb rays; ///< alone
+        Rgb exactly;    ///< fresh shadow rays, at what rays hit and at what is drawn
+        Rgb on_surfels; ///< the light of the surfels that rays hit and of those that are drawn
+        Rgb rays;       ///< fresh shadow rays at what rays hit alone
     };
     Estimates estimate(const SurfacePoint& x, std::size_t number, const DirectionPool& pool) const {
-        Surroundings around(scene.mesh, *visibility, pool);
+        Hemisphere around(tracer(), pool);
         around.look(x, number);
+        std::vector<SurfacePoint> met;
+        std::vector<Index> bins;
+        std::vector<double> weights;
+        around.for_each(
+            [&](const Hit& hit, double weight) {
+                met.push_back(scene.mesh.at(hit.face, hit.u, hit.v));
+                bins.push_back(surfels->at(hit.face, hit.u, hit.v));
+                weights.push_back(weight);
+            },
+            [](const Vec3&, double) {});
         RandomStream stream(9, "bounce", number);
-        FirstBounce::Worker worker;
-        Estimates result{bounce->irradiance(x, around.points(), around.weights(), pool.count(), stream, worker),
-                         Rgb::Zero()};
-        std::vector<Rgb> H(around.points().size());
-        light->sample(around.points(), stream, H, worker.light);
-        for (std::size_t p = 0; p < H.size(); ++p) {
-            result.rays += around.weights()[p] * scene.reflectance(around.points()[p]) * H[p];
+        BrightSurfels::Worker worker;
+        Estimates result{Rgb::Zero(), Rgb::Zero(), Rgb::Zero()};
+        bounce->gather_exactly(x, met, weights, pool.count(), stream, worker, {&result.exactly, 1});
+        const Eigen::RowVectorXd H = bounce->gather(x, bins, weights, pool.count(), first_bounce, stream, worker);
+        result.on_surfels = H.transpose().array();
+        std::vector<Rgb> sampled(met.size());
+        light->sample(met, stream, sampled, worker.light);
+        for (std::size_t p = 0; p < sampled.size(); ++p) {
+            result.rays += weights[p] * scene.reflectance(met[p]) * sampled[p];
         }
         return result;
     }
 };
 
-/// All of the light comes from the square, whatever the cells at its border are told to hold.
+/// All of the light comes from the square, whatever the surfels at its border are told to hold.
 TEST_F(SunThroughAHole, TheBrightShareIsThatOfTheLitSquare) {
     const double area = scene.mesh.area;
-    // Cells have at most the area spacing²/8, here two right angles as long each: diagonal sqrt(2 * 2/8) spacing. Those
-    // that the border crosses count between not at all and wholly.
-    const double border = 4.0 * std::sqrt(0.5) * spacing;
+    // Surfels fit into squares of side `edge`. Those that the border of 4 crosses count between not at all and wholly.
+    const double border = 4.0 * std::sqrt(2.0) * edge;
     EXPECT_NEAR(bounce->bright_share(), 1.0 / area, border / area);
-    EXPECT_EQ(bounce->places(100), 100U);
-    EXPECT_GT(bounce->segments(), 0U);
+    EXPECT_EQ(bounce->places(100), 50U);
+    EXPECT_GT(on_surfels.segments, 0U);
 }
 
 TEST_F(SunThroughAHole, RaysAndPlacesTogetherBringWhatLambertSays) {
     constexpr std::size_t N = 1024;
     const DirectionPool pool(*directions, N, 3);
-    double both = 0.0, rays = 0.0, bound = 0.0;
+    double both = 0.0, rays = 0.0, bound = 0.0, surfels_too = 0.0;
     const std::vector<SurfacePoint> points = on_wall(400);
     for (std::size_t i = 0; i < points.size(); ++i) {
         const double exact = 0.5 * form_factor(points[i]);
@@ -104,13 +127,15 @@ TEST_F(SunThroughAHole, RaysAndPlacesTogetherBringWhatLambertSays) {
         // Each of the samples, the radiosity over N or less, is between 0 and 1/2 over N, and together they come to
         // `exact` in the mean: independent ones have the variance exact/(2N) at most, stratified ones less.
         const double sigma = std::sqrt(0.5 * exact / double(N));
-        EXPECT_NEAR(got.both[0], exact, 4.5 * sigma);
-        EXPECT_NEAR(got.both[2], 3.0 * got.both[0], 4.0 * double(N) * 0x1p-53);
-        both += std::pow(got.both[0] - exact, 2);
+        EXPECT_NEAR(got.exactly[0], exact, 4.5 * sigma);
+        EXPECT_NEAR(got.exactly[2], 3.0 * got.exactly[0], 4.0 * double(N) * 0x1p-53);
+        both += std::pow(got.exactly[0] - exact, 2);
+        surfels_too += std::pow(got.on_surfels[0] - exact, 2);
         rays += std::pow(got.rays[0] - exact, 2);
         bound += sigma * sigma;
     }
     EXPECT_LT(both, 0.1 * bound);
+    EXPECT_LT(surfels_too, 0.1 * bound);
     EXPECT_LT(both, 0.1 * rays); // ten times the rays for the same error
 }
 
@@ -122,7 +147,7 @@ TEST_F(SunThroughAHole, NothingIsMissedOrCountedTwice) {
     const DirectionPool pool(*directions, N, 3);
     for (std::size_t i = 0; i < points.size(); ++i) {
         const double expected = 0.5 * form_factor(points[i]);
-        const double error = estimate(points[i], i, pool).both[0] - expected;
+        const double error = estimate(points[i], i, pool).exactly[0] - expected;
         sum += error;
         exact += expected;
         variance += error * error;
@@ -138,7 +163,7 @@ TEST_F(SunThroughAHole, AShadingNormalMeansTheSameToBoth) {
     std::vector<SurfacePoint> points = on_wall(20);
     for (std::size_t i = 0; i < points.size(); ++i) {
         points[i].normal = Vec3(0.3, 1.0, i % 2 == 0 ? -1.5 : 1.5).normalized();
-        const double got = estimate(points[i], i, few).both[0], expected = estimate(points[i], i, more).rays[0];
+        const double got = estimate(points[i], i, few).exactly[0], expected = estimate(points[i], i, more).rays[0];
         const double variance = 0.5 * expected * (1.0 / double(N) + 1.0 / double(many));
         EXPECT_NEAR(got, expected, 4.5 * std::sqrt(variance));
     }
@@ -148,39 +173,50 @@ TEST_F(SunThroughAHole, AShadingNormalMeansTheSameToBoth) {
 TEST_F(SunThroughAHole, PlacesThatAreHiddenDoNotCount) {
     SurfacePoint x = scene.mesh.at(2, 0.3, 0.3);
     add(scene.mesh, rectangle(Vec3(0, 0.5, 0), Vec3(4, 0, 0), Vec3(0, 0, 2)), 0);
-    visibility = test::plugin<Visibility>("cgal");
-    visibility->build(scene.mesh);
-    light = std::make_shared<DirectLight>(scene, *visibility);
-    bounce = std::make_unique<FirstBounce>(scene, *visibility, light, spacing, 1, Execution{});
+    prepare();
     EXPECT_GT(bounce->places(64), 0U);
-    EXPECT_TRUE((estimate(x, 0, DirectionPool(*directions, 64, 3)).both == 0.0).all());
+    const Estimates got = estimate(x, 0, DirectionPool(*directions, 64, 3));
+    EXPECT_TRUE((got.exactly == 0.0).all());
+    EXPECT_TRUE((got.on_surfels == 0.0).all());
 }
 
-TEST(FirstBounce, WhereMostOfTheSurfaceIsBrightRaysServeAlone) {
+/// Bright surfels of a scene without lamps.
+struct Made {
+    std::shared_ptr<Visibility> visibility = test::plugin<Visibility>("cgal");
+    std::unique_ptr<DirectLight> light;
+    std::unique_ptr<Surfels> surfels;
+    SurfelLight on_surfels;
+    std::unique_ptr<BrightSurfels> bright;
+
+    explicit Made(const Scene& scene) {
+        visibility->build(scene.mesh);
+        const Tracer tracer(scene.mesh, *visibility);
+        light = std::make_unique<DirectLight>(scene, tracer);
+        surfels = std::make_unique<Surfels>(scene.mesh, 0.1, Execution{});
+        on_surfels = light_on_surfels(scene, *surfels, *light, 3, 1, Execution{});
+        bright = std::make_unique<BrightSurfels>(scene, tracer, *surfels, *light, on_surfels);
+    }
+};
+
+TEST(BrightSurfels, WhereMostOfTheSurfaceIsBrightRaysServeAlone) {
     Scene scene;
     scene.mesh = rectangle(Vec3(0, 0, 0), Vec3(2, 0, 0), Vec3(0, 2, 0));
     add(scene.mesh, rectangle(Vec3(0, 2, 0), Vec3(2, 0, 0), Vec3(0, 0, 2)), 0);
     scene.materials.resize(1);
     scene.suns.push_back({Vec3(0, -1, 1).normalized(), Rgb(1, 1, 1)});
-    const auto visibility = test::plugin<Visibility>("cgal");
-    visibility->build(scene.mesh);
-    const auto light = std::make_shared<DirectLight>(scene, *visibility);
-    const FirstBounce bounce(scene, *visibility, light, 0.1, 1, Execution{});
-    EXPECT_NEAR(bounce.bright_share(), 1.0, 1e-12); // floor and wall are evenly lit
-    EXPECT_EQ(bounce.places(1024), 0U);
+    const Made made(scene);
+    EXPECT_NEAR(made.bright->bright_share(), 1.0, 1e-12); // floor and wall are evenly lit
+    EXPECT_EQ(made.bright->places(1024), 0U);
 }
 
-TEST(FirstBounce, WithoutLightThereIsNothingToDo) {
+TEST(BrightSurfels, WithoutLightThereIsNothingToDo) {
     Scene scene;
     scene.mesh = rectangle(Vec3(0, 0, 0), Vec3(2, 0, 0), Vec3(0, 2, 0));
     scene.materials.resize(1);
-    const auto visibility = test::plugin<Visibility>("cgal");
-    visibility->build(scene.mesh);
-    const FirstBounce bounce(scene, *visibility, std::make_shared<DirectLight>(scene, *visibility), 0.1, 1,
-                             Execution{});
-    EXPECT_EQ(bounce.bright_share(), 0.0);
-    EXPECT_EQ(bounce.places(1024), 0U);
-    EXPECT_EQ(bounce.segments(), 0U);
+    const Made made(scene);
+    EXPECT_EQ(made.bright->bright_share(), 0.0);
+    EXPECT_EQ(made.bright->places(1024), 0U);
+    EXPECT_EQ(made.on_surfels.segments, 0U);
 }
 
 } // namespace

@@ -104,8 +104,8 @@ TEST_F(SceneFile, ADoubleSidedSheetIsTwoFaces) {
     for (std::size_t i = 0; i < a.sites->size(); ++i) {
         const SurfacePoint& x = a.sites->points[i];
         const bool sheet = mesh.original_face[x.face] >= 4;
-        upper += sheet && x.normal.z() > 0.0 ? a.irradiance_direct(static_cast<Eigen::Index>(i), 0) : 0.0;
-        lower += sheet && x.normal.z() < 0.0 ? a.irradiance_direct(static_cast<Eigen::Index>(i), 0) : 0.0;
+        upper += sheet && x.normal.z() > 0.0 ? a.solution.direct(static_cast<Eigen::Index>(i), 0) : 0.0;
+        lower += sheet && x.normal.z() < 0.0 ? a.solution.direct(static_cast<Eigen::Index>(i), 0) : 0.0;
     }
     EXPECT_GT(upper, 0.0);
     EXPECT_EQ(lower, 0.0);

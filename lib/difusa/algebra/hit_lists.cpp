@@ -16,6 +16,7 @@ namespace {
 /// quotient g >> r in unary (ones, then a zero) and the r low bits of g. A quotient of `escape` ones and more is
 /// written as `escape` ones followed by all 32 bits of g.
 constexpr unsigned escape = 24;
+constexpr unsigned most_low_bits = 31; ///< shifts of 32-bit gaps by 32 are not defined
 constexpr std::size_t header = 5;
 constexpr std::size_t slack = 8;
 
@@ -89,7 +90,10 @@ void HitLists::set(std::size_t j, std::vector<Index>& bins) {
     std::sort(bins.begin(), bins.end());
     // The best parameter for gaps that are distributed geometrically, about log2 of 0.69 times their mean.
     const double mean = bins.empty() ? 0.0 : static_cast<double>(bins.back()) / static_cast<double>(bins.size());
-    const unsigned r = mean < 1.5 ? 0 : static_cast<unsigned>(std::bit_width(static_cast<std::uint32_t>(0.69 * mean)));
+    const unsigned r =
+        mean < 1.5
+            ? 0
+            : std::min(most_low_bits, static_cast<unsigned>(std::bit_width(static_cast<std::uint32_t>(0.69 * mean))));
     block.codes.resize(block.codes.size() - (block.codes.empty() ? 0 : slack));
     block.begin.push_back(static_cast<std::uint32_t>(block.codes.size()));
     const auto count = static_cast<std::uint32_t>(bins.size());
