@@ -13,10 +13,14 @@ namespace difusa::test {
 class DenseOperator final : public LinearOperator {
   public:
     explicit DenseOperator(Eigen::MatrixXd K) : K_(std::move(K)) {}
-    std::size_t size() const override { return static_cast<std::size_t>(K_.rows()); }
+    std::size_t rows() const override { return static_cast<std::size_t>(K_.rows()); }
+    std::size_t columns() const override { return static_cast<std::size_t>(K_.cols()); }
     void apply(const Values& x, Values& y, const Execution& /*execution*/) const override {
         ++applications;
         y = K_ * x;
+    }
+    void apply_transpose(const Values& x, Values& y, const Execution& /*execution*/) const override {
+        y = K_.transpose() * x;
     }
     const Eigen::MatrixXd& matrix() const { return K_; }
 

@@ -41,7 +41,7 @@ inline BakeResult baked(const Scene& scene, const BakeOptions& options) {
 /// The light at points of a surface, as a bake evaluates it.
 inline PointValues at(const Scene& scene, const BakeOptions& options, const std::vector<SurfacePoint>& x) {
     const BakeResult result = baked(scene, options);
-    return result.solution.at(x, options.final_gather, 1, "test", Execution{});
+    return result.field().at(x, options.final_gather, 1, "test", Execution{});
 }
 
 } // namespace difusa::lit
