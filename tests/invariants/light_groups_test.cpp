@@ -49,20 +49,19 @@ TEST(LightGroups, AddUpToTheWhole) {
         options.sky = g == 3 ? scene.sky : Rgb(Rgb::Zero());
         const BakeResult one = baked(alone, options);
         // The solver stops at a residual of 1e-6 of the light; 1 / (1 - rho) times that is the error.
-        const double tolerance = 2.0 * 1e-6 / (1.0 - 0.6) * one.irradiance_direct.maxCoeff();
+        const double tolerance = 2.0 * 1e-6 / (1.0 - 0.6) * one.solution.direct.maxCoeff();
         ASSERT_EQ(one.output.B.rows(), B.rows());
         EXPECT_LT((one.output.B - whole.output.groups[g].B).cwiseAbs().maxCoeff(), tolerance) << names[g];
     }
     const double rounding = 64 * 0x1p-53 * whole.output.B.maxCoeff();
     EXPECT_LT((B - whole.output.B).cwiseAbs().maxCoeff(), rounding);
     EXPECT_LT((H - whole.output.H).cwiseAbs().maxCoeff(), rounding);
-    // And without groups it is the same solution: the solver treats other columns, and lamps draw alike. (Between the
-    // sites each light is kept within its own bounds.)
+    // And without groups it is the same solution: the solver treats other columns, and area lights draw alike.
     options.light_groups = false;
     options.sky.reset();
     const BakeResult together = baked(scene, options);
-    EXPECT_LT((together.irradiance - whole.irradiance).cwiseAbs().maxCoeff(),
-              2.0 * 1e-6 / (1.0 - 0.6) * together.irradiance_direct.maxCoeff());
+    EXPECT_LT((together.output.H - whole.output.H).cwiseAbs().maxCoeff(),
+              2.0 * 1e-6 / (1.0 - 0.6) * together.solution.direct.maxCoeff());
 }
 
 TEST(LightGroups, NamesAndOrder) {
@@ -78,14 +77,13 @@ TEST(LightGroups, NamesAndOrder) {
     scene.point_lights = {
         {Vec3::Zero(), Rgb::Ones()}, spot, {Vec3::Zero(), Rgb::Zero(), -Vec3::UnitZ(), -1, -1, "dark"}};
     scene.suns = {{Vec3::UnitZ(), Rgb::Ones(), "a"}, {Vec3::UnitZ(), Rgb::Ones()}};
-    const std::vector<LightGroup> groups = light_groups(scene);
-    ASSERT_EQ(groups.size(), 4U);
-    EXPECT_EQ(groups[0].name, "a");
-    EXPECT_EQ(groups[0].materials, (std::vector<char>{0, 1, 0}));
-    EXPECT_EQ(groups[0].suns, (std::vector<char>{1, 0}));
-    EXPECT_EQ(groups[1].name, "sun");
-    EXPECT_EQ(groups[2].name, "point");
-    EXPECT_EQ(groups[3].name, "spot");
+    const LightSets groups = light_groups(scene);
+    EXPECT_EQ(groups.names, (std::vector<std::string>{"a", "sun", "point", "spot"}));
+    EXPECT_EQ(groups.material[1], 0U);
+    EXPECT_EQ(groups.sun, (std::vector<Index>{0, 1}));
+    ASSERT_EQ(groups.point.size(), 3U);
+    EXPECT_EQ(groups.point[0], 2U);
+    EXPECT_EQ(groups.point[1], 3U);
 }
 
 /// Names are as files can hold them, and then no two groups have the same.
@@ -95,11 +93,7 @@ TEST(LightGroups, NamesThatFilesHold) {
     for (const char* name : {"a\x01", "a\x02", "a\n", "a_", "\xff", "\xed\xa0\x80", "ρ & <\"x\">"}) {
         scene.suns.push_back({up, Rgb::Ones(), name});
     }
-    std::vector<std::string> names;
-    for (const LightGroup& group : light_groups(scene)) {
-        names.push_back(group.name);
-    }
-    EXPECT_EQ(names, (std::vector<std::string>{"a_", "_", "___", "ρ & <\"x\">"}));
+    EXPECT_EQ(light_groups(scene).names, (std::vector<std::string>{"a_", "_", "___", "ρ & <\"x\">"}));
 }
 
 } // namespace

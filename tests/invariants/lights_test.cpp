@@ -44,8 +44,8 @@ TEST(PointLights, PowerInAClosedSphere) {
     }
     EXPECT_NEAR(received, 12.0 * pi, 12.0 * pi * 1e-3); // facets: cos / r² varies by less than 2 % over each
     // All light ends absorbed: H = E_direct / (1 - rho) on average.
-    EXPECT_NEAR(result.energy.from_lights[0], 12.0 * pi, 12.0 * pi * 0.01);
-    EXPECT_LT(std::abs((*result.energy.imbalance)[0]), 1e-2);
+    EXPECT_NEAR(result.solution.energy.from_lights[0], 12.0 * pi, 12.0 * pi * 0.01);
+    EXPECT_LT(std::abs(result.solution.energy.imbalance[0]), 1e-2);
     EXPECT_NEAR(result.output.H.col(0).mean(), 2.0 * 3.0 / 4.0, 0.02);
 }
 
@@ -121,7 +121,7 @@ TEST(PointLights, OnAFaceLightsTheWholeRoom) {
         for (Index t = 0; t < mesh.triangles.size(); ++t) {
             x.push_back(mesh.at(t, 1.0 / 3.0, 1.0 / 3.0));
         }
-        const PointValues values = result.solution.at(x, 0, 1, "test", Execution{});
+        const PointValues values = result.field().at(x, 0, 1, "test", Execution{});
         for (std::size_t t = 0; t < x.size(); ++t) {
             const Vec3 way = scene.point_lights[0].position - x[t].position;
             const double exact = x[t].position.z() < 1.0 ? x[t].normal.dot(way) / std::pow(way.norm(), 3) : 0.0;
@@ -241,10 +241,10 @@ TEST(ManyLights, TheErrorOfStandingForEachOtherIsInsideTheBound) {
     BakeOptions options = quick(0.25);
     options.error_points = 512;
     const BakeResult result = baked(scene, options);
-    ASSERT_EQ(result.lamps, 2U * across * across);
+    ASSERT_EQ(result.solution.area_lights, 2U * across * across);
     const Mesh& mesh = result.scene->mesh;
     const std::vector<SurfacePoint> x = even_points(mesh, 400, RandomStream(2, "judged"));
-    const PointValues values = result.solution.at(x, 0, 3, "judged", Execution{});
+    const PointValues values = result.field().at(x, 0, 3, "judged", Execution{});
     double squares = 0.0, light = 0.0;
     for (std::size_t i = 0; i < x.size(); ++i) {
         double H = 0.0;

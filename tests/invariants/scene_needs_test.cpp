@@ -1,7 +1,6 @@
 // What a scene does not need is not computed, and what a bake says of a scene.
 #include <difusa/bake.h>
 #include <difusa/import/shapes.h>
-#include <difusa/transport/gather.h>
 
 #include <support/lit_scenes.h>
 #include <support/rooms.h>
@@ -25,25 +24,25 @@ TEST(OnlyWhatTheSceneNeeds, AConvexEmptyRoomCastsNoShadowRays) {
         BakeOptions options = quick(0.2);
         options.transport = transport;
         const BakeResult result = baked(scene, options);
-        EXPECT_EQ(result.lamps, 1U);
-        EXPECT_EQ(result.segments, 0U) << transport;
-        EXPECT_EQ(result.output_segments, 0U);
+        EXPECT_EQ(result.solution.area_lights, 1U);
+        EXPECT_EQ(result.journal.count_of("segments"), 0U) << transport;
+        EXPECT_EQ(result.journal.count_of("output segments"), 0U);
         EXPECT_EQ(result.channels, 1);
     }
     // A small block in it, and there are rays.
     add(scene.mesh, plain_box(Vec3::Constant(0.4), Vec3::Constant(0.6), 1, Front::outside), 0);
     EXPECT_FALSE(scene.mesh.convex);
-    EXPECT_GT(baked(scene, quick(0.2)).segments, 0U);
+    EXPECT_GT(baked(scene, quick(0.2)).journal.count_of("segments"), 0U);
 }
 
 TEST(OnlyWhatTheSceneNeeds, WithoutSharpLightsThereAreNoShadowRays) {
     Scene scene = scene_of(test::room_with_block(), 0.5);
     scene.materials[0].emission = Rgb::Ones();
     const BakeResult result = baked(scene, quick(0.2));
-    EXPECT_EQ(result.segments, 0U);
-    EXPECT_EQ(result.rays, result.sites->size() * 64);
+    EXPECT_EQ(result.journal.count_of("segments"), 0U);
+    EXPECT_EQ(result.journal.count_of("rays"), result.sites->size() * 64);
     const auto saved = [&](const std::string& what) {
-        return std::any_of(result.savings.begin(), result.savings.end(),
+        return std::any_of(result.journal.savings().begin(), result.journal.savings().end(),
                            [&](const Saving& saving) { return saving.what == what && saving.amount > 0.0; });
     };
     EXPECT_TRUE(saved("sky"));
@@ -108,9 +107,10 @@ TEST(Bake, SaysWhichEmittersFaceAway) {
     add(scene.mesh, rectangle(Vec3(0.4, 0.4, 2), Vec3(0.1, 0, 0), Vec3(0, 0.1, 0)), 1); // above the room, facing up
     scene.point_lights = {{Vec3(0.5, 0.5, 0.5), Rgb::Ones()}};
     const BakeResult result = baked(scene, quick(0.3));
-    const bool said = std::any_of(result.notes.begin(), result.notes.end(), [](const std::string& note) {
-        return note.find("2 emitting triangles light nothing, the first of them of face 12 (material bulb)") == 0;
-    });
+    const bool said =
+        std::any_of(result.journal.notes().begin(), result.journal.notes().end(), [](const std::string& note) {
+            return note.find("2 emitting triangles light nothing, the first of them of face 12 (material bulb)") == 0;
+        });
     EXPECT_TRUE(said);
     add(scene.mesh, rectangle(Vec3(0.4, 0.4, 0.9), Vec3(0, 0.1, 0), Vec3(0.1, 0, 0)), 1); // in the room, facing down
     scene.point_lights.clear();

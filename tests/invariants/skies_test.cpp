@@ -5,7 +5,8 @@
 #include <difusa/mesh/surface_sampling.h>
 #include <difusa/rays/brute_force.h>
 #include <difusa/scene/sky_dome.h>
-#include <difusa/transport/gather.h>
+#include <difusa/scene/sky_parts.h>
+#include <difusa/transport/gathered.h>
 
 #include <support/lit_scenes.h>
 
@@ -32,9 +33,7 @@ TEST(Skies, ThroughAWindowLikeALampOfItsShape) {
     constexpr std::size_t N = 4096;
     BruteForceVisibility visibility;
     visibility.build(scene.mesh);
-    const SiteSet sites = test::poisson_sites(scene.mesh, 40.0);
-    const auto basis = test::plugin<Basis>("shepard");
-    basis->bind(scene.mesh, sites);
+    const Surfels surfels(scene.mesh, 30.0, Execution{});
     std::vector<SurfacePoint> x;
     for (const SurfacePoint& p : even_points(mesh, 100000, RandomStream(1, "points"))) {
         if (p.position.z() == 0.0) {
@@ -47,9 +46,11 @@ TEST(Skies, ThroughAWindowLikeALampOfItsShape) {
             scene.sky = Rgb::Zero();
             scene.dome = std::make_shared<GradientSky>(Rgb::Ones(), Rgb::Ones(), Rgb::Ones(), Vec3::UnitZ());
         }
-        const Transport transport =
-            gather(scene, x, *basis, visibility, *test::plugin<Directions>("low-discrepancy"), N, 1, Execution{});
-        const Values H = direct_irradiance(scene, all_lights(scene), transport, 1, Execution{});
+        const LightTransport transport = gathered({scene.mesh, visibility}, x, surfels,
+                                                  *test::plugin<Directions>("low-discrepancy"), N, 1, Execution{});
+        Values H;
+        transport.gather(Values::Zero(static_cast<Eigen::Index>(surfels.size()), 1), sky_radiosity(scene, 1), H,
+                         Execution{});
         for (std::size_t i = 0; i < x.size(); ++i) {
             const Vec3 p(-h, -h, 1), q(-h, h, 1), r(h, h, 1), s(h, -h, 1);
             const double F = lambert_form_factor(x[i].position, Vec3::UnitZ(), p, q, r) +

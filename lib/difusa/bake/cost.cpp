@@ -12,12 +12,32 @@ namespace difusa {
 namespace {
 
 constexpr double surfels_per_site = 4.0;   ///< an upper estimate
-constexpr double light_samples = 6.0;      ///< on each of them, in the mean
 constexpr double bytes_per_ray = 2.5;      ///< of a HitLists, an upper estimate
 constexpr double bytes_per_surfel = 250.0; ///< of surfels, averages and their light
 constexpr double pooled_directions = 32.0; ///< sets of directions in a DirectionPool
-constexpr double settled_rounds = 2.0;     ///< of shadow rays towards area lights
 constexpr double other_work = 1.25;        ///< over the time of rays
+
+/// How hard direct light is to evaluate.
+struct ShadowRays {
+    double samples;     ///< on a surfel
+    std::size_t rounds; ///< towards area lights, from a point
+};
+constexpr ShadowRays most{20.0, AreaLights::most_rounds}, usual{6.0, 2};
+constexpr std::size_t rays_of_round = 64;
+
+/// Visibility segments of a bake up to its field.
+std::size_t segments_for(std::size_t sites, const BakeResult& result, const Choices& choices, const DirectLight& lights,
+                         const ShadowRays& needed) {
+    const std::size_t points = gather_points(choices.projection, sites);
+    const double on_surfels =
+        surfels_per_site * static_cast<double>(sites) * needed.samples * static_cast<double>(lights.rays_per_point(1));
+    std::size_t segments =
+        static_cast<std::size_t>(on_surfels) + points * lights.rays_per_point(needed.rounds * rays_of_round);
+    if (lights.any()) {
+        segments += points * ((result.options.rays + 1) / 2); // towards points drawn on bright surfels
+    }
+    return choices.pairwise ? segments + sites * (sites - 1) / 2 : segments;
+}
 
 } // namespace
 
@@ -36,16 +56,10 @@ BakeEstimate estimate_cost(const BakeResult& result, const Choices& choices, con
     const std::size_t points = gather_points(choices.projection, sites);
     const auto n = static_cast<double>(sites), rays = static_cast<double>(result.options.rays);
     estimate.rays = points * result.options.rays;
-    const double on_surfels = surfels_per_site * n * light_samples * static_cast<double>(lights.rays_per_point(1));
-    const double at_points = n * settled_rounds * static_cast<double>(lights.rays_per_point(32));
-    estimate.segments = static_cast<std::size_t>(on_surfels + at_points);
-    if (lights.any()) {
-        estimate.segments += estimate.rays / 2; // points drawn on bright surfels
-    }
+    estimate.segments = segments_for(sites, result, choices, lights, most);
     estimate.transport_bytes =
         static_cast<double>(points) * rays * bytes_per_ray + surfels_per_site * n * bytes_per_surfel;
     if (choices.pairwise) {
-        estimate.segments += sites * (sites - 1) / 2;
         // Lists of who sees whom, then the matrix.
         estimate.transport_bytes += n * n * (2.0 * sizeof(Index) + sizeof(double));
     }
@@ -72,7 +86,8 @@ void time_sample(BakeEstimate& estimate, const BakeResult& result, const Choices
     }
     const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
     const double each = took.count() / static_cast<double>(sample * pool.count() * execution.threads) * other_work;
-    estimate.seconds = each * static_cast<double>(estimate.rays + estimate.segments);
+    estimate.seconds =
+        each * static_cast<double>(estimate.rays + segments_for(sites.size(), result, choices, lights, usual));
     const auto gathered_twice = [&](std::size_t points, std::size_t half) {
         const std::size_t shadow = lights.rays_per_point(1);
         estimate.further_rays += 2 * points * half;

@@ -123,9 +123,12 @@ LightTransport pairwise(const Tracer& tracer, const Discretisation& discretisati
             sees[j] = {};
         }
     });
+    // A_s / sigma_s, 0 where no basis function lives. Exactly A_s for a partition of unity.
+    Values sigma;
+    discretisation.averages->apply(Values::Ones(static_cast<Eigen::Index>(n), 1), sigma, execution);
     Eigen::VectorXd surfel_area(static_cast<Eigen::Index>(surfels.size()));
     for (Index s = 0; s < surfels.size(); ++s) {
-        surfel_area[s] = surfels.area(s);
+        surfel_area[s] = sigma(s, 0) > 0.0 ? surfels.area(s) / sigma(s, 0) : 0.0;
     }
     Eigen::VectorXd inverse_area(static_cast<Eigen::Index>(n));
     for (std::size_t k = 0; k < n; ++k) {

@@ -1,6 +1,7 @@
 // Transport between pairs of sites (T 5.7): a surfel's radiosity is handed to the basis functions that live on it, and
 // each of these acts as a patch at its site, with a form-factor kernel:
-//     D = S M,   S_jk = V(x_j, x_k) F(x_j, x_k) A_k,   M_ks = P_sk A_s / A_k.
+//     D = S M,   S_jk = V(x_j, x_k) F(x_j, x_k) A_k,   M_ks = (P_sk / sigma_s) A_s / A_k,   sigma_s = sum_i P_si.
+// All of the surfel is handed on, once, also where the basis is no partition of unity and sigma is not 1.
 // Costs #S (#S - 1) / 2 visibility segments and memory for every pair that sees each other.
 //
 // Nothing bounds the row sums: where sites are closer than the kernel allows, or the areas are too large, their sum
