@@ -137,6 +137,9 @@ void apply(benchmark::State& state, const Setting& setting) {
     for (std::size_t k = 0; k < sample_size; ++k) {
         std::vector<Index> row = bins[k];
         lists.set(k, row);
+        if (k % 16 == 15) {
+            lists.close_block(k - 15);
+        }
     }
     const Values b = Values::Ones(static_cast<Eigen::Index>(setting.surfels.size()), 3);
     Values h;

@@ -44,8 +44,7 @@ struct Options {
     std::size_t triangles = 240'000, sites = 10'000, rays = 256, repeat = 5;
 
     Options(int argc, char** argv) {
-        const std::map<std::string, std::string*> words{
-            {"--mesh", &mesh}, {"--basis", &basis}, {"--visibility", &visibility}};
+        const std::map<std::string, std::string*> words{{"--mesh", &mesh}, {"--visibility", &visibility}};
         const std::map<std::string, std::size_t*> counts{
             {"--triangles", &triangles}, {"--sites", &sites}, {"--rays", &rays}, {"--repeat", &repeat}};
         for (int i = 1; i < argc; i += 2) {

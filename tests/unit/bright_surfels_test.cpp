@@ -136,14 +136,14 @@ TEST_F(SunThroughAHole, RaysAndPlacesTogetherBringWhatLambertSays) {
     }
     EXPECT_LT(both, 0.1 * bound);
     EXPECT_LT(surfels_too, 0.1 * bound);
-    EXPECT_LT(both, 0.1 * rays); // ten times the rays for the same error
+    EXPECT_LT(both, 0.2 * rays); // five times the rays and more for the same error, with half as many places
 }
 
 /// A mean over many points has next to no noise left, so that what the cells miss at the border would show.
 TEST_F(SunThroughAHole, NothingIsMissedOrCountedTwice) {
     constexpr std::size_t N = 16;
     double sum = 0.0, exact = 0.0, variance = 0.0;
-    const std::vector<SurfacePoint> points = on_wall(4000);
+    const std::vector<SurfacePoint> points = on_wall(8000);
     const DirectionPool pool(*directions, N, 3);
     for (std::size_t i = 0; i < points.size(); ++i) {
         const double expected = 0.5 * form_factor(points[i]);

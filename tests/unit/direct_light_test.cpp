@@ -123,6 +123,9 @@ TEST(DirectLight, SetsAddUp) {
     lit.scene.materials.resize(3);
     lit.scene.materials[1].emission = Rgb::Constant(5.0);
     lit.scene.materials[2].emission = Rgb(0, 7, 0);
+    lit.scene.materials[1].name = "one lamp";
+    lit.scene.materials[2].name = "other lamp";
+    lit.scene.suns[1].name = "other sun";
     add(lit.scene.mesh, rectangle(Vec3(1.4, 1.2, 3), Vec3(0, 0.5, 0), Vec3(0.5, 0, 0)), 1);
     add(lit.scene.mesh, rectangle(Vec3(2.4, 3.2, 3), Vec3(0, 0.5, 0), Vec3(0.5, 0, 0)), 2);
     PointLight bulb;

@@ -88,16 +88,21 @@ TEST(Discretisation, SaysWhatNoElementCovers) {
     }
 }
 
-/// About three surfels a site.
+/// About three surfels a site, and some more where the sides of triangles are little longer than those of surfels: a
+/// right triangle with a longest side of 1.45 edges makes two surfels of a quarter of a square each.
 TEST(Discretisation, HasSurfelsSomewhatSmallerThanElements) {
-    for (const Mesh& mesh : {test::grid(1, 1), test::box(1.0, 40), test::l_room()}) {
-        const double spacing = 0.02 * mesh.diameter();
-        const SiteSet sites = test::poisson_sites(mesh, spacing);
+    const auto expect = [](const Mesh& mesh, double spacing, double most) {
+        const auto sites = static_cast<double>(test::poisson_sites(mesh, spacing).size());
         const Surfels surfels(mesh, Discretisation::surfel_edge(spacing), Execution{});
-        // Sites at least s apart take between (pi/4) s²/0.9069 and half a hexagon's area more, surfels s²/2 or less.
-        EXPECT_GE(surfels.size(), static_cast<std::size_t>(1.5 * static_cast<double>(sites.size())));
-        EXPECT_LE(surfels.size(), 6 * sites.size());
-    }
+        // Disks of half the spacing about sites take at most 0.91 of a plane, squares of surfels all of it: at most
+        // 0.91 / (pi/4) sites and at least 2 surfels for the square of a spacing.
+        EXPECT_GE(static_cast<double>(surfels.size()), 2.0 * (std::numbers::pi / 4.0) / 0.91 * sites);
+        EXPECT_LE(static_cast<double>(surfels.size()), most * sites);
+    };
+    expect(test::grid(1, 1), 0.02, 4.0);
+    expect(test::l_room(), 0.06, 4.0);
+    expect(test::box(1.0, 100), 0.035, 6.0);
+    expect(test::box(1.0, 40), 0.035, 12.0);
 }
 
 } // namespace

@@ -235,7 +235,7 @@ TEST(ProjectionKinds, LimitedPartsAddUpToTheLimitedSum) {
     }
     const Values sum = sum_of_parts(values, 3), wild_sum = sum_of_parts(wild, 3);
     ASSERT_EQ(sum.cols(), 3);
-    EXPECT_LE((sum - values.leftCols(3) - values.rightCols(3)).cwiseAbs().maxCoeff(), 0.0);
+    EXPECT_LE((sum - values.leftCols(3) - values.rightCols(3)).cwiseAbs().maxCoeff(), 0x1p-50);
     const Values kept = limited_parts(*setting.basis, setting.sites, values, wild, 3, Execution{});
     const Values whole = limited(*setting.basis, setting.sites, sum, wild_sum, Execution{});
     EXPECT_LE((sum_of_parts(kept, 3) - whole).cwiseAbs().maxCoeff(), 16 * 0x1p-53 * wild.cwiseAbs().maxCoeff());

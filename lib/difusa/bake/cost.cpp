@@ -1,17 +1,18 @@
 #include <difusa/bake/cost.h>
 
 #include <difusa/core/memory.h>
+#include <difusa/discretisation/discretisation.h>
 #include <difusa/mesh/output_mesh.h>
 #include <difusa/rays/tracer.h>
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 
 namespace difusa {
 
 namespace {
 
-constexpr double surfels_per_site = 4.0;   ///< an upper estimate
 constexpr double bytes_per_ray = 2.5;      ///< of a HitLists, an upper estimate
 constexpr double bytes_per_surfel = 250.0; ///< of surfels, averages and their light
 constexpr double pooled_directions = 32.0; ///< sets of directions in a DirectionPool
@@ -25,12 +26,33 @@ struct ShadowRays {
 constexpr ShadowRays most{20.0, AreaLights::most_rounds}, usual{6.0, 2};
 constexpr std::size_t rays_of_round = 64;
 
+/// How many surfels there will be; an upper estimate.
+double surfels_of(const Mesh& mesh, double edge) {
+    double in_grids = 0.0, small = 0.0, small_area = 0.0;
+    for (Index t = 0; t < mesh.triangles.size(); ++t) {
+        double longest = 0.0;
+        for (int k = 0; k < 3; ++k) {
+            longest = std::max(longest, (mesh.corner(t, (k + 1) % 3) - mesh.corner(t, k)).norm());
+        }
+        if (longest > edge) {
+            // Half of the rectangle's squares, and those that the two other sides cross.
+            const double across = std::ceil(longest / edge), up = std::ceil(2.0 * mesh.areas[t] / longest / edge);
+            in_grids += std::min(across * up, 0.5 * across * up + across + up);
+        } else {
+            small += 1.0;
+            small_area += mesh.areas[t];
+        }
+    }
+    // A plane meets at most sqrt(3) cubes for the area of a square; curved surfaces turn sideways in some.
+    return in_grids + std::min(small, 3.0 * small_area / (edge * edge) + 1.0);
+}
+
 /// Visibility segments of a bake up to its field.
 std::size_t segments_for(std::size_t sites, const BakeResult& result, const Choices& choices, const DirectLight& lights,
                          const ShadowRays& needed) {
     const std::size_t points = gather_points(choices.projection, sites);
-    const double on_surfels =
-        surfels_per_site * static_cast<double>(sites) * needed.samples * static_cast<double>(lights.rays_per_point(1));
+    const double on_surfels = surfels_of(result.scene->mesh, Discretisation::surfel_edge(result.options.spacing)) *
+                              needed.samples * static_cast<double>(lights.rays_per_point(1));
     std::size_t segments =
         static_cast<std::size_t>(on_surfels) + points * lights.rays_per_point(needed.rounds * rays_of_round);
     if (lights.any()) {
@@ -58,7 +80,8 @@ BakeEstimate estimate_cost(const BakeResult& result, const Choices& choices, con
     estimate.rays = points * result.options.rays;
     estimate.segments = segments_for(sites, result, choices, lights, most);
     estimate.transport_bytes =
-        static_cast<double>(points) * rays * bytes_per_ray + surfels_per_site * n * bytes_per_surfel;
+        static_cast<double>(points) * rays * bytes_per_ray +
+        surfels_of(result.scene->mesh, Discretisation::surfel_edge(result.options.spacing)) * bytes_per_surfel;
     if (choices.pairwise) {
         // Lists of who sees whom, then the matrix.
         estimate.transport_bytes += n * n * (2.0 * sizeof(Index) + sizeof(double));

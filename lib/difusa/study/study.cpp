@@ -142,7 +142,7 @@ std::string chart(const std::vector<Measurement>& measurements, const std::strin
 
 std::string method_of(const Measurement& m) {
     std::string method = m.options.basis;
-    method += m.options.projection == "natural" ? "" : ", " + m.options.projection;
+    method += m.options.projection.empty() || m.options.projection == "natural" ? "" : ", " + m.options.projection;
     method += m.options.transport == "gather" ? "" : ", " + m.options.transport;
     method += m.options.final_gather == 0 ? "" : ", final gather " + std::to_string(m.options.final_gather);
     return method;
