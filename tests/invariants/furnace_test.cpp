@@ -98,7 +98,7 @@ TEST(Furnace, GatherIsExactForPartitionsOfUnityAndWithinItsBoundElse) {
                 }
                 // The swings of solved coefficients count in the norm: a basis without unity gets less reflectance.
                 const bool unity = furnace.discretisation.basis->partition_of_unity();
-                for (const double rho : unity ? std::vector<double>{0.5, 0.95} : std::vector<double>{0.1}) {
+                for (const double rho : unity ? std::vector<double>{0.5, 0.95} : std::vector<double>{0.05}) {
                     expect_furnace(furnace, transport, rho, 1e-10);
                 }
             }

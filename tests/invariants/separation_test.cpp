@@ -31,7 +31,7 @@ Mesh room() {
     add(mesh, rectangle(Vec3(0, 2, 0), Vec3(2, 0, 0), Vec3(0, 0, 1.5), 4, 4), 3);       // y = 2
     add(mesh, plain_box(Vec3(0.9, 0.5, 0), Vec3(1.0, 1.5, 0.6), 1, Front::outside), 1); // stands on the floor
     add(mesh, rectangle(Vec3(0.4, 0.4, 1.4), Vec3(0, 0.15, 0), Vec3(0.15, 0, 0)), 2);   // lamp
-    mesh.corner_texture.assign(mesh.triangles.size(), {});
+    mesh.corner_texture.resize(mesh.triangles.size());
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         for (int k = 0; k < 3; ++k) {
             const Vec3& p = mesh.corner(static_cast<Index>(t), k);
@@ -96,13 +96,7 @@ BakeOptions options_for(const std::string& transport, const std::string& basis =
     options.transport = transport;
     options.basis = basis;
     options.every_surface = true;
-    options.sky = Rgb::Zero();
     return options;
-}
-
-BakeResult baked_in(const Scene& scene, BakeOptions options) {
-    options.sky = scene.sky; // that of the scene, also if it is dark
-    return baked(scene, options);
 }
 
 Values random_values(std::size_t rows, Eigen::Index columns, const char* name) {
@@ -197,7 +191,7 @@ TEST(Separation, TheOperatorKnowsNothingOfLight) {
             std::shared_ptr<const RadiositySystem> first;
             for (const auto& [name, scene] : lightings()) {
                 SCOPED_TRACE(name + ", " + transport + ", " + basis);
-                const BakeResult result = baked_in(scene, options);
+                const BakeResult result = baked(scene, options);
                 if (first) {
                     expect_same_system(*first, *result.system);
                 } else {
@@ -211,7 +205,7 @@ TEST(Separation, TheOperatorKnowsNothingOfLight) {
 TEST(Separation, TheScenesDifferInTheirAreaLights) {
     std::vector<std::size_t> lights;
     for (const auto& [name, scene] : lightings()) {
-        lights.push_back(baked_in(scene, options_for("gather")).solution.area_lights);
+        lights.push_back(baked(scene, options_for("gather")).solution.area_lights);
     }
     EXPECT_EQ(lights[0], 0U);
     EXPECT_EQ(lights[1], 2U);
@@ -225,9 +219,9 @@ TEST(Separation, OneSystemServesAllLights) {
             BakeOptions options = options_for(transport);
             options.light_groups = groups;
             const auto scenes = lightings();
-            const BakeResult first = baked_in(scenes.front().second, options);
+            const BakeResult first = baked(scenes.front().second, options);
             for (const auto& [name, scene] : scenes) {
-                const BakeResult fresh = baked_in(scene, options);
+                const BakeResult fresh = baked(scene, options);
                 LightingOptions how{groups ? light_groups(*fresh.scene) : all_lights(*fresh.scene)};
                 how.solve = fresh.options.solve;
                 const Solution relit = first.system->solve(fresh.scene, how, Execution{2, nullptr, nullptr});
@@ -274,7 +268,7 @@ class CountingVisibility final : public Visibility {
 
 TEST(Separation, LightingASystemCastsNoFirstHitRay) {
     const auto scenes = lightings();
-    const BakeResult first = baked_in(scenes.front().second, options_for("gather"));
+    const BakeResult first = baked(scenes.front().second, options_for("gather"));
     SystemParts parts = first.system->parts();
     const auto counting = std::make_shared<CountingVisibility>(parts.engine);
     parts.engine = counting;
@@ -298,7 +292,7 @@ TEST(Separation, LightingASystemCastsNoFirstHitRay) {
 }
 
 TEST(Separation, AnotherSurfaceIsRefused) {
-    const BakeResult result = baked_in(lightings().front().second, options_for("gather"));
+    const BakeResult result = baked(lightings().front().second, options_for("gather"));
     auto other = std::make_shared<Scene>(*result.scene);
     other->mesh.points[0] += Vec3(0.0, 0.0, 0.25);
     other->mesh.derive();

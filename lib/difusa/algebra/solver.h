@@ -15,8 +15,11 @@ struct SolveProblem {
     Values g; ///< #points by #columns, W/m²
 };
 
+/// A residual of so much of max|h| is rounding: of sums over the rays of a point, of which there may be hundreds.
+inline constexpr double rounding_of_residual = 0x1p-46;
+
 struct SolveOptions {
-    double tolerance = 1e-6; ///< on max|g + T h - h| / max|g|, per column
+    double tolerance = 1e-6; ///< on max|g + T h - h| / max|g|, per column; a residual of mere rounding will do, too
     int max_iterations = 1000;
 };
 
