@@ -103,7 +103,7 @@ std::vector<WallSection> wall_sections(const Mesh& mesh, const Execution& execut
         if (i % 1024 == 0) {
             execution.check();
         }
-        const auto [region, wall] = separators[i];
+        const Index region = separators[i].region, wall = separators[i].triangle;
         const Vec3 margin = Vec3::Constant(rounding);
         const Box box = box_of(mesh, wall);
         met.clear();
