@@ -24,8 +24,8 @@ struct Discretisation {
     std::shared_ptr<const Projection> projection;  ///< irradiance at the points to coefficients, in the equation
     std::shared_ptr<const Projection> evaluation;  ///< likewise, of the field that is evaluated
 
-    /// The side of surfels for sites at a spacing: then there are about three a site.
-    static double surfel_edge(double spacing) { return 0.7071067811865476 * spacing; }
+    /// The side of surfels for sites at a spacing: then there are about six a site.
+    static double surfel_edge(double spacing) { return 0.5 * spacing; }
 };
 
 /// A_i = ∫ phi_i dA, as sums over surfels for sites at this spacing.
