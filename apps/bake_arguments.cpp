@@ -87,17 +87,15 @@ void add_scene_arguments(CLI::App& app, BakeOptions& options) {
 
 } // namespace
 
-CLI::Option* add_light_arguments(CLI::App& app, BakeOptions& options, const std::string& group) {
+void add_light_arguments(CLI::App& app, BakeOptions& options, const std::string& group) {
     add_name(app, "--direct", options.direct,
-             "light of suns and lamps: exact (computed at the very point) or interpolated between sites (as in the "
-             "dissertation)",
+             "light of suns, point lights and area lights: exact (evaluated at each point, outside the linear system) "
+             "or interpolated (carried by the basis, as in the dissertation)",
              group);
-    add_name(app, "--first-bounce", options.first_bounce,
-             "light of suns and lamps after one reflection: gathered where rays hit and on bright surfaces (default; "
-             "sharp), or interpolated between sites (fewer rays; the way of pairwise)",
+    add_name(app, "--visibility", options.visibility,
+             "ray casting: embree (fast) or cgal (the reference); auto: embree where it is there, otherwise cgal",
              group);
-    add_name(app, "--visibility", options.visibility, "ray casting: cgal (reference) or embree (fast)", group);
-    return add_name(app, "--kernel", options.kernel, "form factor of pairwise transport: disc or point", group);
+    add_name(app, "--kernel", options.kernel, "form factor of pairwise transport: disc (default) or point", group);
 }
 
 void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::string& gathered) {
@@ -105,15 +103,11 @@ void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::stri
     const std::string discretisation = "Discretisation";
     add_site_arguments(app, options, discretisation);
     add_name(app, "--projection", options.projection,
-             "coefficients: natural (as the basis says), interpolation, corrected:sweeps=2, least-squares:points=3, "
-             "galerkin:points=3",
+             "how coefficients follow from light: natural (the values at the sites, or solved for where the basis "
+             "needs it), corrected:sweeps=2,in=field (residual put back; in=equation: also in the equation), "
+             "interpolation, least-squares:points=3, galerkin:points=3 (default: corrected, or natural where there is "
+             "no residual)",
              discretisation);
-
-    add_whole(app, "--correction", options.correction, 0,
-              "sweeps of residual correction of the coefficients the field is evaluated with; 0: as in the equation")
-        ->group(discretisation)
-        ->type_name("SWEEPS")
-        ->default_str(shown(options.correction));
 
     const std::string transport = "Light transport";
     add_name(app, "--transport", options.transport, "gather (rays from sites) or pairwise (form factors)", transport);
@@ -122,7 +116,7 @@ void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::stri
         ->type_name("N")
         ->default_str(shown(options.rays));
     add_name(app, "--directions", options.directions, "directions of the rays", transport);
-    arguments.kernel = add_light_arguments(app, options, transport);
+    add_light_arguments(app, options, transport);
     add_name(app, "--solver", options.solver, "krylov or jacobi", transport);
     add_parsed(app, "--tolerance", options.solve.tolerance,
                "largest residual, relative to the light that is not reflected yet", parse_positive)
@@ -164,8 +158,7 @@ void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::stri
     app.add_option("--report", arguments.files.report, "write a report as JSON")->group(output)->type_name("FILE.json");
 }
 
-BakeOptions bake_options(const BakeArguments& arguments, const Registry& registry) {
-    registry.describe("kernel", arguments.options.kernel); // a wrong name is a mistake even where none is needed
+BakeOptions bake_options(const BakeArguments& arguments) {
     BakeOptions options = arguments.options;
     if (!arguments.at.empty()) {
         options.at = read_point_list(arguments.at);
@@ -189,12 +182,6 @@ void check_bake_outputs(const BakeArguments& arguments, std::vector<OutputName> 
         inputs.emplace_back(arguments.at, "the list of places");
     }
     check_outputs(outputs, inputs);
-}
-
-void note_unused(const BakeArguments& arguments, BakeResult& result) {
-    if (arguments.kernel->count() > 0 && result.options.transport.rfind("pairwise", 0) != 0) {
-        result.notes.push_back("--kernel has no effect on --transport " + result.options.transport);
-    }
 }
 
 } // namespace difusa

@@ -39,15 +39,14 @@ template <class Options> void add_site_arguments(CLI::App& app, Options& options
         ->default_str(shown(options.neighbours));
 }
 
-/// --direct --first-bounce --kernel --visibility; returns that of --kernel.
-CLI::Option* add_light_arguments(CLI::App& app, BakeOptions& options, const std::string& group);
+/// --direct --visibility --kernel.
+void add_light_arguments(CLI::App& app, BakeOptions& options, const std::string& group);
 
 /// What these options were set to.
 struct BakeArguments {
     BakeOptions options;      ///< but for `at`
     BakeFiles files;          ///< sites, listed and report
     std::filesystem::path at; ///< file with places
-    const CLI::Option* kernel = nullptr;
 };
 
 /// All options of a bake but those of its output mesh and of --seed, in groups; `gathered` says where --final-gather
@@ -58,11 +57,7 @@ void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::stri
 void check_bake_outputs(const BakeArguments& arguments, std::vector<OutputName> outputs,
                         std::vector<std::pair<std::filesystem::path, std::string>> inputs);
 
-/// The options with the places of --at read. Throws UsageError for an unknown kernel, also where none is needed, and
-/// what reading the places throws.
-BakeOptions bake_options(const BakeArguments& arguments, const Registry& registry);
-
-/// Adds notes on options that were given and have no effect.
-void note_unused(const BakeArguments& arguments, BakeResult& result);
+/// The options with the places of --at read. Throws what reading them throws.
+BakeOptions bake_options(const BakeArguments& arguments);
 
 } // namespace difusa

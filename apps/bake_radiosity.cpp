@@ -5,6 +5,7 @@
 #include <difusa/bake.h>
 #include <difusa/import/text_scanner.h>
 #include <difusa/output/bake_files.h>
+#include <difusa/rays/visibility_choice.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -29,7 +30,7 @@ Examples:
       a finer bake for MeshLab; the lamps are the materials with Ke
   bake_radiosity room.obj out.vtp --basis shepard:k=3 --spacing 0.05 --report out.json --sites-output sites.vtp
       another basis, a given distance between sites, a report, and the sites as points
-  bake_radiosity hall.ply out.vtp --sky 1,1.1,1.3 --reflectance 0.7 --visibility embree
+  bake_radiosity hall.ply out.vtp --sky 1,1.1,1.3 --reflectance 0.7
       sky light on a mesh without colours, fast rays
   bake_radiosity room.obj out.vtp --dry-run
       how many sites and rays, how much memory and time
@@ -84,6 +85,13 @@ void list_plugins(const difusa::Registry& registry) {
         if (description.kind != kind) {
             kind = description.kind;
             std::cout << kind << "\n";
+            if (kind == difusa::kind_of<difusa::Visibility>()) {
+                std::cout << "  auto  The first of";
+                for (const std::string_view name : difusa::preferred_visibility) {
+                    std::cout << " " << name << ",";
+                }
+                std::cout << " and any other that is found and can be started (the default).\n";
+            }
         }
         std::cout << "  " << description.name << "  " << description.summary << "\n";
         for (const difusa::ParameterSpec& parameter : description.parameters) {
@@ -130,12 +138,12 @@ void print_details(const difusa::BakeResult& result) {
     for (const auto& [kind, choice] : result.plugins) {
         std::cout << kind << ": " << choice << "\n";
     }
-    for (const auto& [phase, took] : result.seconds) {
+    for (const auto& [phase, took] : result.journal.seconds()) {
         std::cout << "time, " << phase << ": " << difusa::format_seconds(took) << "\n";
     }
-    for (std::size_t c = 0; c < result.solve.residual_history.size(); ++c) {
+    for (std::size_t c = 0; c < result.solution.solve.residual_history.size(); ++c) {
         std::cout << "residuals, channel " << c << ":";
-        for (const double residual : result.solve.residual_history[c]) {
+        for (const double residual : result.solution.solve.residual_history[c]) {
             std::cout << " " << residual;
         }
         std::cout << "\n";
@@ -149,7 +157,7 @@ void run(const Arguments& a) {
         return;
     }
     check_files(a);
-    const difusa::BakeOptions options = bake_options(a.bake, registry);
+    const difusa::BakeOptions options = bake_options(a.bake);
 
     difusa::TerminalProgress progress(a.run.quiet);
     const difusa::Execution execution{a.run.threads, &progress};
@@ -163,7 +171,6 @@ void run(const Arguments& a) {
         }
         throw;
     }
-    note_unused(a.bake, result);
     difusa::BakeFiles files = a.bake.files;
     if (a.dry_run) {
         files.field.clear();

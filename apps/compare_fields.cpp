@@ -87,7 +87,7 @@ void write(const difusa::Comparison& comparison, const difusa::FieldFile& result
     if (!a.error.empty()) {
         written.push_back(std::make_unique<difusa::WholeFile>(a.error));
         difusa::write_field(difusa::error_field(comparison, result, a.result.string(), a.reference.string()), a.error,
-                            *written.back());
+                            *written.back(), {});
     }
     if (!a.report.empty()) {
         written.push_back(std::make_unique<difusa::WholeFile>(a.report));

@@ -3,6 +3,7 @@
 #include "terminal.h"
 
 #include <difusa/output/basis_files.h>
+#include <difusa/rays/visibility_choice.h>
 #include <difusa/study/inspect_basis.h>
 
 #include <filesystem>
@@ -58,7 +59,9 @@ void declare(CLI::App& app, Arguments& a) {
 
     const std::string discretisation = "Discretisation";
     add_site_arguments(app, a.inspect, discretisation);
-    app.add_option("--visibility", a.inspect.visibility, "ray casting of samplers that need it: cgal or embree")
+    app.add_option(
+           "--visibility", a.inspect.visibility,
+           "ray casting of samplers that need it: embree or cgal; auto: embree where it is there, otherwise cgal")
         ->group(discretisation)
         ->type_name("NAME")
         ->capture_default_str();
@@ -84,7 +87,9 @@ void run(const Arguments& a) {
         throw UsageError("an output file is expected: inspect_basis " + a.mesh.string() + " basis.vtp (--help)");
     }
     difusa::check_outputs({{a.field, true}, {a.sites, true}}, {{a.mesh, "the mesh"}});
-    registry.describe("visibility", a.inspect.visibility); // a wrong name is a mistake even where none is needed
+    // A wrong name is a mistake even where none is needed.
+    std::vector<std::string> notes;
+    difusa::choose_visibility(registry, a.inspect.visibility, notes);
 
     difusa::TerminalProgress progress(a.run.quiet);
     const difusa::Execution execution{a.run.threads, &progress};

@@ -5,6 +5,7 @@
 #include <difusa/core/text.h>
 #include <difusa/discretisation/projection.h>
 #include <difusa/io/field_file.h>
+#include <difusa/rays/visibility_choice.h>
 #include <difusa/study/ring_curves.h>
 #include <difusa/study/study.h>
 
@@ -166,7 +167,7 @@ void chapter7(Arguments& a, const difusa::Registry& registry, const difusa::Exec
         for (const std::string& basis : a.plan.bases) {
             for (const double spacing : a.plan.spacings) {
                 difusa::BakeOptions options = a.plan.common;
-                options.correction = 0; // as printed
+                options.projection = "natural"; // as printed
                 options.basis = basis;
                 options.spacing = spacing;
                 options.rays = a.plan.rays[0];
@@ -176,7 +177,6 @@ void chapter7(Arguments& a, const difusa::Registry& registry, const difusa::Exec
                     options.transport = "pairwise:areas=neighbours";
                     options.kernel = "point";
                     options.direct = "interpolated";
-                    options.first_bounce.clear();
                 }
                 const std::string transport = printed ? "pairwise" : "gather";
                 const std::string row = "| " + transport + " | " + basis + " | " + difusa::text_of(spacing) + " | ";
@@ -232,7 +232,8 @@ void run(Arguments& a) {
     if (a.chapter7) {
         refuse_for_chapter7(a);
     }
-    registry.describe("visibility", a.plan.common.visibility);
+    std::vector<std::string> notes; // the bakes tell them
+    difusa::choose_visibility(registry, a.plan.common.visibility, notes);
     std::string text;
     for (const std::string& projection : a.plan.projections) {
         difusa::parse_projection(projection, text);

@@ -301,7 +301,7 @@ double exposure_for(const Arguments& a, const difusa::View& view) {
 void run(Arguments& a) {
     const difusa::Registry registry = difusa::Registry::load(a.run.plugin_path);
     const std::vector<Picture> pictures = pictures_of(a);
-    difusa::BakeOptions options = bake_options(a.bake, registry);
+    difusa::BakeOptions options = bake_options(a.bake);
     if (a.size.size() == 2) {
         a.view.width = a.size[0];
         a.view.height = a.size[1];
@@ -324,7 +324,7 @@ void run(Arguments& a) {
     try {
         result = difusa::bake(registry, a.mesh, options, execution);
         execution.phase("look");
-        a.view.camera = place_camera(a.camera, result.camera, result.scene->mesh, *result.field->parts().visibility,
+        a.view.camera = place_camera(a.camera, result.camera, result.scene->mesh, result.system->tracer().engine(),
                                      static_cast<double>(a.view.width) / static_cast<double>(a.view.height));
         choose_element(a, *result.sites, shows);
         view = look(result, a.view, shows, execution);
@@ -334,7 +334,6 @@ void run(Arguments& a) {
         }
         throw;
     }
-    note_unused(a.bake, result);
 
     execution.phase("develop");
     const double exposure = exposure_for(a, view);

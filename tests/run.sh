@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Builds difusa and runs every test and check. On a bare Debian 12 it first installs the packages that are missing
 # (as root or through sudo). Safe to run again, and quick then: only what has changed is built and checked anew.
+# At the end it prints what was slowest, how long each step took, and last how many tests passed and failed.
 usage="usage: tests/run.sh [OPTION]...
     --quick           release build and its tests only: no format, lint, viewer, fuzz or sanitizer checks
     --no-format       without clang-format
@@ -11,7 +12,8 @@ usage="usage: tests/run.sh [OPTION]...
     --fuzz-seconds N  time for each fuzz target (20)
     --build-dir DIR   build in DIR/test, DIR/sanitize and DIR/fuzz; pictures are kept in DIR/viewers (build)
     --jobs N          parallel jobs (all processors)
-    --help            this text"
+    --help            this text
+The end says what took longest to build and to test, how long each step took, and in the last line what passed and failed."
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -44,9 +46,25 @@ done
 
 passed=0 failed=0
 summary=()
+times=() slowest=()
 
-# A step's heading, with the minutes and seconds since the start.
-step() { printf '\n== [%d:%02d] %s\n' $((SECONDS / 60)) $((SECONDS % 60)) "$*"; }
+# duration NAME SECONDS: a line of the table of times.
+duration() { printf '%-64s %4d:%02d' "$1" $(($2 / 60)) $(($2 % 60)); }
+
+# A step's heading, with the minutes and seconds since the start. Ends the step before it, and notes its time.
+current_step='' step_began=0
+step() {
+    [ -z "$current_step" ] || times+=("$(duration "$current_step" $((SECONDS - step_began)))")
+    current_step=$* step_began=$SECONDS
+    printf '\n== [%d:%02d] %s\n' $((SECONDS / 60)) $((SECONDS % 60)) "$*"
+}
+
+# slowest_of NAME: from lines "SECONDS WHAT", the five that took longest, if they took a second.
+slowest_of() {
+    local lines
+    lines=$(sort -rn | awk 'NR <= 5 && $1 >= 1 { printf "    %8.1f s ", $1; $1 = ""; sub(/ # GetParam.*/, ""); print }')
+    [ -z "$lines" ] || slowest+=("$1:" "$lines")
+}
 
 # count NAME PASSED FAILED [NOTE]: adds to the totals.
 count() {
@@ -64,6 +82,8 @@ check() {
 # finish: the summary; its last line alone says how many passed and failed.
 finish() {
     step "Summary"
+    [ ${#slowest[@]} -eq 0 ] || printf '%s\n' "${slowest[@]}" ''
+    printf '%s\n' "${times[@]}" "$(duration "all (minutes:seconds)" $SECONDS)" ''
     printf '%s\n' "${summary[@]}"
     echo
     echo "$passed passed, $failed failed"
@@ -72,14 +92,25 @@ finish() {
 
 # build SOURCE DIRECTORY OPTION...: configures and builds everything there; ends the run if that fails.
 build() {
-    local source=$1 directory=$2
+    local source=$1 directory=$2 began built=no
     shift 2
     mkdir -p "$directory"
+    began=$directory/began
+    touch "$began"
     if cmake -S "$source" -B "$directory" -G Ninja "${launcher[@]}" "$@" \
         >"$directory/configure.log" 2>&1; then
         if cmake --build "$directory" -j "$jobs"; then
-            return
+            built=yes
         fi
+        # Start and end in milliseconds, and the file made.
+        [ ! -s "$directory/.ninja_log" ] || slowest_of "slowest to build in $directory" < <(
+            cd "$directory" && awk -F '\t' '!/^#/ { time[$4] = ($2 - $1) / 1000 }
+                                           END { for (file in time) print time[file], file }' .ninja_log |
+                sort -rn | head -n 100 |
+                while read -r time file; do
+                    [ ! "$file" -nt began ] || echo "$time $file"
+                done)
+        [ $built = no ] || return 0
     else
         cat "$directory/configure.log" >&2
     fi
@@ -121,6 +152,15 @@ run_ctest() {
         count "$name" 0 1 " (no test was found)"
         return
     fi
+    slowest_of "slowest of the $name" < <(
+        sed -nE 's/^[[:space:]]*<testcase name="([^"]*)".* time="([0-9.]*)".*/\2 \1/p' "$junit" |
+            grep -v ' difusa_tests\.[0-9]*$' || true
+        # A shard is no test: those in it.
+        for shard in "$directory"/tests/shards/*.xml; do
+            [ ! -s "$shard" ] ||
+                sed -nE 's/^[[:space:]]*<testcase name="([^"]*)".* time="([0-9.]*)".* classname="([^"]*)".*/\2 \3.\1/p' \
+                    "$shard"
+        done)
     count "$name" $((tests - failures - skipped)) "$failures" "$([ "$skipped" -eq 0 ] || echo ", $skipped skipped")"
 }
 
@@ -129,14 +169,16 @@ check_format() {
         xargs -0 -n 20 -P "$jobs" clang-format-14 --dry-run -Werror
 }
 
-# tidy_together DIRECTORY OPTION...: whether clang-tidy has nothing to say about DIRECTORY/files.cpp.
+# tidy_together DIRECTORY OPTION...: whether clang-tidy has nothing to say about DIRECTORY/files.cpp; it is in
+# DIRECTORY/output.
 tidy_together() {
     clang-tidy-14 --quiet -p "$1" --config-file="$root/.clang-tidy" --extra-arg=-w \
-        --header-filter='/(lib/difusa|plugins|apps)/' "${@:2}" "$1/files.cpp" >/dev/null 2>&1
+        --header-filter='/(lib/difusa|plugins|apps)/' "${@:2}" "$1/files.cpp" >"$1/output" 2>&1
 }
 
 # lint STAMPS BUILD FILE...: clang-tidy for files that are compiled alike, together, because nearly all of its time goes
-# into the headers they share. If it complains, which it also does if two of them use one name, each half for itself.
+# into the headers they share. If it complains, which it also does if two of them use one name, those it complains of
+# and the others for themselves, or each half if that is all of them or none.
 lint() {
     local stamps=$1 build=$2 file entry output
     shift 2
@@ -172,10 +214,20 @@ lint() {
         rm -r "$together"
         return
     fi
+    local some=() others=() half=$(($# / 2)) result=0
+    for file in "$@"; do
+        if grep -F ' error: ' "$together/output" | grep -qF "$file:"; then
+            some+=("$file")
+        else
+            others+=("$file")
+        fi
+    done
     rm -r "$together"
-    local half=$(($# / 2)) result=0
-    lint "$stamps" "$build" "${@:1:half}" || result=1
-    lint "$stamps" "$build" "${@:half+1}" || result=1
+    if [ ${#some[@]} -eq 0 ] || [ ${#others[@]} -eq 0 ]; then
+        some=("${@:1:half}") others=("${@:half+1}")
+    fi
+    lint "$stamps" "$build" "${some[@]}" || result=1
+    lint "$stamps" "$build" "${others[@]}" || result=1
     return $result
 }
 export -f tidy_together lint
@@ -201,9 +253,9 @@ check_tidy() {
                 printf '%s\t%s\n' "$options" "$file"
             fi
         done |
-        # Neighbours, which use the same names, go into different piles of at most 8.
+        # Neighbours, which use the same names, go into different piles of at most 12.
         awk -F '\t' 'function deal(  piles, i, k) {
-                         piles = int((n + 7) / 8)
+                         piles = int((n + 11) / 12)
                          for (k = 0; k < piles; k++) {
                              for (i = k; i < n; i += piles) {
                                  printf "%s%s", (i > k ? "\t" : ""), file[i]
@@ -218,6 +270,7 @@ check_tidy() {
         xargs -r -d '\n' -n 1 -P "$jobs" bash -c 'IFS="	"; set -f; lint "$1" "$2" $3' lint "$stamps" "$build/test"
 }
 
+step "Packages"
 # shellcheck source=apps/install_packages.sh
 . "$root/apps/install_packages.sh"
 packages=("${build_packages[@]}" "${test_packages[@]}")
@@ -232,8 +285,11 @@ fi
 
 with_clang=(-DCMAKE_C_COMPILER=clang-14 -DCMAKE_CXX_COMPILER=clang++-14)
 
+# With precompiled headers for the tests, and under the sanitizers without: there each of them has to include what it uses.
+# ccache takes part only if it may neglect when those headers were made and which macros they define.
+export CCACHE_SLOPPINESS=${CCACHE_SLOPPINESS:+$CCACHE_SLOPPINESS,}pch_defines,time_macros
 step "Build (release)"
-build "$root" "$build/test" -DCMAKE_BUILD_TYPE=Release -DDIFUSA_WARNINGS_AS_ERRORS=ON
+build "$root" "$build/test" -DCMAKE_BUILD_TYPE=Release -DDIFUSA_WARNINGS_AS_ERRORS=ON -DDIFUSA_PRECOMPILE_HEADERS=ON
 step "Tests (release)"
 run_ctest "tests (release)" "$build/test"
 
@@ -260,6 +316,6 @@ fi
 if [ $fuzz = yes ]; then
     step "Fuzz targets"
     build "$root/tests/fuzz" "$build/fuzz" "${with_clang[@]}"
-    check "fuzz targets" "$root/tests/fuzz/run.sh" "$fuzz_seconds" "$build/fuzz"
+    check "fuzz targets" "$root/tests/fuzz/run.sh" "$fuzz_seconds" "$build/fuzz" "$jobs"
 fi
 finish

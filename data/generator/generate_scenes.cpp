@@ -2,8 +2,9 @@
 //     generate_scenes [--directory DIR] all
 //     generate_scenes [--directory DIR] NAME
 //     generate_scenes [--directory DIR] hall
+//     generate_scenes [--directory DIR] engine [TRIANGLES]
 //     generate_scenes [--directory DIR] room_with_balls TRIANGLES
-// `all` are those that are kept in data/: it must hold what this program makes. The last two are too large to keep.
+// `all` are those that are kept in data/: it must hold what this program makes. The last three are too large to keep.
 #include "scenes.h"
 #include "write_scene.h"
 
@@ -50,7 +51,7 @@ std::string usage() {
     for (const Kept& scene : kept()) {
         text += ", " + scene.name;
     }
-    return text + ", hall; or room_with_balls TRIANGLES (2000 or more)";
+    return text + ", hall; or engine [TRIANGLES] (45000 or more), room_with_balls TRIANGLES (2000 or more)";
 }
 
 /// Whether the word names what is made without a count.
@@ -83,12 +84,18 @@ void run(std::vector<std::string> words) {
         scenes::write_obj(scenes::room_with_balls(parse_count(words[1])), directory, "room_with_balls");
         return;
     }
+    if ((words.size() == 1 || words.size() == 2) && words[0] == "engine") {
+        const std::size_t triangles = words.size() == 2 ? parse_count(words[1]) : 110000;
+        scenes::write_scene(scenes::engine(triangles), directory, "engine");
+        return;
+    }
     if (words.size() == 1 && words[0] == "hall") {
         scenes::write_scene(scenes::hall(), directory, "hall");
         return;
     }
     if (words.size() == 2 && is_name(words[0])) {
-        throw std::invalid_argument(words[1] + ": only room_with_balls takes a number of triangles; " + usage());
+        throw std::invalid_argument(words[1] + ": only engine and room_with_balls take a number of triangles; " +
+                                    usage());
     }
     bool found = false;
     for (const Kept& scene : kept()) {

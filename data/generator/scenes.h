@@ -25,6 +25,10 @@ Scene room_d();
 /// A colonnaded hall of some 300,000 triangles, most of them in its sixteen fluted columns.
 Scene hall();
 
+/// An engine as a CAD program exports it: closed parts that stand on each other and stick in each other. As many
+/// segments around each part as `triangles` (45,000 to 10 million) allow. std::invalid_argument: too few or too many.
+Scene engine(std::size_t triangles);
+
 /// A closed room with walls in fine triangles, three balls and a lamp, of `triangles` triangles (2000 to 50 million) or
 /// up to 7 sqrt(triangles) more: 3 % of 50000, 0.7 % of a million. std::invalid_argument: too few or too many.
 Surface room_with_balls(std::size_t triangles);

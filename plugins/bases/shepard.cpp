@@ -20,6 +20,7 @@ class Shepard final : public difusa::PointBasis {
 
     bool partition_of_unity() const override { return true; }
     bool coefficients_are_values() const override { return true; }
+    bool interpolates() const override { return true; }
 
   protected:
     double support(double r) const override { return width_ * r; }

@@ -2,10 +2,14 @@
 // are closer than the spacing D, and no surface point is farther than D (1 + 2^-20) from its nearest site: every face
 // region, wall side and small object has sites, whatever the shape of the triangles.
 //
-// First darts are thrown evenly over the area. What they leave is hunted down: every triangle is a piece; a piece that
-// one site covers wholly is done; into any other a dart is thrown, and if the piece is still not covered it is halved
-// at its longest edge and both halves wait for the next round.
+// First darts are thrown evenly over the area. What they leave is hunted down: the triangles are cut into pieces; a
+// piece that one site covers wholly is done; into any other a dart is thrown, and it is halved at its longest edge, and
+// both halves wait for the next round.
+//
+// All darts of a round have random priorities: those become sites that would if they were thrown one after another by
+// priority (SiteGrid::insert). So the threads share the work, and the result is that of serial dart throwing.
 #include <difusa/core/error.h>
+#include <difusa/core/parallel.h>
 #include <difusa/core/text.h>
 #include <difusa/discretisation/sampler.h>
 #include <difusa/discretisation/site_grid.h>
@@ -15,13 +19,17 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <utility>
 #include <vector>
 
 namespace {
 
+using difusa::Dart;
 using difusa::Index;
 using difusa::Mesh;
+using difusa::parallel_for;
+using difusa::RandomStream;
 using difusa::SiteGrid;
 using difusa::SurfacePoint;
 using difusa::Vec3;
@@ -41,7 +49,7 @@ std::array<Vec3, 3> places(const Mesh& mesh, const Piece& piece) {
 }
 
 /// Uniform over the piece.
-SurfacePoint dart(const Mesh& mesh, const Piece& piece, difusa::RandomStream& stream) {
+SurfacePoint dart(const Mesh& mesh, const Piece& piece, RandomStream& stream) {
     const double root = std::sqrt(stream.uniform()), part = stream.uniform();
     const Eigen::Vector2d uv =
         (1.0 - root) * piece.corner[0] + root * (1.0 - part) * piece.corner[1] + root * part * piece.corner[2];
@@ -61,12 +69,70 @@ std::size_t longest_edge(const std::array<Vec3, 3>& p, double& squared) {
     return longest;
 }
 
+/// Cut from the middle of the edge between corner k and the next, which is the first corner of both, to the third.
+std::array<Piece, 2> halves(const Piece& piece, std::size_t k) {
+    const Eigen::Vector2d &p = piece.corner[k], &q = piece.corner[(k + 1) % 3], &r = piece.corner[(k + 2) % 3],
+                          middle = 0.5 * (p + q);
+    return {Piece{piece.face, {middle, q, r}}, Piece{piece.face, {middle, r, p}}};
+}
+
+Piece whole(Index face) {
+    return {face, {Eigen::Vector2d(0, 0), Eigen::Vector2d(1, 0), Eigen::Vector2d(0, 1)}};
+}
+
+/// Points spread evenly over the area of a mesh, in an order in which neighbours in space are near: along the
+/// triangles, and in a triangle along the Sierpinski curve through its halves, quarters, eighths, ...
+class EvenDarts {
+  public:
+    EvenDarts(const Mesh& mesh, std::size_t count) : mesh_(mesh), count_(count), below_(mesh.areas.size()) {
+        std::partial_sum(mesh.areas.begin(), mesh.areas.end(), below_.begin());
+    }
+
+    std::size_t count() const { return count_; }
+
+    /// The i-th of the points.
+    Dart at(std::size_t i, RandomStream stream) const {
+        // Anywhere in the next `window` shares of the area: neighbours, which are a few shares apart at most, are as
+        // good as independent.
+        constexpr double window = 64.0;
+        const auto count = static_cast<double>(count_);
+        double share = (static_cast<double>(i) + window * stream.uniform()) / count;
+        share -= std::floor(share);
+        const double target = share * below_.back();
+        const auto place = std::upper_bound(below_.begin(), below_.end() - 1, target);
+        const auto face = static_cast<Index>(place - below_.begin());
+        const double area = mesh_.areas[face];
+        double along = std::clamp((target - (*place - area)) / area, 0.0, 1.0);
+        Piece piece = whole(face);
+        for (double points = count * area / below_.back(); points > 2.0; points *= 0.5) {
+            along *= 2.0;
+            piece = halves(piece, 1)[along < 1.0 ? 0 : 1]; // the new corner comes first: its opposite edge is next
+            along -= along < 1.0 ? 0.0 : 1.0;
+        }
+        const SurfacePoint x = dart(mesh_, piece, stream);
+        return {x, stream.bits()};
+    }
+
+  private:
+    const Mesh& mesh_;
+    std::size_t count_;
+    std::vector<double> below_; ///< area of the triangles up to and with this one
+};
+
+/// For one loop of many: nobody can tell how many follow, so its progress is not told; but all end here if cancelled.
+difusa::Execution part_of(const difusa::Execution& execution) {
+    if (execution.progress != nullptr) {
+        execution.progress->check();
+    }
+    return {execution.threads, nullptr};
+}
+
 class PoissonDisk final : public difusa::Sampler {
   public:
     explicit PoissonDisk(const difusa::Parameters& /*parameters*/) {}
 
     std::vector<SurfacePoint> sample(const Mesh& mesh, const difusa::Visibility* /*visibility*/, double spacing,
-                                     std::size_t limit, difusa::RandomStream stream,
+                                     std::size_t limit, RandomStream stream,
                                      const difusa::Execution& execution) const override {
         // No site covers more than a disc: so many are needed at least.
         const double least = mesh.area / (std::numbers::pi * spacing * spacing);
@@ -75,88 +141,125 @@ class PoissonDisk final : public difusa::Sampler {
                                         difusa::text_of(spacing) + ", and at most " + std::to_string(limit) +
                                         " can be held; give a larger --spacing");
         }
-        SiteGrid grid(mesh, spacing);
-        const auto accept = [&](const SurfacePoint& x) {
-            if (grid.sites().size() == limit) {
-                throw difusa::ResourceError("more than " + std::to_string(limit) + " sites are needed at spacing " +
-                                            difusa::text_of(spacing) + "; give a larger --spacing");
-            }
-            grid.insert(x);
-        };
-        throw_darts(mesh, spacing, limit, stream, grid, accept, execution);
-        fill_gaps(mesh, spacing, stream, grid, accept, execution);
+        SiteGrid grid(mesh, spacing, limit);
+        throw_darts(mesh, spacing, stream.bits(), grid, execution);
+        fill_gaps(mesh, spacing, stream.bits(), grid, execution);
         return grid.take();
     }
 
   private:
-    template <class Accept>
-    static void throw_darts(const Mesh& mesh, double spacing, std::size_t limit, difusa::RandomStream& stream,
-                            const SiteGrid& grid, const Accept& accept, const difusa::Execution& execution) {
-        std::vector<double> below(mesh.areas.size()); // area of the triangles up to and with this one
-        double sum = 0.0;
-        for (std::size_t t = 0; t < mesh.areas.size(); ++t) {
-            sum += mesh.areas[t];
-            below[t] = sum;
+    static void throw_darts(const Mesh& mesh, double spacing, std::uint64_t seed, SiteGrid& grid,
+                            const difusa::Execution& execution) {
+        // Twice as many as a dense packing of discs of diameter D holds: beyond that most darts miss. Several lots:
+        // sites of the first save the others comparisons with each other.
+        constexpr std::size_t lots = 4, largest_lot = std::size_t{1} << 20U;
+        auto left = static_cast<std::size_t>(2.0 * mesh.area / (spacing * spacing)) + 1;
+        const EvenDarts even(mesh, std::clamp<std::size_t>(left / lots, 1, largest_lot));
+        std::vector<Dart> darts;
+        for (std::uint64_t first = 0; left > 0; first += darts.size(), left -= darts.size()) {
+            darts.resize(std::min(left, even.count()));
+            parallel_for(darts.size(), 1024, part_of(execution), [&](std::size_t begin, std::size_t end, unsigned) {
+                for (std::size_t i = begin; i < end; ++i) {
+                    darts[i] = even.at(i, RandomStream(seed, "darts", first + i));
+                }
+            });
+            grid.insert(darts, execution);
         }
-        // Twice as many as a dense packing of discs of diameter D holds: beyond that most darts miss.
-        const auto darts =
-            static_cast<std::size_t>(std::min(2.0 * sum / (spacing * spacing) + 1.0, 4.0 * static_cast<double>(limit)));
-        for (std::size_t i = 0; i < darts; ++i) {
-            if (i % 4096 == 0 && execution.progress != nullptr) {
-                execution.progress->check();
+    }
+
+    /// What a part of a round leaves: darts that no site of earlier rounds is close to, and the halves of the pieces.
+    struct Left {
+        std::vector<Dart> darts;
+        std::vector<Piece> pieces;
+    };
+
+    static void fill_gaps(const Mesh& mesh, double spacing, std::uint64_t seed, SiteGrid& grid,
+                          const difusa::Execution& execution) {
+        // Triangles are cut and filled in lots, which bounds the memory for pieces.
+        constexpr std::size_t lot = std::size_t{1} << 16U;
+        const double coarse = 4.0 * spacing;
+        std::uint64_t used = 0; // random streams
+        std::vector<Piece> pieces, stack;
+        Index next = 0;
+        while (next < mesh.triangles.size() || !stack.empty()) {
+            pieces.clear();
+            while (pieces.size() < lot && (next < mesh.triangles.size() || !stack.empty())) {
+                if (stack.empty()) {
+                    stack.push_back(whole(next++));
+                }
+                const Piece piece = stack.back();
+                stack.pop_back();
+                double squared = 0.0;
+                const std::size_t k = longest_edge(places(mesh, piece), squared);
+                if (squared <= coarse * coarse) {
+                    pieces.push_back(piece);
+                } else {
+                    const auto [a, b] = halves(piece, k);
+                    stack.push_back(b);
+                    stack.push_back(a);
+                }
             }
-            const auto place = std::upper_bound(below.begin(), below.end(), stream.uniform() * sum);
-            const auto face = static_cast<Index>(
-                std::min<std::ptrdiff_t>(place - below.begin(), static_cast<std::ptrdiff_t>(below.size()) - 1));
-            const Piece whole{face, {Eigen::Vector2d(0, 0), Eigen::Vector2d(1, 0), Eigen::Vector2d(0, 1)}};
-            const SurfacePoint x = dart(mesh, whole, stream);
-            if (!grid.conflicts(x)) {
-                accept(x);
+            while (!pieces.empty()) {
+                const std::size_t count = pieces.size();
+                pieces = fill_round(mesh, spacing, seed, used, std::move(pieces), grid, execution);
+                used += count;
             }
         }
     }
 
-    template <class Accept>
-    static void fill_gaps(const Mesh& mesh, double spacing, difusa::RandomStream& stream, const SiteGrid& grid,
-                          const Accept& accept, const difusa::Execution& execution) {
-        std::vector<Piece> pieces, halves;
-        pieces.reserve(mesh.triangles.size());
-        for (Index t = 0; t < mesh.triangles.size(); ++t) {
-            pieces.push_back({t, {Eigen::Vector2d(0, 0), Eigen::Vector2d(1, 0), Eigen::Vector2d(0, 1)}});
+    /// One round: what is left of the pieces.
+    static std::vector<Piece> fill_round(const Mesh& mesh, double spacing, std::uint64_t seed, std::uint64_t used,
+                                         std::vector<Piece> pieces, SiteGrid& grid,
+                                         const difusa::Execution& execution) {
+        constexpr std::size_t grain = 128;
+        std::vector<Left> left((pieces.size() + grain - 1) / grain);
+        parallel_for(pieces.size(), grain, part_of(execution), [&](std::size_t begin, std::size_t end, unsigned) {
+            std::vector<Piece> stack;
+            for (std::size_t i = begin; i < end; ++i) {
+                RandomStream stream(seed, "gaps", used + i);
+                examine(mesh, spacing, pieces[i], stream, grid, stack, left[begin / grain]);
+            }
+        });
+        std::vector<Dart> darts;
+        pieces.clear();
+        for (Left& part : left) {
+            darts.insert(darts.end(), part.darts.begin(), part.darts.end());
+            pieces.insert(pieces.end(), part.pieces.begin(), part.pieces.end());
+            part = {};
         }
+        grid.insert(darts, execution);
+        return pieces;
+    }
+
+    static void examine(const Mesh& mesh, double spacing, const Piece& given, RandomStream& stream,
+                        const SiteGrid& grid, std::vector<Piece>& stack, Left& left) {
         const double smallest = spacing * 0x1p-20;
-        while (!pieces.empty()) {
-            for (std::size_t i = pieces.size(); i > 1; --i) {
-                std::swap(pieces[i - 1], pieces[stream.below(i)]);
+        stack.assign(1, given);
+        while (!stack.empty()) {
+            const Piece piece = stack.back();
+            stack.pop_back();
+            const std::array<Vec3, 3> corners = places(mesh, piece);
+            double squared = 0.0;
+            const std::size_t k = longest_edge(corners, squared);
+            const auto [a, b] = halves(piece, k);
+            if (squared > spacing * spacing) { // hardly ever covered by a single site
+                stack.push_back(b);
+                stack.push_back(a);
+                continue;
             }
-            halves.clear();
-            for (std::size_t i = 0; i < pieces.size(); ++i) {
-                if (i % 4096 == 0 && execution.progress != nullptr) {
-                    execution.progress->check();
-                }
-                const Piece& piece = pieces[i];
-                const std::array<Vec3, 3> corners = places(mesh, piece);
-                if (grid.covers(piece.face, corners)) {
-                    continue;
-                }
-                const SurfacePoint x = dart(mesh, piece, stream);
-                if (!grid.conflicts(x)) {
-                    accept(x);
-                    if (grid.covers(piece.face, corners)) {
-                        continue;
-                    }
-                }
-                double squared = 0.0;
-                const std::size_t k = longest_edge(corners, squared);
-                if (squared <= smallest * smallest) {
-                    continue; // its dart is a site, or within D of one, and the rest of it within D 2^-20 of the dart
-                }
-                const Eigen::Vector2d &p = piece.corner[k], &q = piece.corner[(k + 1) % 3],
-                                      &r = piece.corner[(k + 2) % 3], middle = 0.5 * (p + q);
-                halves.push_back({piece.face, {middle, q, r}});
-                halves.push_back({piece.face, {middle, r, p}});
+            if (grid.covers(piece.face, corners)) {
+                continue;
             }
-            pieces.swap(halves);
+            const SurfacePoint x = dart(mesh, piece, stream);
+            if (!grid.conflicts(x)) {
+                left.darts.push_back({x, stream.bits()});
+            }
+            // A piece of the smallest size is done: its dart becomes a site, or is within D of one, and the rest of it
+            // within D 2^-20 of the dart.
+            if (squared > smallest * smallest) {
+                left.pieces.push_back(a);
+                left.pieces.push_back(b);
+            }
         }
     }
 };

@@ -6,7 +6,7 @@
 // Without an observer given, one is chosen: the centre of the scene looking all around, or, if no front is seen from
 // there, a place outside of the bounding box looking at its centre.
 #include <difusa/core/error.h>
-#include <difusa/core/text.h>
+#include <difusa/core/parallel.h>
 #include <difusa/discretisation/sampler.h>
 #include <difusa/discretisation/site_grid.h>
 #include <difusa/plugin/plugin.h>
@@ -22,6 +22,7 @@
 
 namespace {
 
+using difusa::Dart;
 using difusa::Hit;
 using difusa::Mesh;
 using difusa::Ray;
@@ -69,31 +70,24 @@ class ViewDriven final : public difusa::Sampler {
                                      std::size_t limit, difusa::RandomStream stream,
                                      const difusa::Execution& execution) const override {
         DIFUSA_REQUIRE(visibility != nullptr);
-        SiteGrid sites(mesh, spacing);
+        SiteGrid sites(mesh, spacing, limit);
         const auto add_fronts = [&](const std::vector<Ray>& rays) {
             std::vector<Hit> hits(rays.size());
-            constexpr std::size_t batch = 4096;
-            for (std::size_t first = 0; first < rays.size(); first += batch) {
-                if (execution.progress != nullptr) {
-                    execution.progress->check();
-                }
-                const std::size_t count = std::min(batch, rays.size() - first);
-                visibility->first_hits(std::span(rays).subspan(first, count), std::span(hits).subspan(first, count));
+            if (execution.progress != nullptr) {
+                execution.progress->check();
             }
+            const difusa::Execution silent{execution.threads, nullptr}; // one pass of several
+            difusa::parallel_for(rays.size(), 4096, silent, [&](std::size_t begin, std::size_t end, unsigned) {
+                visibility->first_hits(std::span(rays).subspan(begin, end - begin),
+                                       std::span(hits).subspan(begin, end - begin));
+            });
+            std::vector<Dart> darts; // the first come first
             for (const Hit& hit : hits) {
-                if (hit.face == difusa::none || !hit.front) {
-                    continue;
+                if (hit.face != difusa::none && hit.front) {
+                    darts.push_back({mesh.at(hit.face, hit.u, hit.v), darts.size()});
                 }
-                const SurfacePoint x = mesh.at(hit.face, hit.u, hit.v);
-                if (sites.conflicts(x)) {
-                    continue;
-                }
-                if (sites.sites().size() == limit) {
-                    throw difusa::ResourceError("more than " + std::to_string(limit) + " sites are needed at spacing " +
-                                                difusa::text_of(spacing) + "; give a larger --spacing");
-                }
-                sites.insert(x);
             }
+            sites.insert(darts, execution);
         };
 
         for (const Observer& observer : observers(mesh)) {

@@ -1,6 +1,5 @@
-// Solver `jacobi` (T 5.8): h <- H_direct + K (rho ∘ h), the Neumann series summed term by term: iteration i has all
-// light of up to i bounces. Converges as the spectral radius of K diag(rho), at most the largest reflectance in a
-// gathered transport.
+// Solver `jacobi` (T 5.8): h <- g + T h, the Neumann series summed term by term: iteration i holds all light of up to i
+// bounces. Converges as the spectral radius of T, at most the largest reflectance in a gathered transport.
 #include <difusa/algebra/solver.h>
 #include <difusa/plugin/plugin.h>
 
@@ -18,14 +17,12 @@ class Jacobi final : public difusa::Solver {
     SolveSummary solve(const difusa::SolveProblem& problem, const difusa::SolveOptions& options,
                        const difusa::Execution& execution) const override {
         SolveSummary summary;
-        summary.h = problem.H_direct;
+        summary.h = problem.g;
         summary.residual_history.resize(static_cast<std::size_t>(summary.h.cols()));
         double first = 0.0;
         for (;; ++summary.iterations) {
-            if (execution.progress != nullptr) {
-                execution.progress->check();
-            }
-            Values r; // r = H_direct + K (rho ∘ h) - h
+            execution.check();
+            Values r; // r = g + T h - h
             const std::vector<double> relative = difusa::relative_residual(problem, summary.h, r, execution);
             for (std::size_t c = 0; c < relative.size(); ++c) {
                 summary.residual_history[c].push_back(relative[c]);
@@ -47,7 +44,7 @@ class Jacobi final : public difusa::Solver {
                 summary.reason = SolveSummary::Reason::max_iterations;
                 return summary;
             }
-            summary.h += r; // h <- H_direct + K (rho ∘ h)
+            summary.h += r; // h <- g + T h
         }
     }
 };

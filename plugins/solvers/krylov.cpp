@@ -1,5 +1,6 @@
-// Solver `krylov`: restarted GMRES (Saad and Schultz 1986) on A h = H_direct, A = I - K diag(rho), a channel at a time.
-// Its residual never grows, and it needs far fewer applications of K than `jacobi` where the reflectance is near 1.
+// Solver `krylov`: restarted GMRES (Saad and Schultz 1986) on A h = g, A = I - T. Each column has a Krylov space of its
+// own; all columns that are not done yet advance together, so that T is read once for all of them. The residual never
+// grows, and far fewer applications of T are needed than by `jacobi` where the reflectance is near 1.
 #include <difusa/algebra/solver.h>
 #include <difusa/plugin/plugin.h>
 
@@ -18,146 +19,203 @@ double largest(const Vector& x) {
     return x.cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
 }
 
+/// The basis V of one Krylov space and the minimisation of ‖r - A V y‖₂ by Givens rotations.
+class Space {
+  public:
+    explicit Space(const Vector& r) : residual_(r) {
+        const double beta = r.norm();
+        V_.push_back(r / beta);
+        g_.push_back(beta);
+    }
+
+    const Vector& newest() const { return V_.back(); }
+    const Vector& residual() const { return residual_; } ///< r - A V y for the minimising y
+    std::size_t size() const { return R_.size(); }
+
+    /// Extends the space by w = A newest(). False if nothing can be gained from going on.
+    bool extend(Vector w) {
+        const auto k = static_cast<Eigen::Index>(V_.size()) - 1;
+        Vector column = Vector::Zero(k + 2);
+        for (int pass = 0; pass < 2; ++pass) {
+            for (Eigen::Index i = 0; i <= k; ++i) {
+                const double overlap = V_[static_cast<std::size_t>(i)].dot(w);
+                column[i] += overlap;
+                w -= overlap * V_[static_cast<std::size_t>(i)];
+            }
+        }
+        const double rest = w.norm();
+        column[k + 1] = rest;
+        for (Eigen::Index i = 0; i < k; ++i) { // earlier rotations
+            const auto s = static_cast<std::size_t>(i);
+            const double upper = cosine_[s] * column[i] + sine_[s] * column[i + 1];
+            column[i + 1] = -sine_[s] * column[i] + cosine_[s] * column[i + 1];
+            column[i] = upper;
+        }
+        const double length = std::hypot(column[k], column[k + 1]);
+        if (length == 0.0) {
+            return false; // A is singular on this space
+        }
+        const double cos_k = column[k] / length, sin_k = column[k + 1] / length;
+        cosine_.push_back(cos_k);
+        sine_.push_back(sin_k);
+        column[k] = length;
+        R_.emplace_back(column.head(k + 1));
+        g_.push_back(-sin_k * g_.back());
+        g_[static_cast<std::size_t>(k)] *= cos_k;
+        if (rest > 0.0) {
+            V_.emplace_back(w / rest);
+            // r_k = s_k² r_{k-1} + c_k g_{k+1} v_{k+1} (Saad, "Iterative Methods", 6.5.3)
+            residual_ = sin_k * sin_k * residual_ + cos_k * g_.back() * V_.back();
+        } else {
+            residual_.setZero();
+        }
+        return rest > 0.0;
+    }
+
+    /// h += V y
+    void add_to(Vector& h) const {
+        std::vector<double> y(R_.size()); // back substitution: R y = g
+        for (std::size_t k = R_.size(); k-- > 0;) {
+            y[k] = g_[k];
+            for (std::size_t j = k + 1; j < R_.size(); ++j) {
+                y[k] -= R_[j][static_cast<Eigen::Index>(k)] * y[j];
+            }
+            y[k] /= R_[k][static_cast<Eigen::Index>(k)];
+        }
+        for (std::size_t k = 0; k < R_.size(); ++k) {
+            h += y[k] * V_[k];
+        }
+    }
+
+  private:
+    std::vector<Vector> V_, R_; ///< basis; columns of the triangular factor
+    std::vector<double> cosine_, sine_, g_;
+    Vector residual_;
+};
+
+/// The solution of one column, step by step: `operand()` says what A is to be applied to next, `take` receives the
+/// result.
+class Column {
+  public:
+    Column(Vector g, const difusa::SolveOptions& options, std::size_t restart)
+        : g_(std::move(g)), h_(g_), light_(largest(g_)), options_(options), restart_(restart) {
+        // One bounce short of nothing: a better start than zero, and its residual is the first bounce.
+        if (light_ == 0.0) {
+            history_.push_back(0.0);
+            done_ = true;
+        }
+    }
+
+    bool done() const { return done_; }
+    const Vector& operand() const { return space_.empty() ? h_ : space_.front().newest(); }
+    const Vector& h() const { return h_; }
+    const std::vector<double>& history() const { return history_; }
+    int iterations() const { return iterations_; }
+    SolveSummary::Reason reason() const { return reason_; }
+
+    void take(const Vector& A_operand) {
+        if (space_.empty()) {
+            restart(g_ - A_operand); // the true residual, free of the recurrence's drift
+            return;
+        }
+        ++iterations_;
+        Space& space = space_.front();
+        const std::size_t before = space.size();
+        const bool more = space.extend(A_operand);
+        if (space.size() > before) {
+            history_.push_back(largest(space.residual()) / light_);
+        }
+        if (!more || history_.back() <= 0.5 * options_.tolerance || space.size() >= restart_ ||
+            iterations_ >= options_.max_iterations) {
+            space.add_to(h_);
+            space_.clear();
+        }
+    }
+
+  private:
+    /// From the true residual of h: done, given up, or a new space.
+    void restart(const Vector& r) {
+        const double now = largest(r) / light_;
+        const bool first = history_.empty();
+        if (first) {
+            history_.push_back(now);
+        } else {
+            history_.back() = now;
+        }
+        using Reason = SolveSummary::Reason;
+        done_ = true;
+        if (now <= options_.tolerance || largest(r) <= difusa::rounding_of_residual * largest(h_)) {
+            reason_ = Reason::converged;
+        } else if (!std::isfinite(now)) {
+            reason_ = Reason::diverged;
+        } else if (iterations_ >= options_.max_iterations) {
+            reason_ = Reason::max_iterations;
+        } else if (!first && !(now < 0.999 * last_true_)) {
+            reason_ = Reason::stagnated;
+        } else {
+            done_ = false;
+            last_true_ = now;
+            space_.emplace_back(r);
+        }
+    }
+
+    Vector g_, h_;
+    double light_;
+    const difusa::SolveOptions& options_;
+    std::size_t restart_;
+    std::vector<Space> space_; ///< none while the true residual is awaited, else one
+    std::vector<double> history_;
+    double last_true_ = 0.0;
+    int iterations_ = 0;
+    SolveSummary::Reason reason_ = SolveSummary::Reason::converged;
+    bool done_ = false;
+};
+
 class Krylov final : public difusa::Solver {
   public:
-    explicit Krylov(const difusa::Parameters& parameters) : restart_(parameters.integer("restart")) {}
+    explicit Krylov(const difusa::Parameters& parameters)
+        : restart_(static_cast<std::size_t>(parameters.integer("restart"))) {}
 
     SolveSummary solve(const difusa::SolveProblem& problem, const difusa::SolveOptions& options,
                        const difusa::Execution& execution) const override {
+        std::vector<Column> columns;
+        for (Eigen::Index c = 0; c < problem.g.cols(); ++c) {
+            columns.emplace_back(problem.g.col(c), options, restart_);
+        }
+        Values x = Values::Zero(problem.g.rows(), problem.g.cols()), Tx;
+        while (!std::all_of(columns.begin(), columns.end(), [](const Column& column) { return column.done(); })) {
+            execution.check();
+            for (std::size_t c = 0; c < columns.size(); ++c) {
+                if (!columns[c].done()) {
+                    x.col(static_cast<Eigen::Index>(c)) = columns[c].operand();
+                }
+            }
+            problem.T->apply(x, Tx, execution);
+            for (std::size_t c = 0; c < columns.size(); ++c) {
+                if (!columns[c].done()) {
+                    const auto column = static_cast<Eigen::Index>(c);
+                    columns[c].take(x.col(column) - Tx.col(column));
+                }
+            }
+        }
         SolveSummary summary;
-        summary.h = Values::Zero(problem.H_direct.rows(), problem.H_direct.cols());
-        for (Eigen::Index c = 0; c < summary.h.cols(); ++c) {
-            Channel channel{problem, c, options, execution, {}, {}, 0, SolveSummary::Reason::converged};
-            channel.solve(restart_);
-            summary.h.col(c) = channel.h;
-            const double residual = channel.history.back();
+        summary.h.resize(problem.g.rows(), problem.g.cols());
+        for (std::size_t c = 0; c < columns.size(); ++c) {
+            const Column& column = columns[c];
+            summary.h.col(static_cast<Eigen::Index>(c)) = column.h();
+            const double residual = column.history().back();
             summary.residual = residual <= summary.residual ? summary.residual : residual; // NaN is larger than all
-            summary.residual_history.push_back(std::move(channel.history));
-            summary.iterations = std::max(summary.iterations, channel.iterations);
-            if (channel.reason != SolveSummary::Reason::converged) {
-                summary.reason = channel.reason;
+            summary.residual_history.push_back(column.history());
+            summary.iterations = std::max(summary.iterations, column.iterations());
+            if (column.reason() != SolveSummary::Reason::converged) {
+                summary.reason = column.reason();
             }
         }
         return summary;
     }
 
   private:
-    struct Channel {
-        const difusa::SolveProblem& problem;
-        Eigen::Index c;
-        const difusa::SolveOptions& options;
-        const difusa::Execution& execution;
-        Vector h;
-        std::vector<double> history;
-        int iterations;
-        SolveSummary::Reason reason;
-
-        /// A x = x - K (rho ∘ x)
-        Vector A(const Vector& x) const {
-            if (execution.progress != nullptr) {
-                execution.progress->check();
-            }
-            const Values b = problem.rho.col(c).cwiseProduct(x);
-            Values y;
-            problem.K->apply(b, y, execution);
-            return x - y.col(0);
-        }
-
-        void solve(long restart) {
-            const Vector H = problem.H_direct.col(c);
-            const double light = largest(H);
-            h = H; // one bounce short of nothing: a better start than zero, and its residual is the first bounce
-            if (light == 0.0) {
-                history.push_back(0.0);
-                return;
-            }
-            Vector r = H - A(h);
-            history.push_back(largest(r) / light);
-            while (!(history.back() <= options.tolerance)) {
-                if (!std::isfinite(history.back())) {
-                    reason = SolveSummary::Reason::diverged;
-                    return;
-                }
-                const double before = history.back();
-                cycle(restart, light, r);
-                r = H - A(h); // the true residual, free of the recurrence's drift
-                history.back() = largest(r) / light;
-                if (!(history.back() <= options.tolerance)) {
-                    if (iterations >= options.max_iterations) {
-                        reason = SolveSummary::Reason::max_iterations;
-                        return;
-                    }
-                    if (!(history.back() < 0.999 * before)) {
-                        reason = SolveSummary::Reason::stagnated;
-                        return;
-                    }
-                }
-            }
-        }
-
-        /// One cycle from residual r: h += V y with y minimising ‖r - A V y‖₂.
-        void cycle(long restart, double light, Vector r) {
-            const double beta = r.norm();
-            std::vector<Vector> V{r / beta};
-            std::vector<Vector> R; // columns of the triangular factor
-            std::vector<double> cosine, sine, g{beta};
-            for (long k = 0; k < restart && iterations < options.max_iterations; ++k) {
-                Vector w = A(V.back());
-                ++iterations;
-                Vector column = Vector::Zero(k + 2);
-                for (int pass = 0; pass < 2; ++pass) {
-                    for (long i = 0; i <= k; ++i) {
-                        const double overlap = V[static_cast<std::size_t>(i)].dot(w);
-                        column[i] += overlap;
-                        w -= overlap * V[static_cast<std::size_t>(i)];
-                    }
-                }
-                const double rest = w.norm();
-                column[k + 1] = rest;
-                for (long i = 0; i < k; ++i) { // earlier rotations
-                    const auto s = static_cast<std::size_t>(i);
-                    const double upper = cosine[s] * column[i] + sine[s] * column[i + 1];
-                    column[i + 1] = -sine[s] * column[i] + cosine[s] * column[i + 1];
-                    column[i] = upper;
-                }
-                const double length = std::hypot(column[k], column[k + 1]);
-                if (length == 0.0) {
-                    break; // A is singular on this space: nothing to gain
-                }
-                const double cos_k = column[k] / length, sin_k = column[k + 1] / length;
-                cosine.push_back(cos_k);
-                sine.push_back(sin_k);
-                column[k] = length;
-                R.push_back(column.head(k + 1));
-                g.push_back(-sin_k * g.back());
-                g[static_cast<std::size_t>(k)] *= cos_k;
-                if (rest > 0.0) {
-                    V.push_back(w / rest);
-                    // r_k = s_k² r_{k-1} + c_k g_{k+1} v_{k+1} (Saad, "Iterative Methods", 6.5.3)
-                    r = sin_k * sin_k * r + cos_k * g.back() * V.back();
-                } else {
-                    r.setZero();
-                }
-                history.push_back(largest(r) / light);
-                if (history.back() <= 0.5 * options.tolerance || rest == 0.0) {
-                    break;
-                }
-            }
-            std::vector<double> y(R.size()); // back substitution: R y = g
-            for (std::size_t k = R.size(); k-- > 0;) {
-                y[k] = g[k];
-                for (std::size_t j = k + 1; j < R.size(); ++j) {
-                    y[k] -= R[j][static_cast<Eigen::Index>(k)] * y[j];
-                }
-                y[k] /= R[k][static_cast<Eigen::Index>(k)];
-            }
-            for (std::size_t k = 0; k < R.size(); ++k) {
-                h += y[k] * V[k];
-            }
-        }
-    };
-
-    long restart_;
+    std::size_t restart_;
 };
 
 } // namespace

@@ -1,4 +1,4 @@
-// Visibility `cgal`: a CGAL AABB tree over the mesh's own index arrays, in double precision; the default and the
+// Visibility `cgal`: a CGAL AABB tree over the mesh's own index arrays, in double precision: the
 // reference. CGAL builds the tree and walks it, nearer child first; boxes and triangles are tested here, so that a
 // subtree behind the nearest hit so far is not entered, and triangles are met without gaps along their edges.
 #include <difusa/core/error.h>

@@ -1,17 +1,21 @@
 // The small steps of the transport phase apart from the rays, each alone: what a ray costs beyond its first hit. Times
 // are for all rays of one site, items a second count rays. In a room of 240,000 triangles with 10,000 sites; the points
-// at which a basis is evaluated are those that the rays of sites meet, in the order in which `gather` comes by them.
+// at which surfels are looked up, or a basis is evaluated as by a final gather, are those that the rays of sites meet,
+// in the order in which they are come by.
 #include "setting.h"
 
-#include <difusa/algebra/sparse_rows.h>
+#include <difusa/algebra/hit_lists.h>
+#include <difusa/discretisation/discretisation.h>
 #include <difusa/rays/direction_pool.h>
 #include <difusa/rays/directions.h>
 #include <difusa/rays/visibility.h>
 
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <iterator>
 
 namespace {
 
@@ -25,6 +29,7 @@ struct Setting {
     Registry registry = Registry::load();
     Scene scene = bench::make_scene(registry, {}, triangles);
     SiteSet sites = bench::make_sites(registry, scene, site_count, {});
+    Surfels surfels = Surfels(scene.mesh, Discretisation::surfel_edge(sites.spacing), Execution{});
     std::shared_ptr<Directions> directions = registry.create<Directions>("low-discrepancy");
     DirectionPool pool = DirectionPool(*directions, rays_a_site, bench::seed);
     std::vector<std::vector<Hit>> met; ///< for each site of the sample, the fronts its rays meet
@@ -95,28 +100,55 @@ void evaluate(benchmark::State& state, const Setting& setting, const std::string
     state.counters["elements"] = static_cast<double>(elements) / static_cast<double>(evaluated);
 }
 
-void accumulate(benchmark::State& state, const Setting& setting) {
-    const auto basis = bench::make_basis(setting.registry, "normalized-radial", setting.scene, setting.sites);
-    std::vector<std::vector<BasisRow>> rows(sample_size);
+void look_up_surfels(benchmark::State& state, const Setting& setting) {
+    for_each_site(state, rays_a_site, [&](std::size_t k) {
+        for (const Hit& hit : setting.met[k]) {
+            benchmark::DoNotOptimize(setting.surfels.at(hit.face, hit.u, hit.v));
+        }
+    });
+}
+
+std::vector<std::vector<Index>> bins_of(const Setting& setting) {
+    std::vector<std::vector<Index>> bins(sample_size);
     for (std::size_t k = 0; k < sample_size; ++k) {
         for (const Hit& hit : setting.met[k]) {
-            basis->evaluate(setting.scene.mesh.at(hit.face, hit.u, hit.v), rows[k].emplace_back());
+            bins[k].push_back(setting.surfels.at(hit.face, hit.u, hit.v));
         }
     }
-    RowAccumulator accumulator(setting.sites.size());
-    std::vector<SparseRows::Row> taken(sample_size);
-    std::size_t nonzeros = 0;
+    return bins;
+}
+
+/// Sorts and compresses what the rays of a site met.
+void list_hits(benchmark::State& state, const Setting& setting) {
+    const auto bins = bins_of(setting);
+    std::vector<Index> row;
     for_each_site(state, rays_a_site, [&](std::size_t k) {
-        for (const BasisRow& row : rows[k]) {
-            for (std::size_t i = 0; i < row.element.size(); ++i) {
-                accumulator.add(row.element[i], row.weight[i]);
-            }
-        }
-        taken[k] = {}; // a new row each time, as in a bake
-        accumulator.take(taken[k]);
-        nonzeros += taken[k].column.size();
+        HitLists lists(1, setting.surfels.size(), rays_a_site, 1);
+        row = bins[k];
+        lists.set(0, row);
+        benchmark::DoNotOptimize(lists);
     });
-    state.counters["nonzeros"] = benchmark::Counter(static_cast<double>(nonzeros), benchmark::Counter::kAvgIterations);
+}
+
+/// Decodes and sums them, for three channels.
+void apply(benchmark::State& state, const Setting& setting) {
+    const auto bins = bins_of(setting);
+    HitLists lists(sample_size, setting.surfels.size(), rays_a_site, 16);
+    for (std::size_t k = 0; k < sample_size; ++k) {
+        std::vector<Index> row = bins[k];
+        lists.set(k, row);
+        if (k % 16 == 15) {
+            lists.close_block(k - 15);
+        }
+    }
+    const Values b = Values::Ones(static_cast<Eigen::Index>(setting.surfels.size()), 3);
+    Values h;
+    for ([[maybe_unused]] auto _ : state) {
+        lists.apply(b, h, Execution{});
+        benchmark::DoNotOptimize(h.data());
+    }
+    state.SetItemsProcessed(static_cast<std::int64_t>(state.iterations() * sample_size * rays_a_site));
+    state.counters["bytes a ray"] = static_cast<double>(lists.bytes()) / (sample_size * rays_a_site);
 }
 
 } // namespace
@@ -138,7 +170,9 @@ int main(int argc, char** argv) {
         for (const std::string& basis : setting.registry.names("basis")) {
             add("evaluate " + basis, evaluate, basis);
         }
-        add("accumulate", accumulate);
+        add("look up surfels", look_up_surfels);
+        add("list hits", list_hits);
+        add("apply, all sites", apply);
         benchmark::RunSpecifiedBenchmarks();
         return 0;
     } catch (const std::exception& error) {

@@ -1,19 +1,21 @@
 // How much does the transport phase of a bake cost beside its rays? For each visibility engine: rays a second of
-// `gather`, and of a bare loop that casts the very same rays with the same engine and does nothing with what they
-// meet; their ratio; what a second thread gains; and the memory of the transport matrix for more and more sites.
+// `gathered`, and of a bare loop that casts the very same rays with the same engine and does nothing with what they
+// meet; their ratio; what a second thread gains; and the memory of the transport operator for more and more sites.
 //
 //     transport_bench [--mesh FILE | --triangles 240000] [--sites 10000] [--rays 256] [--repeat 5]
-//                     [--basis normalized-radial] [--visibility cgal,embree]
+//                     [--visibility cgal,embree]
 //
 // Prints Markdown. All kinds of runs take turns, and medians are given, because other work may load the machine;
 // ratios of work are from processor times, which other work disturbs less, the gain of a second thread from wall times.
 #include "setting.h"
 
 #include <difusa/core/parallel.h>
+#include <difusa/discretisation/discretisation.h>
 #include <difusa/rays/direction_pool.h>
 #include <difusa/rays/directions.h>
+#include <difusa/rays/tracer.h>
 #include <difusa/rays/visibility.h>
-#include <difusa/transport/gather.h>
+#include <difusa/transport/gathered.h>
 
 #include <algorithm>
 #include <charconv>
@@ -38,19 +40,18 @@ std::size_t count_of(const std::string& option, const std::string& text) {
 }
 
 struct Options {
-    std::string mesh, basis = "normalized-radial", visibility = "cgal,embree";
+    std::string mesh, visibility = "cgal,embree";
     std::size_t triangles = 240'000, sites = 10'000, rays = 256, repeat = 5;
 
     Options(int argc, char** argv) {
-        const std::map<std::string, std::string*> words{
-            {"--mesh", &mesh}, {"--basis", &basis}, {"--visibility", &visibility}};
+        const std::map<std::string, std::string*> words{{"--mesh", &mesh}, {"--visibility", &visibility}};
         const std::map<std::string, std::size_t*> counts{
             {"--triangles", &triangles}, {"--sites", &sites}, {"--rays", &rays}, {"--repeat", &repeat}};
         for (int i = 1; i < argc; i += 2) {
             const std::string option = argv[i];
             if (i + 1 == argc || (!words.contains(option) && !counts.contains(option))) {
                 throw UsageError(option + ": options are --mesh FILE, --triangles N, --sites N, --rays N, --repeat N, "
-                                          "--basis NAME, --visibility NAME,NAME");
+                                          "--visibility NAME,NAME");
             }
             if (words.contains(option)) {
                 *words.at(option) = argv[i + 1];
@@ -91,7 +92,7 @@ class Benchmark {
         : options_(options), registry_(Registry::load()),
           scene_(bench::make_scene(registry_, options.mesh, options.triangles)),
           sites_(bench::make_sites(registry_, scene_, options.sites, {})),
-          basis_(bench::make_basis(registry_, options.basis, scene_, sites_)),
+          surfels_(scene_.mesh, Discretisation::surfel_edge(sites_.spacing), Execution{}),
           directions_(registry_.create<Directions>("low-discrepancy")) {
         const DirectionPool pool(*directions_, options.rays, bench::seed);
         rays_a_site_ = pool.count();
@@ -99,8 +100,8 @@ class Benchmark {
         for (std::size_t j = 0; j < sites_.size(); ++j) {
             pool.rays(sites_.points[j], j, std::span(rays_).subspan(j * rays_a_site_, rays_a_site_));
         }
-        std::printf("%zu triangles, %zu sites, %zu rays a site, basis %s, %zu repetitions\n\n",
-                    scene_.mesh.triangles.size(), sites_.size(), rays_a_site_, options.basis.c_str(), options.repeat);
+        std::printf("%zu triangles, %zu sites, %zu surfels, %zu rays a site, %zu repetitions\n\n",
+                    scene_.mesh.triangles.size(), sites_.size(), surfels_.size(), rays_a_site_, options.repeat);
     }
 
     void compare(const std::vector<std::string>& engines) {
@@ -116,24 +117,23 @@ class Benchmark {
     }
 
     void memory(const std::string& engine) const {
-        std::printf("\n| sites | nonzeros a row | memory of S, MB | bytes a site |\n|---|---|---|---|\n");
+        std::printf("\n| sites | surfels | transport, MB | bytes a site | bytes a ray |\n|---|---|---|---|---|\n");
         const auto visibility = registry_.create<Visibility>(engine);
         visibility->build(scene_.mesh);
         for (const std::size_t part : {4, 2, 1}) {
             const SiteSet sites =
                 bench::make_sites(registry_, scene_, std::max<std::size_t>(options_.sites / part, 1), {});
-            const auto basis = bench::make_basis(registry_, options_.basis, scene_, sites);
-            const Transport transport = gather(scene_, sites.points, *basis, *visibility, *directions_, options_.rays,
-                                               bench::seed, {2, nullptr});
-            const auto n = static_cast<double>(sites.size());
-            const auto bytes = static_cast<double>(transport.S.bytes());
-            std::printf("| %zu | %.0f | %.1f | %.0f |\n", sites.size(), static_cast<double>(transport.S.nonzeros()) / n,
-                        1e-6 * bytes, bytes / n);
+            const Surfels surfels(scene_.mesh, Discretisation::surfel_edge(sites.spacing), Execution{});
+            const LightTransport transport = gathered({scene_.mesh, *visibility}, sites.points, surfels, *directions_,
+                                                      options_.rays, bench::seed, Execution{2});
+            const auto bytes = static_cast<double>(transport.bytes);
+            std::printf("| %zu | %zu | %.1f | %.0f | %.2f |\n", sites.size(), surfels.size(), 1e-6 * bytes,
+                        bytes / static_cast<double>(sites.size()), bytes / static_cast<double>(transport.rays));
         }
     }
 
   private:
-    /// Casts all rays, a batch for each site as `gather` does.
+    /// Casts all rays, a batch for each site as `gathered` does.
     void cast(const Visibility& visibility, const Execution& execution) const {
         std::vector<std::vector<Hit>> hits(execution.threads, std::vector<Hit>(rays_a_site_));
         parallel_for(sites_.size(), 16, execution, [&](std::size_t begin, std::size_t end, unsigned worker) {
@@ -149,12 +149,12 @@ class Benchmark {
         std::vector<Time> bare[2], whole[2]; // with one thread and with two
         for (std::size_t i = 0; i < options_.repeat + 1; ++i) {
             for (const unsigned threads : {1U, 2U}) {
-                const Execution execution{threads, nullptr};
-                Transport transport;
+                const Execution execution{threads};
+                LightTransport transport;
                 const Time cast_time = measure([&] { cast(*visibility, execution); });
                 const Time gather_time = measure([&] {
-                    transport = gather(scene_, sites_.points, *basis_, *visibility, *directions_, options_.rays,
-                                       bench::seed, execution);
+                    transport = gathered({scene_.mesh, *visibility}, sites_.points, surfels_, *directions_,
+                                         options_.rays, bench::seed, execution);
                 });
                 if (i > 0) { // the first round warms up
                     bare[threads - 1].push_back(cast_time);
@@ -193,7 +193,7 @@ class Benchmark {
     Registry registry_;
     Scene scene_;
     SiteSet sites_;
-    std::shared_ptr<Basis> basis_;
+    Surfels surfels_;
     std::shared_ptr<Directions> directions_;
     std::size_t rays_a_site_ = 0;
     std::vector<Ray> rays_;

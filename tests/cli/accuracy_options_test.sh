@@ -6,9 +6,8 @@ expect_refusal 1 "did you mean galerkin?" "$bake" "$box" out.vtp --projection ga
 expect_refusal 1 "sweeps" "$bake" "$box" out.vtp --projection corrected:sweep=3
 expect_refusal 1 "use --transport gather" "$bake" "$box" out.vtp --transport pairwise --projection galerkin
 expect_refusal 1 "did you mean interpolated?" "$bake" "$box" out.vtp --direct interpolatd
-expect_refusal 1 "did you mean gathered?" "$bake" "$box" out.vtp --first-bounce gatherd
-expect_refusal 1 "--first-bounce interpolated" "$bake" "$box" out.vtp --transport pairwise --first-bounce gathered
-expect_refusal 1 "leave one of the two out" "$bake" "$box" out.vtp --direct interpolated --first-bounce gathered
+expect_refusal 1 "unknown option --first-bounce" "$bake" "$box" out.vtp --first-bounce gathered
+expect_refusal 1 "unknown option --correction" "$bake" "$box" out.vtp --correction 1
 expect_refusal 1 "--final-gather 0: must be a whole number of at least 1" "$bake" "$box" out.vtp --final-gather 0
 expect_refusal 1 "--error-points -1" "$bake" "$box" out.vtp --error-points -1
 for bad in 0,0,1 0,0,0,1 0,0,1,-1 0,0,1,1,1 up; do
@@ -18,7 +17,7 @@ done
 # Every way gives a field and an estimate of its error; more rays at the output leave less of it.
 for way in "--projection natural" "--projection interpolation --basis shepard" "--projection corrected:sweeps=1" \
     "--projection least-squares" "--projection galerkin:points=2" "--basis moving-least-squares --projection galerkin" \
-    "--first-bounce interpolated" "--direct interpolated" "--transport pairwise"; do
+    "--projection corrected:in=equation" "--direct interpolated" "--transport pairwise"; do
     # shellcheck disable=SC2086
     expect_exit 0 "$bake" "$box" out.vtp $small $way --report out.json
     expect_text stdout "error: rms residual"

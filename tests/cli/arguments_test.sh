@@ -23,6 +23,7 @@ usage "did you mean 'poisson-disk'?" "$box" out.vtp --sampler poison_disk
 usage "did you mean 'low-discrepancy'?" "$box" out.vtp --directions low-discrepancies
 usage "did you mean 'disc'?" "$box" out.vtp --kernel disk --transport pairwise
 usage "did you mean 'disc'?" "$box" out.vtp --kernel disk
+usage "leave it out, or use --transport pairwise" "$box" out.vtp --kernel point
 usage "did you mean gather?" "$box" out.vtp --transport gathr
 usage "did you mean 'width'?" "$box" out.vtp --basis radial:widht=1
 usage "no parameter 'areas'" "$box" out.vtp --transport gather:areas=integral
@@ -67,5 +68,3 @@ expect_exit 0 "$bake" "$box" out.ply $small --basis radial:profile=cubic,width=1
 expect_text report.json '"basis": "radial:width=1,profile=cubic"'
 expect_exit 0 "$bake" "$box" out.ply $small --seed 18446744073709551615 --report report.json --quiet
 expect_text report.json '"seed": 18446744073709551615'
-expect_exit 0 "$bake" "$box" out.ply $small --kernel point
-expect_text stdout "note: --kernel has no effect on --transport gather"

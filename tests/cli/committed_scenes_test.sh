@@ -28,7 +28,7 @@ refused 1 room_with_balls many
 refused 1 room_with_balls 10
 for name in hall bowl all; do
     refused 1 $name 10
-    grep -q "10: only room_with_balls takes a number of triangles" message
+    grep -q "10: only engine and room_with_balls take a number of triangles" message
 done
 "$DIFUSA_BIN/generate_scenes" --help >help 2>message
 grep -q "^usage: generate_scenes" help && [ ! -s message ]

@@ -22,7 +22,7 @@ report "$DIFUSA_DATA/bowl.ply" --sky 1,2,3
 report "$box"
 expect_no_text stdout "nothing emits"
 [ "$(entry report.json channels)" = 3 ] || fail "a coloured box needs three channels"
-[ "$(entry report.json lamp_triangles)" = 2 ] || fail "the lamp was not found"
+[ "$(entry report.json area_light_triangles)" = 2 ] || fail "the lamp was not found"
 
 printf 'OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n' >square.off
 report square.off --reflectance 0.25

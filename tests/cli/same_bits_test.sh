@@ -15,6 +15,11 @@ for choice in "" "--visibility embree" "--basis radial --sampler view-driven" "-
         expect_same_field one_sites.ply many_sites.ply
     done
 done
+if "$bake" --list-plugins | grep -q '^  embree '; then
+    field one.ply "$box" --visibility embree
+    field other.ply "$box" --visibility cgal
+    expect_same_field one.ply other.ply
+fi
 field one.ply "$box" --seed 7
 field again.ply "$box" --seed 7
 field other.ply "$box" --seed 8

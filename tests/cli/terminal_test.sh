@@ -17,8 +17,13 @@ done
 [ "$(tr -d '\12\40-\176' <stderr | wc -c)" = 0 ] || fail "control characters in a pipe"
 [ -z "$(sort stdout | uniq -d)" ] || fail "lines are repeated: $(sort stdout | uniq -d)"
 
+# The default engine is named by what it is.
+engine=cgal
+if "$bake" --list-plugins | grep -q '^  embree '; then
+    engine=embree
+fi
 expect_exit 0 "$bake" "$box" out.vtp $small --verbose
-expect_text stdout "basis: normalized-radial:width=1" "visibility: cgal" "time, transport: " "residuals, channel 2: "
+expect_text stdout "basis: normalized-radial:width=1" "visibility: $engine" "time, transport: " "residuals, channel 2: "
 
 # On a terminal: one line, rewritten, wiped at the end. With as many rays as it takes to see some progress.
 for rays in 128 1024 8192; do

@@ -33,8 +33,9 @@ plugins=$scratch/plugins
 mkdir "$plugins"
 cp build/wendland.so "$plugins"
 
-echo "== Its program"
+echo "== Its programs"
 build/use_library "$plugins"
+build/bake_in_memory
 
 echo "== Bad modules beside it"
 export DIFUSA_TEST_MARKER=$scratch/marker

@@ -1,25 +1,29 @@
 #!/usr/bin/env bash
 # Runs each fuzz target for a bounded time, from the committed seeds; fails on any finding.
-#   tests/fuzz/run.sh SECONDS_EACH BUILD_DIR
+#   tests/fuzz/run.sh SECONDS_EACH BUILD_DIR [JOBS]
+# JOBS targets run at a time (1).
 # BUILD_DIR is a build folder in which the targets are built; they are looked for in it and below. What the run learns
 # stays in BUILD_DIR/fuzz-corpus and makes the next one start further on; findings are kept in BUILD_DIR/fuzz-findings.
 set -euo pipefail
 
-if [[ $# -ne 2 || ! $1 =~ ^[0-9]+$ || ! -d $2 ]]; then
-    echo "usage: $0 SECONDS_EACH BUILD_DIR" >&2
+if [[ $# -lt 2 || $# -gt 3 || ! $1 =~ ^[0-9]+$ || ! -d $2 || ! ${3:-1} =~ ^[1-9][0-9]*$ ]]; then
+    echo "usage: $0 SECONDS_EACH BUILD_DIR [JOBS]" >&2
     exit 1
 fi
 seconds=$1
 build=$(cd "$2" && pwd)
+jobs=${3:-1}
 here=$(cd "$(dirname "$0")" && pwd)
 cd "$here" # scenes of the corpus name files that are there
-status=0
+readers=(off obj ply stl gltf scene image)
 
-for reader in off obj ply stl gltf scene image; do
-    target=$(find "$build" -name "fuzz_$reader" -type f -perm -u+x -print -quit)
+# fuzz READER: one target; whether it found nothing.
+fuzz() {
+    local reader=$1 target learned findings log
+    target=$(find "$build" -name 'fuzz-*' -prune -o -name "fuzz_$reader" -type f -perm -u+x -print -quit)
     if [[ -z $target ]]; then
         echo "fuzz_$reader is not built in $build: build it first (see tests/fuzz/CMakeLists.txt)" >&2
-        exit 1
+        return 1
     fi
     learned=$build/fuzz-corpus/$reader
     findings=$build/fuzz-findings/$reader
@@ -31,7 +35,21 @@ for reader in off obj ply stl gltf scene image; do
     else
         echo "fuzz_$reader: a finding, kept in $findings" >&2
         tail -n 40 "$log" >&2
-        status=1
+        return 1
     fi
+}
+
+status=0 running=0
+for reader in "${readers[@]}"; do
+    if [[ $running -ge $jobs ]]; then
+        wait -n || status=1
+        running=$((running - 1))
+    fi
+    fuzz "$reader" &
+    running=$((running + 1))
+done
+while [[ $running -gt 0 ]]; do
+    wait -n || status=1
+    running=$((running - 1))
 done
 exit $status

@@ -64,7 +64,7 @@ TEST(ErrorEstimate, TheBoundIsSharpForAConstantError) {
         BakeOptions options = coarse(0.25, 64);
         options.solve.tolerance = 1e-12;
         const BakeResult result = baked(furnace(rho, 1.0), options);
-        FieldParts parts = result.field->parts();
+        FieldParts parts = result.field().parts();
         const double d = 0.03;
         parts.smooth.array() += d;
         const Field wrong(parts);
@@ -78,7 +78,7 @@ TEST(ErrorEstimate, TheBoundIsSharpForAConstantError) {
         EXPECT_NEAR(estimate.bound_largest, rho * d, 1e-8 * B);
         EXPECT_NEAR(estimate.reflected, B - 1.0 + rho * d, 1e-9 * B);
         const std::vector<SurfacePoint> x = even_points(result.scene->mesh, 50, RandomStream(2, "x"));
-        const Values spread = spread_residual(estimate, *parts.basis, x, Execution{});
+        const Values spread = spread_residual(estimate, *parts.system->discretisation().basis, x, Execution{});
         EXPECT_LT((spread.array() - residual).abs().maxCoeff(), 1e-6 * residual); // a root of differences of squares
     }
 }
@@ -89,11 +89,11 @@ TEST(ErrorEstimate, NoiseIsNotCountedAsError) {
     Scene scene = furnace(0.5, 0.0);
     scene.materials[4].emission = Rgb::Constant(1.0);
     const BakeResult result = baked(scene, coarse(0.2, 512));
-    const ErrorEstimate few = estimate_error(*result.field, 4000, 8, 1, Execution{});
-    const ErrorEstimate many = estimate_error(*result.field, 1000, 512, 2, Execution{});
+    const ErrorEstimate few = estimate_error(result.field(), 4000, 8, 1, Execution{});
+    const ErrorEstimate many = estimate_error(result.field(), 1000, 512, 2, Execution{});
     const std::vector<SurfacePoint> x = even_points(scene.mesh, 1000, RandomStream(3, "x"));
-    const Irradiance a = result.field->gather(x, 8, 1, "one", Execution{}),
-                     b = result.field->gather(x, 8, 1, "other", Execution{});
+    const Irradiance a = result.field().gather(x, 8, 1, "one", Execution{}),
+                     b = result.field().gather(x, 8, 1, "other", Execution{});
     const double noise = 0.5 * std::sqrt(0.5 * (a.direct + a.indirect - b.direct - b.indirect).squaredNorm() / 1000.0);
     EXPECT_GT(noise, 2.0 * few.high) << "else nothing is shown";
     EXPECT_LE(few.low, many.high);

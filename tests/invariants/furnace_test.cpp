@@ -2,7 +2,7 @@
 // Every basis, transport, solver and visibility engine that is found takes part.
 //
 // How far a discretisation may be off follows from what it does to a constant. Let (K1)_j be the row sums of the
-// operator K = S P, l_j those of the direct light L, and h* = E/(1-rho) the exact irradiance (= B). With
+// operator K = D P Π, l_j those of the transport D, and h* = E/(1-rho) the exact irradiance (= B). With
 // h = l E + K (rho h) + r, r the solver's residual, the error e = h - h* obeys
 //     e_j = (l_j - 1) E + rho h* ((K1)_j - 1) + rho (K e)_j + r_j,
 // so that, if rho ‖K‖∞ < 1,
@@ -10,19 +10,11 @@
 // A gather over a partition of unity has l = K1 = 1 up to the rounding of sums of weights: what is left is the
 // residual.
 #include <difusa/algebra/spectral_radius.h>
-#include <difusa/discretisation/element_integrals.h>
 #include <difusa/discretisation/evaluate.h>
-#include <difusa/discretisation/projection.h>
-#include <difusa/radiosity/transport_operator.h>
-#include <difusa/rays/directions.h>
-#include <difusa/rays/visibility.h>
-#include <difusa/transport/gather.h>
-#include <difusa/transport/kernel.h>
-#include <difusa/transport/pairwise.h>
 
 #include <support/dense_operator.h>
+#include <support/discretised.h>
 #include <support/rooms.h>
-#include <support/sited.h>
 #include <support/surface_sampling.h>
 
 #include <gtest/gtest.h>
@@ -55,41 +47,18 @@ std::vector<Room> rooms() {
 }
 
 /// A closed scene with everything that its transport needs.
-struct Furnace {
-    Scene scene;
-    SiteSet sites;
-    std::shared_ptr<Visibility> visibility;
-    std::shared_ptr<Basis> basis;
-
-    Furnace(const Mesh& mesh, double spacing, const std::string& engine, const std::string& basis_choice)
-        : scene(test::uniform_scene(mesh, 0.5, E)), sites(test::poisson_sites(scene.mesh, spacing)),
-          visibility(test::plugin<Visibility>(engine)), basis(test::plugin<Basis>(basis_choice)) {
-        visibility->build(scene.mesh);
-        basis->bind(scene.mesh, sites);
-    }
-    Furnace(const Furnace&) = delete;
-    Furnace& operator=(const Furnace&) = delete;
-
-    Transport gathered(const std::string& directions = "low-discrepancy") const {
-        return gather(scene, sites.points, *basis, *visibility, *test::plugin<Directions>(directions), rays, 1,
-                      Execution{});
-    }
+struct Furnace : test::Discretised {
+    Furnace(const Mesh& mesh, double spacing, const std::string& caster, const std::string& basis)
+        : Discretised(test::uniform_scene(mesh, 0.5, E), spacing, caster, basis) {}
 };
 
-/// K as a dense matrix.
-Eigen::MatrixXd dense(const LinearOperator& K) {
-    const auto n = static_cast<Eigen::Index>(K.size());
-    Values columns;
-    K.apply(Values::Identity(n, n), columns, Execution{});
-    return columns;
-}
-
 /// Solves with every solver and compares with E/(1-rho), at the sites and (through the basis) at random points.
-void expect_furnace(const Furnace& furnace, const Transport& transport, double rho, double limit_at_points) {
-    const Projection projection(*furnace.basis, furnace.sites, Execution{});
-    const TransportOperator K(transport.S, projection);
-    const Values light = direct_irradiance(furnace.scene, all_lights(furnace.scene), transport, 1, Execution{});
-    const Eigen::MatrixXd matrix = dense(K);
+void expect_furnace(const Furnace& furnace, const LightTransport& transport, double rho, double limit_at_points) {
+    const Discretisation& discretisation = furnace.discretisation;
+    const Values black = furnace.on_surfels(1.0), grey = furnace.on_surfels(rho);
+    const ReflectedTransport T(discretisation, transport, grey);
+    const Values light = test::Discretised::gather(transport, furnace.on_surfels(E));
+    const Eigen::MatrixXd matrix = test::dense(ReflectedTransport(discretisation, transport, black));
     const double norm = matrix.cwiseAbs().rowwise().sum().maxCoeff();
     const double closure = (matrix.rowwise().sum().array() - 1.0).abs().maxCoeff();
     const double light_closure = (light.array() / E - 1.0).abs().maxCoeff();
@@ -97,7 +66,7 @@ void expect_furnace(const Furnace& furnace, const Transport& transport, double r
     const double exact = E / (1.0 - rho);
     for (const std::string& name : test::plugin_names<Solver>()) {
         SCOPED_TRACE(name);
-        const SolveProblem problem{&K, Values::Constant(light.rows(), 1, rho), light};
+        const SolveProblem problem{&T, light};
         SolveOptions options;
         options.tolerance = 1e-13;
         const SolveSummary summary = test::plugin<Solver>(name)->solve(problem, options, Execution{});
@@ -106,10 +75,10 @@ void expect_furnace(const Furnace& furnace, const Transport& transport, double r
             (light_closure * E + rho * exact * closure + summary.residual * light.maxCoeff()) / (1.0 - rho * norm);
         const double error = (summary.h.array() - exact).abs().maxCoeff();
         EXPECT_LE(error, bound + 1e-12 * exact);
-        if (furnace.basis->partition_of_unity() && limit_at_points > 0.0) {
+        if (discretisation.basis->partition_of_unity() && limit_at_points > 0.0) {
             EXPECT_LE(error, limit_at_points * exact);
             const Values f =
-                evaluate(*furnace.basis, projection.coefficients(summary.h),
+                evaluate(*discretisation.basis, discretisation.projection->coefficients(summary.h),
                          test::random_points(furnace.scene.mesh, 500, RandomStream(5, "probes")), Execution{});
             EXPECT_LE((f.array() - exact).abs().maxCoeff(), limit_at_points * exact);
         }
@@ -122,14 +91,14 @@ TEST(Furnace, GatherIsExactForPartitionsOfUnityAndWithinItsBoundElse) {
             for (const std::string& basis : test::plugin_names<Basis>()) {
                 SCOPED_TRACE(room.name + ", " + engine + ", " + basis);
                 const Furnace furnace(room.mesh, room.spacing, engine, basis);
-                const Transport transport = furnace.gathered();
-                for (std::size_t j = 0; j < furnace.sites.size(); ++j) {
+                const LightTransport transport = furnace.gathered(rays);
+                for (std::size_t j = 0; j < furnace.sites().size(); ++j) {
                     ASSERT_EQ(transport.sky[j], 0.0) << "light escapes from a closed room";
                     ASSERT_EQ(transport.back[j], 0.0) << "a back is seen in a closed room";
                 }
                 // The swings of solved coefficients count in the norm: a basis without unity gets less reflectance.
-                const bool unity = furnace.basis->partition_of_unity();
-                for (const double rho : unity ? std::vector<double>{0.5, 0.95} : std::vector<double>{0.1}) {
+                const bool unity = furnace.discretisation.basis->partition_of_unity();
+                for (const double rho : unity ? std::vector<double>{0.5, 0.95} : std::vector<double>{0.05}) {
                     expect_furnace(furnace, transport, rho, 1e-10);
                 }
             }
@@ -146,7 +115,7 @@ TEST(Furnace, GatherIsExactWhereverTheRoomStands) {
             for (const std::string& engine : test::plugin_names<Visibility>()) {
                 SCOPED_TRACE(engine + " scale " + std::to_string(scale) + " far " + std::to_string(far));
                 const Furnace furnace(mesh, 0.33 * scale, engine, "shepard");
-                expect_furnace(furnace, furnace.gathered(), 0.8, 1e-10);
+                expect_furnace(furnace, furnace.gathered(rays), 0.8, 1e-10);
             }
         }
     }
@@ -156,7 +125,7 @@ TEST(Furnace, AnyDirectionsDo) {
     for (const std::string& directions : test::plugin_names<Directions>()) {
         SCOPED_TRACE(directions);
         const Furnace furnace(test::room_with_block(), 0.22, "cgal", "normalized-radial");
-        expect_furnace(furnace, furnace.gathered(directions), 0.9, 1e-10);
+        expect_furnace(furnace, furnace.gathered(rays, directions), 0.9, 1e-10);
     }
 }
 
@@ -164,17 +133,16 @@ TEST(Furnace, PairwiseStaysWithinTheBoundOfItsRowSums) {
     for (const Room& room : rooms()) {
         for (const std::string& engine : test::plugin_names<Visibility>()) {
             for (const std::string& basis : test::plugin_names<Basis>()) {
-                Furnace furnace(room.mesh, room.spacing, engine, basis);
-                const ElementIntegrals integrals =
-                    element_integrals(furnace.scene, *furnace.basis, room.spacing, Execution{});
-                furnace.sites.area = integrals.area;
+                const Furnace furnace(room.mesh, room.spacing, engine, basis);
+                const Values black = furnace.on_surfels(1.0);
                 for (const std::string& kernel : test::plugin_names<Kernel>()) {
                     SCOPED_TRACE(room.name + ", " + engine + ", " + basis + ", " + kernel);
-                    const Transport transport = pairwise(furnace.scene, furnace.sites, integrals, *furnace.visibility,
-                                                         *test::plugin<Kernel>(kernel), Execution{});
-                    const Projection projection(*furnace.basis, furnace.sites, Execution{});
-                    const double norm =
-                        dense(TransportOperator(transport.S, projection)).cwiseAbs().rowwise().sum().maxCoeff();
+                    const LightTransport transport = furnace.paired(kernel);
+                    const double norm = test::dense(ReflectedTransport(furnace.discretisation, transport, black))
+                                            .cwiseAbs()
+                                            .rowwise()
+                                            .sum()
+                                            .maxCoeff();
                     // Half of what the norm allows, so that the bound exists whatever the kernel does close by.
                     expect_furnace(furnace, transport, std::min(0.5, 0.5 / norm), 0.0);
                 }
@@ -188,14 +156,12 @@ TEST(Furnace, TheDiscKernelApproachesItAsSitesGetDenser) {
     // get wrong: a strip some spacings wide, so that the error falls with the spacing.
     double before = 1.0;
     for (const double spacing : {0.3, 0.15, 0.075}) {
-        Furnace furnace(test::box(1.0, 1, true), spacing, "cgal", "normalized-radial");
-        const ElementIntegrals integrals = element_integrals(furnace.scene, *furnace.basis, spacing, Execution{});
-        furnace.sites.area = integrals.area;
-        const Transport transport = pairwise(furnace.scene, furnace.sites, integrals, *furnace.visibility,
-                                             *test::plugin<Kernel>("disc"), Execution{});
+        const Furnace furnace(test::box(1.0, 1, true), spacing, "cgal", "normalized-radial");
+        const Values sums = furnace.row_sums(furnace.paired("disc"));
         double miss = 0.0;
-        for (std::size_t j = 0; j < furnace.sites.size(); ++j) {
-            miss += integrals.area[j] * std::abs(transport.S.row_sum(j) - 1.0) / furnace.scene.mesh.area;
+        for (std::size_t j = 0; j < furnace.sites().size(); ++j) {
+            miss += furnace.sites().area[j] * std::abs(sums(static_cast<Eigen::Index>(j), 0) - 1.0) /
+                    furnace.scene.mesh.area;
         }
         EXPECT_LT(miss, 0.75 * before) << spacing;
         before = miss;
@@ -205,13 +171,13 @@ TEST(Furnace, TheDiscKernelApproachesItAsSitesGetDenser) {
 
 TEST(Furnace, NothingThatReflectsEverythingHasAnAnswer) {
     const Furnace furnace(test::l_room(), 0.33, "cgal", "shepard");
-    const Transport transport = furnace.gathered();
-    const Projection projection(*furnace.basis, furnace.sites, Execution{});
-    const TransportOperator K(transport.S, projection);
-    const auto n = static_cast<Eigen::Index>(furnace.sites.size());
-    EXPECT_NEAR(spectral_radius(K, Values::Ones(n, 1), 40, Execution{}), 1.0, 1e-13);
-    EXPECT_NEAR(test::exact_spectral_radius(dense(K)), 1.0, 1e-12);
-    EXPECT_NEAR(spectral_radius(K, Values::Constant(n, 1, 0.7), 40, Execution{}), 0.7, 1e-13);
+    const LightTransport transport = furnace.gathered(rays);
+    const Values black = furnace.on_surfels(1.0), grey = furnace.on_surfels(0.7);
+    const ReflectedTransport K(furnace.discretisation, transport, black);
+    EXPECT_NEAR(spectral_radius(K, 40, Execution{}), 1.0, 1e-13);
+    EXPECT_NEAR(test::exact_spectral_radius(test::dense(K)), 1.0, 1e-12);
+    EXPECT_NEAR(spectral_radius(ReflectedTransport(furnace.discretisation, transport, grey), 40, Execution{}), 0.7,
+                1e-13);
 }
 
 } // namespace

@@ -71,12 +71,12 @@ TEST(PathTracing, TheCornellBoxByDefault) {
     const Scene& scene = *result.scene;
     // Few places with many paths each: for the same work that tells the mean of the squares best.
     const std::vector<SurfacePoint> x = even_points(scene.mesh, 64, RandomStream(11, "judged"));
-    const PointValues values = result.solution.at(x, 0, 1, "judged", execution);
+    const PointValues values = result.field().at(x, 0, 1, "judged", execution);
     std::vector<std::array<test::Traced, 2>> traced(x.size());
     parallel_for(x.size(), 1, execution, [&](std::size_t begin, std::size_t end, unsigned) {
         for (std::size_t i = begin; i < end; ++i) {
             for (std::size_t half = 0; half < 2; ++half) {
-                traced[i][half] = test::trace_paths(scene, *result.field->parts().visibility, x[i], paths / 2,
+                traced[i][half] = test::trace_paths(scene, *result.system->parts().engine, x[i], paths / 2,
                                                     RandomStream(5, half == 0 ? "first" : "second", i));
             }
         }

@@ -10,20 +10,35 @@
 
 namespace difusa::test {
 
+/// K diag(rho) with a reflectance rho for each of `channels` columns, which take turns over the columns of an operand;
+/// or K itself.
 class DenseOperator final : public LinearOperator {
   public:
-    explicit DenseOperator(Eigen::MatrixXd K) : K_(std::move(K)) {}
-    std::size_t size() const override { return static_cast<std::size_t>(K_.rows()); }
+    explicit DenseOperator(Eigen::MatrixXd K) : K_(std::move(K)), rho_(Values::Ones(K_.cols(), 1)) {}
+    DenseOperator(Eigen::MatrixXd K, Values rho) : K_(std::move(K)), rho_(std::move(rho)) {}
+    std::size_t rows() const override { return static_cast<std::size_t>(K_.rows()); }
+    std::size_t columns() const override { return static_cast<std::size_t>(K_.cols()); }
     void apply(const Values& x, Values& y, const Execution& /*execution*/) const override {
         ++applications;
-        y = K_ * x;
+        y = K_ * reflected(x);
+    }
+    void apply_transpose(const Values& x, Values& y, const Execution& /*execution*/) const override {
+        y = reflected(K_.transpose() * x);
     }
     const Eigen::MatrixXd& matrix() const { return K_; }
+    const Values& rho() const { return rho_; }
 
     mutable int applications = 0;
 
   private:
+    Values reflected(Values x) const {
+        for (Eigen::Index c = 0; c < x.cols(); ++c) {
+            x.col(c) = x.col(c).cwiseProduct(rho_.col(c % rho_.cols()));
+        }
+        return x;
+    }
     Eigen::MatrixXd K_;
+    Values rho_;
 };
 
 /// Entries uniform in [0,1), with the share `density` of them not zero.

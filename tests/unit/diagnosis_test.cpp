@@ -1,15 +1,9 @@
 #include <difusa/repair/diagnosis.h>
 
-#include <difusa/core/error.h>
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <functional>
-#include <limits>
-#include <map>
-#include <numeric>
-
+#include "diagnosed.h"
 #include "meshes.h"
 #include "soups.h"
 
@@ -21,79 +15,7 @@ using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
-using Counts = std::map<std::string, std::size_t>;
-
-Counts counts(const Diagnosis& diagnosis) {
-    Counts result;
-    for (const Finding& finding : diagnosis.findings) {
-        EXPECT_TRUE(result.emplace(finding.code, finding.count).second) << finding.code << " is listed twice";
-    }
-    return result;
-}
-
-const Finding& finding(const Diagnosis& diagnosis, const std::string& code) {
-    for (const Finding& each : diagnosis.findings) {
-        if (each.code == code) {
-            return each;
-        }
-    }
-    throw std::out_of_range(code);
-}
-
-/// The message with which the soup is refused; empty if it is not.
-std::string refusal(const PolygonSoup& soup) {
-    try {
-        diagnose(soup);
-    } catch (const InputError& error) {
-        return error.what();
-    }
-    return {};
-}
-
-/// Points and faces of a mesh with these triangles.
-PolygonSoup soup_of(const Mesh& mesh) {
-    std::vector<std::vector<Index>> faces;
-    for (const auto& t : mesh.triangles) {
-        faces.emplace_back(t.begin(), t.end());
-    }
-    return make_soup(mesh.points, faces);
-}
-
-PolygonSoup moved(PolygonSoup soup, const test::Motion& motion) {
-    soup.points = motion(soup.points);
-    return soup;
-}
-
-/// The unit cube as six quads, facing outward.
-PolygonSoup cube() {
-    return make_soup({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}},
-                     {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}});
-}
-
-/// The soup with the faces reversed whose bits are set.
-PolygonSoup with_reversed(const PolygonSoup& soup, std::uint64_t bits) {
-    auto faces = test::faces_of(soup);
-    for (std::size_t f = 0; f < faces.size(); ++f) {
-        if ((bits >> f & 1U) != 0) {
-            std::reverse(faces[f].begin(), faces[f].end());
-        }
-    }
-    return make_soup(soup.points, faces);
-}
-
-/// Volume enclosed, positive if the fronts are outside.
-double signed_volume(const Mesh& mesh) {
-    double volume = 0.0;
-    for (const auto& [a, b, c] : mesh.triangles) {
-        const Vec3 origin = mesh.points[0];
-        volume += (mesh.points[a] - origin).dot((mesh.points[b] - origin).cross(mesh.points[c] - origin)) / 6.0;
-    }
-    return volume;
-}
+using namespace diagnosed;
 
 // What is left alone ----------------------------------------------------------------------------------------------
 
@@ -346,267 +268,6 @@ TEST(Diagnosis, ConcaveAndNonPlanarPolygonsAreNamed) {
     EXPECT_DOUBLE_EQ(result.mesh.areas[0] + result.mesh.areas[1], 3.0);
 }
 
-// Orientation -----------------------------------------------------------------------------------------------------
-
-TEST(Diagnosis, CubeWithAnyFacesReversedIsRestored) {
-    for (std::uint64_t bits = 0; bits < 64; ++bits) {
-        SCOPED_TRACE(bits);
-        const PolygonSoup soup = with_reversed(cube(), bits);
-        const auto reversed = static_cast<std::size_t>(std::popcount(bits));
-        // The majority decides; of three against three, the first face.
-        const bool inward = reversed > 3 || (reversed == 3 && (bits & 1U) != 0);
-        for (const test::Motion& motion : test::motions()) {
-            SCOPED_TRACE(motion.name);
-            const DiagnosedMesh result = diagnose(moved(soup, motion));
-            EXPECT_EQ(counts(result.diagnosis)["inconsistent-orientation"], inward ? 6 - reversed : reversed);
-            const double volume = std::pow(motion.scale, 3);
-            EXPECT_NEAR(signed_volume(result.mesh), inward ? -volume : volume, 1e-8 * volume);
-            EXPECT_EQ(counts(result.diagnosis).count("border-edges"), 0U);
-        }
-    }
-}
-
-TEST(Diagnosis, BallWithRandomFacesReversedIsRestored) {
-    const Mesh ball = test::icosphere(3);
-    for (std::uint64_t i = 0; i < 10; ++i) {
-        RandomStream random(4, "reversed", i);
-        std::vector<std::vector<Index>> faces;
-        std::vector<double> areas;
-        double reversed_area = 0.0;
-        std::size_t reversed = 0;
-        for (std::size_t t = 0; t < ball.triangles.size(); ++t) {
-            faces.emplace_back(ball.triangles[t].begin(), ball.triangles[t].end());
-            if (random.below(2) == 0) {
-                std::swap(faces.back()[0], faces.back()[1]);
-                reversed_area += ball.areas[t];
-                ++reversed;
-            }
-        }
-        const DiagnosedMesh result = diagnose(make_soup(ball.points, faces));
-        const bool inward = reversed_area > 0.5 * ball.area;
-        EXPECT_NEAR(signed_volume(result.mesh), (inward ? -1 : 1) * signed_volume(ball), 1e-12);
-        EXPECT_EQ(counts(result.diagnosis),
-                  (Counts{{"inconsistent-orientation", inward ? faces.size() - reversed : reversed}}));
-    }
-}
-
-TEST(Diagnosis, AreaDecidesNotTheNumberOfFaces) {
-    // Ten thin strips against one wide face.
-    std::vector<Vec3> points{{-100, 0, 0}, {-100, 1, 0}};
-    std::vector<std::vector<Index>> faces;
-    for (Index i = 0; i <= 10; ++i) {
-        points.emplace_back(i, 0, 0);
-        points.emplace_back(i, 1, 0);
-    }
-    faces.push_back({0, 2, 3, 1});
-    for (Index i = 1; i <= 10; ++i) {
-        faces.push_back({2 * i, 2 * i + 1, 2 * i + 3, 2 * i + 2}); // facing down
-    }
-    const DiagnosedMesh result = diagnose(make_soup(points, faces));
-    EXPECT_EQ(counts(result.diagnosis)["inconsistent-orientation"], 10U);
-    for (const Vec3& normal : result.mesh.normals) {
-        EXPECT_DOUBLE_EQ(normal.z(), 1.0);
-    }
-}
-
-TEST(Diagnosis, OrientationStopsAtEdgesOfThreeFaces) {
-    Mesh book = test::book(3);
-    std::swap(book.triangles[0][1], book.triangles[0][2]); // both triangles of one page
-    std::swap(book.triangles[1][1], book.triangles[1][2]);
-    const DiagnosedMesh result = diagnose(soup_of(book));
-    EXPECT_EQ(counts(result.diagnosis), (Counts{{"non-manifold-edges", 1}, {"border-edges", 9}}));
-    EXPECT_THAT(finding(result.diagnosis, "non-manifold-edges").places,
-                ElementsAre("face 1 (line 101) near (0, 0, 0.5)"));
-    EXPECT_EQ(result.mesh.triangles, book.triangles);
-}
-
-TEST(Diagnosis, MoebiusStripIsReportedAndLeftAlone) {
-    for (const int segments : {5, 6, 50}) {
-        const Mesh strip = test::mobius(segments);
-        const DiagnosedMesh result = diagnose(soup_of(strip));
-        const auto borders = static_cast<std::size_t>(2 * segments);
-        EXPECT_EQ(counts(result.diagnosis), (Counts{{"one-sided-pieces", 1}, {"border-edges", borders}}));
-        EXPECT_EQ(result.mesh.triangles, strip.triangles);
-    }
-    // Two strips are two pieces.
-    const Mesh two = test::together(test::mobius(7), test::moved(test::mobius(9), 1.0, Vec3(5, 0, 0)));
-    EXPECT_EQ(counts(diagnose(soup_of(two)).diagnosis)["one-sided-pieces"], 2U);
-}
-
-// Topology --------------------------------------------------------------------------------------------------------
-
-TEST(Diagnosis, EulerCountOfBorders) {
-    const DiagnosedMesh result = diagnose(soup_of(test::grid(7, 4)));
-    EXPECT_EQ(counts(result.diagnosis), (Counts{{"border-edges", 22}}));
-}
-
-TEST(Diagnosis, TouchingTipsAreNonManifoldVertices) {
-    const DiagnosedMesh result =
-        diagnose(make_soup({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {-1, 0, 0}, {-1, -1, 0}}, {{0, 1, 2}, {0, 3, 4}}));
-    EXPECT_EQ(counts(result.diagnosis), (Counts{{"non-manifold-vertices", 1}, {"border-edges", 6}}));
-    EXPECT_THAT(finding(result.diagnosis, "non-manifold-vertices").places,
-                ElementsAre("face 0 (line 100) near (0, 0, 0)"));
-    EXPECT_EQ(finding(result.diagnosis, "border-edges").message(),
-              "6 border edges (face 0 (line 100) near (0.5, 0, 0); face 0 (line 100) near (0.5, 0.5, 0); face 1 (line "
-              "101) near (-0.5, 0, 0); ...)");
-}
-
-// Identities ------------------------------------------------------------------------------------------------------
-
-TEST(Diagnosis, VerdictsDoNotDependOnTheOrderOfFaces) {
-    PolygonSoup soup = with_reversed(cube(), 0b000100);
-    for (const auto& face : std::vector<std::vector<Index>>{{0, 0, 1}, {6, 7, 4, 5}, {1, 2, 3, 0}, {0, 1, 0}}) {
-        soup.add_face(face, none, 0);
-    }
-    const Counts expected = counts(diagnose(soup).diagnosis);
-    auto faces = test::faces_of(soup);
-    RandomStream random(5, "order");
-    for (int round = 0; round < 100; ++round) {
-        for (std::size_t i = faces.size(); i > 1; --i) {
-            std::swap(faces[i - 1], faces[random.below(i)]);
-        }
-        EXPECT_EQ(counts(diagnose(make_soup(soup.points, faces)).diagnosis), expected);
-    }
-}
-
-/// What mesh.h promises.
-void expect_invariants(const Mesh& mesh, std::size_t file_faces) {
-    ASSERT_FALSE(mesh.triangles.empty());
-    EXPECT_EQ(mesh.original_face.size(), mesh.triangles.size());
-    EXPECT_EQ(mesh.material.size(), mesh.triangles.size());
-    EXPECT_TRUE(std::is_sorted(mesh.original_face.begin(), mesh.original_face.end()));
-    EXPECT_LT(mesh.original_face.back(), file_faces);
-    std::vector<char> named(mesh.points.size(), 0);
-    for (const auto& triangle : mesh.triangles) {
-        for (const Index corner : triangle) {
-            ASSERT_LT(corner, mesh.points.size());
-            named[corner] = 1;
-        }
-    }
-    EXPECT_EQ(std::count(named.begin(), named.end(), 0), 0);
-    EXPECT_THAT(mesh.areas, testing::Each(testing::Gt(0.0)));
-    for (const Vec3& normal : mesh.normals) {
-        EXPECT_NEAR(normal.norm(), 1.0, 1e-12);
-    }
-    std::vector<std::array<double, 3>> places;
-    for (const Vec3& point : mesh.points) {
-        EXPECT_TRUE(point.allFinite());
-        places.push_back({point.x() + 0.0, point.y() + 0.0, point.z() + 0.0});
-    }
-    std::sort(places.begin(), places.end());
-    EXPECT_EQ(std::adjacent_find(places.begin(), places.end()), places.end());
-}
-
-/// Nothing disappears uncounted.
-void expect_accounts(const DiagnosedMesh& result) {
-    Counts found = counts(result.diagnosis);
-    std::vector<Index> faces = result.mesh.original_face;
-    faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
-    EXPECT_EQ(result.diagnosis.file_faces,
-              faces.size() + found["too-few-corners"] + found["zero-area-faces"] + found["duplicate-faces"]);
-    EXPECT_EQ(result.diagnosis.file_points, result.mesh.points.size() + found["duplicate-points"] +
-                                                found["unreferenced-points"] + found["orphaned-points"]);
-    for (const Finding& each : result.diagnosis.findings) {
-        EXPECT_GT(each.count, 0U);
-        EXPECT_EQ(each.places.size(), std::min<std::size_t>(each.count, 3));
-    }
-}
-
-TEST(Diagnosis, RandomSoupsGiveAMeshOrAnInputError) {
-    // Few places, so that everything coincides and crosses; each kind of soup must both pass and fail often enough.
-    int meshes = 0, refused = 0;
-    for (std::uint64_t i = 0; i < 3000; ++i) {
-        SCOPED_TRACE(i);
-        RandomStream random(1, "soup", i);
-        const std::uint64_t grid = 2 + random.below(4), most_corners = 2 + random.below(5);
-        const double scale = std::pow(10.0, static_cast<double>(random.below(13)) - 6.0);
-        const double offset = random.below(3) == 0 ? 1e6 * scale : 0.0;
-        const bool flat = random.below(2) == 0, noisy = random.below(3) == 0, hostile = random.below(6) == 0;
-        std::vector<Vec3> points;
-        for (std::uint64_t p = 0, n = 1 + random.below(20); p < n; ++p) {
-            const auto coordinate = [&] {
-                return offset + scale * (static_cast<double>(random.below(grid)) + (noisy ? random.uniform() : 0.0));
-            };
-            points.emplace_back(coordinate(), coordinate(), flat ? 0.0 : coordinate());
-            if (hostile && random.below(8) == 0) {
-                points.back()[static_cast<Eigen::Index>(random.below(3))] =
-                    std::array{nan, infinity, -0.0, 1e300, 5e-324}[random.below(5)];
-            }
-        }
-        std::vector<std::vector<Index>> faces(random.below(25));
-        for (auto& face : faces) {
-            face.resize(random.below(most_corners + 1));
-            for (Index& corner : face) {
-                corner = static_cast<Index>(random.below(points.size() + (hostile ? 1 : 0)));
-            }
-        }
-        const PolygonSoup soup = make_soup(points, faces);
-        try {
-            const DiagnosedMesh result = diagnose(soup);
-            expect_invariants(result.mesh, faces.size());
-            expect_accounts(result);
-            ++meshes;
-        } catch (const InputError& error) {
-            EXPECT_THAT(error.what(), testing::StartsWith("scene.obj:"));
-            ++refused;
-        }
-    }
-    EXPECT_GT(meshes, 500);
-    EXPECT_GT(refused, 500);
-}
-
-TEST(Diagnosis, ScalingByAPowerOfTwoChangesNoBit) {
-    for (std::uint64_t i = 0; i < 200; ++i) {
-        RandomStream random(2, "soup", i);
-        std::vector<Vec3> points;
-        for (int p = 0; p < 12; ++p) {
-            points.emplace_back(random.uniform(), random.uniform(), 0.1 * random.uniform());
-        }
-        std::vector<std::vector<Index>> faces(6);
-        for (auto& face : faces) {
-            for (std::uint64_t k = 0, n = 3 + random.below(2); k < n; ++k) {
-                face.push_back(static_cast<Index>(random.below(12)));
-            }
-        }
-        const PolygonSoup soup = make_soup(points, faces);
-        const auto verdict = [&](double scale) -> std::string {
-            try {
-                const DiagnosedMesh result = diagnose(moved(soup, {"", scale, Eigen::Matrix3d::Identity(), {0, 0, 0}}));
-                std::string text;
-                for (const Finding& each : result.diagnosis.findings) {
-                    text += each.code + std::to_string(each.count) + " ";
-                }
-                for (const auto& [a, b, c] : result.mesh.triangles) {
-                    text += std::to_string(a) + "," + std::to_string(b) + "," + std::to_string(c) + " ";
-                }
-                return text;
-            } catch (const InputError&) {
-                return "refused";
-            }
-        };
-        const std::string expected = verdict(1.0);
-        EXPECT_EQ(verdict(0x1p-20), expected);
-        EXPECT_EQ(verdict(0x1p20), expected);
-    }
-}
-
-TEST(Diagnosis, ManyFacesAroundOneVertexOrEdge) {
-    // Quadratic work would take hours here.
-    constexpr Index n = 300000;
-    std::vector<Vec3> fan{{0, 0, 1}}, edge{{0, 0, 0}, {0, 0, 1}};
-    std::vector<std::vector<Index>> fan_faces, edge_faces;
-    for (Index i = 0; i < n; ++i) {
-        const double angle = 2 * std::numbers::pi * i / n;
-        fan.emplace_back(std::cos(angle), std::sin(angle), 0.0);
-        edge.emplace_back(std::cos(angle), std::sin(angle), 0.0);
-        fan_faces.push_back({0, i + 1, (i + 1) % n + 1});
-        edge_faces.push_back({0, 1, i + 2});
-    }
-    EXPECT_EQ(counts(diagnose(make_soup(fan, fan_faces)).diagnosis), (Counts{{"border-edges", n}}));
-    EXPECT_EQ(counts(diagnose(make_soup(edge, edge_faces)).diagnosis),
-              (Counts{{"non-manifold-edges", 1}, {"border-edges", 2 * n}}));
-}
-
 // Textures and double-sided materials -----------------------------------------------------------------------------
 
 std::shared_ptr<const Texture> even_texture(float value) {
@@ -723,6 +384,37 @@ TEST(Diagnosis, PlacesAreNamedByTheFilesOfAScene) {
     soup.points[4][2] = nan;
     EXPECT_THAT(refusal(soup),
                 AllOf(HasSubstr("b.obj:101: point 1 of b.obj"), HasSubstr("face 0 (line 101) of b.obj")));
+}
+
+TEST(Diagnosis, FacesThatCross) {
+    const std::vector<Vec3> floor{{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}};
+    const auto with_wall = [&](double low, double lean) {
+        std::vector<Vec3> points = floor;
+        for (const Vec3& p : {Vec3(0.75 + lean * low, 0.5, low), Vec3(0.75 + lean * low, 1.5, low),
+                              Vec3(0.75 + lean, 1.5, 1), Vec3(0.75 + lean, 0.5, 1)}) {
+            points.push_back(p);
+        }
+        return diagnose(make_soup(points, {{0, 1, 2, 3}, {4, 5, 6, 7}})).diagnosis;
+    };
+    for (const double lean : {0.0, 0.5}) {
+        // One pair of faces, although several of their triangles cross.
+        const Diagnosis through = with_wall(-0.25, lean);
+        EXPECT_EQ(counts(through)["crossing-faces"], 1U);
+        EXPECT_THAT(finding(through, "crossing-faces").places,
+                    ElementsAre(HasSubstr("face 0 (line 100) and face 1 (line 101) near (0.75, ")));
+        EXPECT_FALSE(finding(through, "crossing-faces").repaired);
+        EXPECT_EQ(counts(with_wall(0.0, lean)).count("crossing-faces"), 0U) << "stands on it";
+        EXPECT_EQ(counts(with_wall(0.25, lean)).count("crossing-faces"), 0U) << "above it";
+    }
+    // Overlaps in one plane, neighbours at an edge or a vertex, and a vertex from which a triangle does cross another.
+    const auto crossings = [](const std::vector<Vec3>& points, const std::vector<std::vector<Index>>& faces) {
+        return counts(diagnose(make_soup(points, faces)).diagnosis)["crossing-faces"];
+    };
+    EXPECT_EQ(crossings({{0, 0, 0}, {2, 0, 0}, {0, 2, 0}, {1, 0, 0}, {3, 0, 0}, {1, 2, 0}}, {{0, 1, 2}, {3, 4, 5}}),
+              0U);
+    EXPECT_EQ(crossings({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 1, 2}, {1, 0, 3}}), 0U);
+    EXPECT_EQ(crossings({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 1}, {-1, 0, -1}}, {{0, 1, 2}, {0, 3, 4}}), 0U);
+    EXPECT_EQ(crossings({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 1}, {1, 1, -1}}, {{0, 1, 2}, {0, 3, 4}}), 1U);
 }
 
 } // namespace

@@ -1,9 +1,10 @@
 #include <difusa/import/shapes.h>
 #include <difusa/lighting/direct_light.h>
 #include <difusa/lighting/lambert.h>
+#include <difusa/lighting/surfel_light.h>
 #include <difusa/mesh/surface_sampling.h>
 #include <difusa/rays/brute_force.h>
-#include <difusa/transport/gather.h>
+#include <difusa/transport/gathered.h>
 
 #include <support/sited.h>
 
@@ -24,7 +25,15 @@ struct Lit {
         scene.suns = std::move(suns);
         visibility.build(scene.mesh);
     }
+    Tracer tracer() const { return {scene.mesh, visibility}; }
 };
+
+/// What comes from suns and point lights, of which there are no other lights.
+Rgb light_at(const DirectLight& light, const SurfacePoint& x) {
+    DirectLight::Worker worker;
+    RandomStream stream(1, "unused");
+    return light.irradiance(x, 64, stream, worker);
+}
 
 Mesh floor_with_screen() {
     Mesh mesh = rectangle(Vec3(0, 0, 0), Vec3(4, 0, 0), Vec3(0, 4, 0));
@@ -35,7 +44,7 @@ Mesh floor_with_screen() {
 TEST(DirectLight, ASunGivesTheCosineOrNothing) {
     const Vec3 s = Vec3(0.3, 0.2, 1.0).normalized();
     const Lit lit(floor_with_screen(), {{s, Rgb(1, 2, 3)}});
-    const DirectLight light(lit.scene, lit.visibility);
+    const DirectLight light(lit.scene, lit.tracer());
     DirectLight::Worker worker;
     RandomStream stream(1, "unused");
     int shaded = 0;
@@ -56,7 +65,7 @@ TEST(DirectLight, ASunGivesTheCosineOrNothing) {
 
 TEST(DirectLight, NothingIsCastWhereNoSuchLightIs) {
     const Lit lit(floor_with_screen(), {{Vec3::UnitZ(), Rgb::Zero()}});
-    const DirectLight light(lit.scene, lit.visibility);
+    const DirectLight light(lit.scene, lit.tracer());
     EXPECT_FALSE(light.any());
     EXPECT_EQ(light.rays_per_point(64), 0U);
     DirectLight::Effort effort;
@@ -67,9 +76,8 @@ TEST(DirectLight, NothingIsCastWhereNoSuchLightIs) {
 
 TEST(DirectLight, ASunBelowTheHorizonOrBehindTheSurfaceIsDark) {
     const Lit lit(floor_with_screen(), {{Vec3(1, 0, 0), Rgb::Ones()}, {-Vec3::UnitZ(), Rgb::Ones()}});
-    const DirectLight light(lit.scene, lit.visibility);
-    DirectLight::Worker worker;
-    EXPECT_TRUE((light.from_outside(lit.scene.mesh.at(0, 0.2, 0.2), worker) == 0.0).all());
+    const DirectLight light(lit.scene, lit.tracer());
+    EXPECT_TRUE((light_at(light, lit.scene.mesh.at(0, 0.2, 0.2)) == 0.0).all());
 }
 
 /// A ball of facets with the normals of the sphere: the sun's irradiance is the cosine all over the lit half, also
@@ -77,15 +85,14 @@ TEST(DirectLight, ASunBelowTheHorizonOrBehindTheSurfaceIsDark) {
 TEST(DirectLight, ShadingNormalsFaceSunsThatTheirFacetsDoNot) {
     const Vec3 s = Vec3(1, 2, 3).normalized();
     const Lit lit(sphere(1.0, 3, Front::outside), {{s, Rgb::Ones()}});
-    const DirectLight light(lit.scene, lit.visibility);
-    DirectLight::Worker worker;
+    const DirectLight light(lit.scene, lit.tracer());
     int grazing = 0;
     for (SurfacePoint x : even_points(lit.scene.mesh, 5000, RandomStream(1, "points"))) {
         const Vec3 facet = x.normal;
         x.normal = x.position.normalized();
         const double cosine = x.normal.dot(s);
         grazing += cosine > 0.0 && facet.dot(s) < 0.0 ? 1 : 0;
-        EXPECT_EQ(light.from_outside(x, worker)[0], cosine > 0.0 ? cosine : 0.0);
+        EXPECT_EQ(light_at(light, x)[0], cosine > 0.0 ? cosine : 0.0);
     }
     EXPECT_GT(grazing, 10);
 }
@@ -96,11 +103,10 @@ TEST(DirectLight, SameBitsForAnyNumberOfThreads) {
     lit.scene.materials[1].emission = Rgb::Constant(5.0);
     add(lit.scene.mesh, rectangle(Vec3(1.4, 1.2, 3), Vec3(0, 0.5, 0), Vec3(0.5, 0, 0)), 1);
     lit.visibility.build(lit.scene.mesh);
-    const DirectLight light(lit.scene, lit.visibility);
-    EXPECT_EQ(light.lamp_materials(), (std::vector<char>{0, 1}));
-    EXPECT_EQ(light.lamp_count(), 2U);
+    const DirectLight light(lit.scene, lit.tracer());
+    EXPECT_EQ(light.area_light_materials(), (std::vector<char>{0, 1}));
+    EXPECT_EQ(light.area_light_count(), 2U);
     EXPECT_EQ(light.rays_per_point(64), 65U);
-    EXPECT_EQ(light.most_rays_per_point(64), 1U + 64 * Lamps::most_rounds);
     const std::vector<SurfacePoint> points = even_points(lit.scene.mesh, 300, RandomStream(1, "points"));
     DirectLight::Effort effort, effort_of_three;
     const Values one = light.irradiance(points, 3, 16, 1, "test", Execution{1, nullptr}, effort);
@@ -110,25 +116,77 @@ TEST(DirectLight, SameBitsForAnyNumberOfThreads) {
     EXPECT_NE(one, light.irradiance(points, 3, 16, 2, "test", Execution{1, nullptr}, effort));
 }
 
+/// Two suns, a point light and two lamps, each in a set of its own or not: the sets add up to what all together send.
+TEST(DirectLight, SetsAddUp) {
+    Lit lit(floor_with_screen(),
+            {{Vec3(0.1, 0, 1).normalized(), Rgb(1, 2, 3)}, {Vec3(0, 0.4, 1).normalized(), Rgb(4, 0, 1)}});
+    lit.scene.materials.resize(3);
+    lit.scene.materials[1].emission = Rgb::Constant(5.0);
+    lit.scene.materials[2].emission = Rgb(0, 7, 0);
+    lit.scene.materials[1].name = "one lamp";
+    lit.scene.materials[2].name = "other lamp";
+    lit.scene.suns[1].name = "other sun";
+    add(lit.scene.mesh, rectangle(Vec3(1.4, 1.2, 3), Vec3(0, 0.5, 0), Vec3(0.5, 0, 0)), 1);
+    add(lit.scene.mesh, rectangle(Vec3(2.4, 3.2, 3), Vec3(0, 0.5, 0), Vec3(0.5, 0, 0)), 2);
+    PointLight bulb;
+    bulb.position = Vec3(3, 1, 2);
+    bulb.intensity = Rgb(1, 1, 2);
+    lit.scene.point_lights.push_back(bulb);
+    lit.visibility.build(lit.scene.mesh);
+    const DirectLight together(lit.scene, lit.tracer()), apart(lit.scene, lit.tracer(), light_groups(lit.scene));
+    ASSERT_EQ(apart.area_light_count(), 4U);
+    const std::vector<SurfacePoint> points = even_points(lit.scene.mesh, 300, RandomStream(1, "points"));
+    DirectLight::Effort one_effort, sets_effort;
+    const Values one = together.irradiance(points, 3, 64, 1, "test", Execution{}, one_effort);
+    const Values sets = apart.irradiance(points, 3, 64, 1, "test", Execution{}, sets_effort);
+    ASSERT_EQ(sets.cols(), 15);
+    Values sum = Values::Zero(one.rows(), 3);
+    for (Eigen::Index set = 0; set < 5; ++set) {
+        EXPECT_GT(sets.middleCols(3 * set, 3).maxCoeff(), 0.0);
+        sum += sets.middleCols(3 * set, 3);
+    }
+    EXPECT_LE((sum - one).cwiseAbs().maxCoeff(), 16 * 0x1p-53 * one.maxCoeff()); // sums of five in another order
+    EXPECT_EQ(one_effort.segments, sets_effort.segments);
+
+    // Estimates of one shadow ray draw the same numbers and choose the same lamp.
+    DirectLight::Worker worker;
+    std::vector<Rgb> all(points.size()), by_set(5 * points.size());
+    RandomStream first(2, "sample"), second(2, "sample");
+    Rgb outside = Rgb::Zero(), expected = Rgb::Zero();
+    together.sample(points, first, all, worker);
+    apart.sample(points, second, by_set, worker, &outside);
+    const LightSets& names = apart.sets();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        Rgb total = Rgb::Zero();
+        for (std::size_t set = 0; set < 5; ++set) {
+            total += by_set[5 * i + set];
+        }
+        EXPECT_TRUE(((total - all[i]).abs() <= 16 * 0x1p-53 * all[i]).all());
+        for (const Index set : {names.sun[0], names.sun[1], names.point[0]}) {
+            expected += by_set[5 * i + set];
+        }
+    }
+    EXPECT_TRUE(((outside - expected).abs() <= 2e3 * 0x1p-53 * expected).all()); // 900 terms
+}
+
 /// A wall beside a floor in the sun: one reflection brings rho times the floor's irradiance times its form factor.
-TEST(DirectLight, TheFirstBounceIsGatheredWhereRaysHit) {
+TEST(DirectLight, TheFirstBounceIsGatheredFromSurfels) {
     const Vec3 s = Vec3(0, -1, 1).normalized();
     Mesh mesh = rectangle(Vec3(0, 0, 0), Vec3(2, 0, 0), Vec3(0, 2, 0));
     add(mesh, rectangle(Vec3(0, 2, 0), Vec3(2, 0, 0), Vec3(0, 0, 2)), 0);
     const Lit lit(std::move(mesh), {{s, Rgb(1, 2, 3)}});
     const Mesh& m = lit.scene.mesh;
-    const FirstBounce light(lit.scene, lit.visibility, std::make_shared<DirectLight>(lit.scene, lit.visibility), 0.5, 1,
-                            Execution{});
+    const Surfels surfels(m, 0.35, Execution{});
+    const SurfelLight light =
+        light_on_surfels(lit.scene, surfels, DirectLight(lit.scene, lit.tracer()), 3, 1, Execution{});
+    EXPECT_GT(light.segments, 0U);
     const SiteSet sites = test::poisson_sites(m, 0.5);
-    const auto basis = test::plugin<Basis>("shepard");
-    basis->bind(m, sites);
     constexpr std::size_t N = 4096;
-    const Transport transport =
-        gather(lit.scene, sites.points, *basis, lit.visibility, *test::plugin<Directions>("low-discrepancy"), N, 1,
-               Execution{}, {{}, {&light}, 3});
-    ASSERT_EQ(transport.bounce.size(), 1U);
-    ASSERT_EQ(transport.bounce[0].rows(), std::ssize(sites.points));
-    EXPECT_GT(transport.segments, 0U);
+    const LightTransport transport =
+        gathered(lit.tracer(), sites.points, surfels, *test::plugin<Directions>("low-discrepancy"), N, 1, Execution{});
+    Values h;
+    transport.gather(light.first_bounce(), {}, h, Execution{});
+    ASSERT_EQ(h.rows(), std::ssize(sites.points));
     for (std::size_t j = 0; j < sites.size(); ++j) {
         const SurfacePoint& x = sites.points[j];
         double exact = 0.0;
@@ -138,10 +196,9 @@ TEST(DirectLight, TheFirstBounceIsGatheredWhereRaysHit) {
                      lambert_form_factor(x.position, x.normal, m.corner(t, 0), m.corner(t, 1), m.corner(t, 2));
         }
         // Not worse than independent rays: a mean of N values in [0, 1/2 cos].
-        EXPECT_NEAR(transport.bounce[0](static_cast<Eigen::Index>(j), 0), exact, 4.5 * 0.25 / std::sqrt(double(N)));
+        EXPECT_NEAR(h(static_cast<Eigen::Index>(j), 0), exact, 4.5 * 0.25 / std::sqrt(double(N)));
         // Sums of N terms in another rounding.
-        EXPECT_NEAR(transport.bounce[0](static_cast<Eigen::Index>(j), 2),
-                    3.0 * transport.bounce[0](static_cast<Eigen::Index>(j), 0), N * 0x1p-53);
+        EXPECT_NEAR(h(static_cast<Eigen::Index>(j), 2), 3.0 * h(static_cast<Eigen::Index>(j), 0), N * 0x1p-53);
     }
 }
 

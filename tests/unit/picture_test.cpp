@@ -97,7 +97,7 @@ TEST(Picture, ShowsWhatTheOutputOfTheBakeSays) {
     options.output_spacing = 0.3;
     options.light_groups = true;
     const BakeResult result = bake(registry(), scene, "room", options, one);
-    const std::string lamp = result.solution.groups.front()->parts().group.name;
+    const std::string lamp = result.field().sets().names.front();
     const std::vector<std::string> names{"radiosity",           "direct",   "indirect",    "irradiance",
                                          "luminance",           "error",    "reflectance", "irradiance-direct",
                                          "irradiance-indirect", "emission", "basis",       "group:" + lamp};

@@ -11,6 +11,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -155,6 +156,35 @@ TEST(PoissonDisk, IsEvenWhateverTheTriangles) {
             // Border cells have more, by half a row of sites along their sides.
             EXPECT_NEAR(n, total / 16, 3.0 * std::sqrt(total / 16)) << total;
         }
+    }
+}
+
+TEST(PoissonDisk, DoesNotDependOnTheNumberOfThreads) {
+    for (const Mesh& mesh : {test::icosphere(3), test::room_with_block(), test::huge_among_tiny(40, 0.1)}) {
+        const auto one = sample(mesh, 0.04);
+        const auto three = test::plugin<Sampler>("poisson-disk")
+                               ->sample(mesh, nullptr, 0.04, no_limit, RandomStream(1, "sites"), Execution{3, nullptr});
+        ASSERT_EQ(one.size(), three.size());
+        for (std::size_t i = 0; i < one.size(); ++i) {
+            EXPECT_EQ(one[i].position, three[i].position);
+            EXPECT_EQ(one[i].face, three[i].face);
+        }
+    }
+}
+
+/// Darts that are accepted wherever there is room, evenly, are random sequential adsorption of discs of diameter D:
+/// these jam at a coverage of 0.54707 (Wang 1994; Zhang and Torquato 2013).
+TEST(PoissonDisk, IsAsDenseAsRandomSequentialAdsorption) {
+    for (const Mesh& mesh : {test::grid(1, 1), test::grid(40, 40), test::needles(60)}) {
+        const double spacing = 0.005;
+        std::size_t inside = 0;
+        for (const SurfacePoint& x : sample(mesh, spacing)) { // away from the border, where sites are denser
+            inside += (x.position.head<2>().array() - 0.5).abs().maxCoeff() < 0.475 ? 1 : 0;
+        }
+        const double coverage =
+            static_cast<double>(inside) * std::numbers::pi / 4.0 * spacing * spacing / (0.95 * 0.95);
+        // 25000 discs: the standard deviation is below 0.25 / sqrt(25000) = 0.16 % of the coverage.
+        EXPECT_NEAR(coverage, 0.54707, 0.008 * 0.54707);
     }
 }
 

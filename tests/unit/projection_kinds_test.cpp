@@ -1,5 +1,5 @@
 #include <difusa/core/error.h>
-#include <difusa/discretisation/element_integrals.h>
+#include <difusa/discretisation/discretisation.h>
 #include <difusa/discretisation/projection.h>
 
 #include <support/sited.h>
@@ -27,10 +27,7 @@ struct Setting {
 
     explicit Setting(const std::string& choice) : basis(test::plugin<Basis>(choice)) {
         basis->bind(mesh, sites);
-        Scene scene;
-        scene.mesh = mesh;
-        scene.materials.resize(1);
-        integrals = element_integrals(scene, *basis, 0.25, Execution{}).area;
+        integrals = element_integrals(mesh, *basis, 0.25, Execution{});
     }
 
     Eigen::MatrixXd collocation(const std::vector<SurfacePoint>& points) const {
@@ -155,7 +152,7 @@ TEST(ProjectionKinds, CorrectionIsThePolynomialOfTheCollocationMatrix) {
         const Eigen::MatrixXd Z = setting.collocation(setting.sites.points);
         const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(Z.rows(), Z.rows());
         for (const int sweeps : {1, 2, 3}) {
-            const Projection projection(*setting.basis, setting.sites, {ProjectionKind::corrected, sweeps, 0.0},
+            const Projection projection(*setting.basis, setting.sites, {ProjectionKind::corrected, sweeps, false, 0.0},
                                         setting.sites.points, setting.integrals, Execution{});
             Eigen::MatrixXd sum = one, power = one;
             for (int k = 0; k < sweeps; ++k) {
@@ -200,19 +197,73 @@ TEST(ProjectionKinds, LimitedCoefficientsKeepToTheValuesAround) {
     EXPECT_GT(stayed, 10);
 }
 
-TEST(ProjectionKinds, QuadratureIsTheTransposedMap) {
+TEST(ProjectionKinds, TransposedIsTheTransposedMap) {
+    for (const std::string& name : bases) {
+        const Setting setting(name);
+        for (const std::string& kind : kinds) {
+            SCOPED_TRACE(name + ", " + kind);
+            const ProjectionChoice choice = parsed(kind);
+            const std::vector<SurfacePoint> points = projection_points(choice, setting.mesh, setting.sites, 1);
+            const Projection projection(*setting.basis, setting.sites, choice, points, setting.integrals, Execution{});
+            RandomStream random(1, "values");
+            Values x(static_cast<Eigen::Index>(setting.sites.size()), 2);
+            for (double& value : x.reshaped()) {
+                value = random.uniform() - 0.5;
+            }
+            const Values back = projection.transposed(x);
+            ASSERT_EQ(back.rows(), std::ssize(points));
+            const Eigen::MatrixXd P = dense(projection, points.size());
+            // Two ways of the same solve, each backward stable.
+            EXPECT_LT((back - P.transpose() * x).cwiseAbs().maxCoeff(),
+                      1e-13 * projection.condition() * P.cwiseAbs().colwise().sum().maxCoeff());
+        }
+    }
+}
+
+/// What is limited as parts adds up to what is limited as a whole, and a part that is dark at a site stays dark there.
+TEST(ProjectionKinds, LimitedPartsAddUpToTheLimitedSum) {
     const Setting setting("normalized-radial");
-    for (const std::string& kind : kinds) {
-        const ProjectionChoice choice = parsed(kind);
-        const std::vector<SurfacePoint> points = projection_points(choice, setting.mesh, setting.sites, 1);
-        const Projection projection(*setting.basis, setting.sites, choice, points, setting.integrals, Execution{});
-        const std::vector<double> w = projection.quadrature(setting.integrals);
-        ASSERT_EQ(w.size(), points.size());
-        const Eigen::VectorXd A =
-            Eigen::Map<const Eigen::VectorXd>(setting.integrals.data(), std::ssize(setting.integrals));
-        const Eigen::VectorXd expected = dense(projection, points.size()).transpose() * A;
-        for (std::size_t q = 0; q < w.size(); ++q) {
-            EXPECT_NEAR(w[q], expected[static_cast<Eigen::Index>(q)], 1e-13 * projection.condition()) << kind;
+    const Eigen::Index n = std::ssize(setting.sites.points);
+    Values values(n, 6), wild(n, 6);
+    RandomStream stream(1, "values");
+    for (Eigen::Index j = 0; j < n; ++j) {
+        const Vec3& p = setting.sites.points[static_cast<std::size_t>(j)].position;
+        for (Eigen::Index c = 0; c < 6; ++c) { // the second part, of columns 3 to 5, lights one half
+            values(j, c) = c >= 3 && p.x() < 0.5 ? 0.0 : 1.0 + stream.uniform();
+            wild(j, c) = values(j, c) * (3.0 * stream.uniform() - 0.5);
+        }
+    }
+    const Values sum = sum_of_parts(values, 3), wild_sum = sum_of_parts(wild, 3);
+    ASSERT_EQ(sum.cols(), 3);
+    EXPECT_LE((sum - values.leftCols(3) - values.rightCols(3)).cwiseAbs().maxCoeff(), 0x1p-50);
+    const Values kept = limited_parts(*setting.basis, setting.sites, values, wild, 3, Execution{});
+    const Values whole = limited(*setting.basis, setting.sites, sum, wild_sum, Execution{});
+    EXPECT_LE((sum_of_parts(kept, 3) - whole).cwiseAbs().maxCoeff(), 16 * 0x1p-53 * wild.cwiseAbs().maxCoeff());
+    int dark = 0, moved = 0;
+    for (Eigen::Index j = 0; j < n; ++j) {
+        moved += kept.row(j) != wild.row(j) ? 1 : 0;
+        if (values(j, 3) == 0.0) {
+            EXPECT_EQ(kept.row(j).tail(3).norm(), 0.0);
+            ++dark;
+        }
+    }
+    EXPECT_GT(dark, 10);
+    EXPECT_GT(moved, 10);
+}
+
+/// What is left open is chosen by the basis.
+TEST(ProjectionKinds, QuasiInterpolantsAreCorrectedUnlessToldOtherwise) {
+    for (const std::string& name : test::plugin_names<Basis>()) {
+        SCOPED_TRACE(name);
+        const auto basis = test::plugin<Basis>(name);
+        const bool residual_to_put_back = basis->coefficients_are_values() && !basis->interpolates();
+        std::string text;
+        const ProjectionChoice choice = projection_for(*basis, "", text);
+        EXPECT_EQ(choice.kind, residual_to_put_back ? ProjectionKind::corrected : ProjectionKind::natural);
+        EXPECT_FALSE(choice.in_equation);
+        EXPECT_EQ(projection_for(*basis, "galerkin", text).kind, ProjectionKind::galerkin);
+        if (!residual_to_put_back) {
+            EXPECT_THROW(projection_for(*basis, "corrected", text), UsageError);
         }
     }
 }
@@ -220,11 +271,14 @@ TEST(ProjectionKinds, QuadratureIsTheTransposedMap) {
 TEST(ProjectionKinds, ChoicesAreReadAndRefused) {
     std::string text;
     EXPECT_EQ(parse_projection("corrected", text).kind, ProjectionKind::corrected);
-    EXPECT_EQ(text, "corrected:sweeps=2");
+    EXPECT_THAT(text, testing::HasSubstr("sweeps=2"));
+    EXPECT_TRUE(parse_projection("corrected:in=equation", text).in_equation);
+    EXPECT_THAT(text, testing::HasSubstr("in=equation"));
     EXPECT_EQ(parse_projection("least_squares:points=2.5", text).points, 2.5);
     for (const auto& [wrong, hint] :
          std::vector<std::pair<std::string, std::string>>{{"galerkn", "did you mean galerkin"},
                                                           {"corrected:sweep=2", "sweeps"},
+                                                          {"corrected:in=both", "in"},
                                                           {"galerkin:points=0.5", "points"}}) {
         try {
             parse_projection(wrong, text);

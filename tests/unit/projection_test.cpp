@@ -70,24 +70,19 @@ TEST(Projection, ReproducesTheDataAtTheSitesWhereItSolves) {
     }
 }
 
-TEST(Projection, QuadratureIntegratesTheInterpolant) {
+TEST(Projection, TransposedIntegratesTheInterpolant) {
     const Mesh mesh = test::box(1.0, 2);
     const SiteSet sites = test::poisson_sites(mesh, 0.15);
     for (const std::string& name : test::plugin_names<Basis>()) {
         const auto basis = test::plugin<Basis>(name);
         basis->bind(mesh, sites);
         const Projection projection(*basis, sites, Execution{});
-        std::vector<double> A(sites.size());
-        std::iota(A.begin(), A.end(), 1.0);
-        const std::vector<double> w = projection.quadrature(A);
+        Values A(std::ssize(sites.points), 1);
+        std::iota(A.data(), A.data() + A.size(), 1.0);
+        const Values w = projection.transposed(A);
         const Values y = random_values(sites.size(), 1), b = projection.coefficients(y);
-        double by_weights = 0.0, by_coefficients = 0.0, size = 0.0;
-        for (std::size_t i = 0; i < sites.size(); ++i) {
-            const auto row = static_cast<Eigen::Index>(i);
-            by_weights += w[i] * y(row, 0);
-            by_coefficients += A[i] * b(row, 0);
-            size += std::abs(A[i] * b(row, 0));
-        }
+        const double by_weights = w.col(0).dot(y.col(0)), by_coefficients = A.col(0).dot(b.col(0));
+        const double size = A.cwiseProduct(b).cwiseAbs().sum();
         EXPECT_NEAR(by_weights, by_coefficients, 1e-12 * projection.condition() * size) << name;
     }
 }

@@ -9,20 +9,23 @@ namespace {
 
 using test::DenseOperator;
 
+#ifdef DIFUSA_SANITIZED // up to 92 rows: the subspace of 40 vectors is restarted in these too
+constexpr std::uint64_t matrices = 7;
+#else
+constexpr std::uint64_t matrices = 20;
+#endif
+
 TEST(SpectralRadius, IsThatOfTheDenseMatrix) {
-    for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    for (std::uint64_t seed = 0; seed < matrices; ++seed) {
         RandomStream random(seed, "matrix");
         const auto n = static_cast<Eigen::Index>(2 + 15 * seed);
         const Eigen::MatrixXd K = test::random_nonnegative(n, seed % 2 == 0 ? 0.9 : 0.2, random);
-        Values rho(n, 3);
+        Values rho(n, 1);
         for (double& r : rho.reshaped()) {
             r = random.uniform();
         }
-        double exact = 0.0;
-        for (Eigen::Index c = 0; c < 3; ++c) {
-            exact = std::max(exact, test::exact_spectral_radius(K * Eigen::VectorXd(rho.col(c)).asDiagonal()));
-        }
-        EXPECT_NEAR(spectral_radius(DenseOperator(K), rho, 40, Execution{}), exact, 1e-9 * exact + 1e-12) << n;
+        const double exact = test::exact_spectral_radius(K * Eigen::VectorXd(rho.col(0)).asDiagonal());
+        EXPECT_NEAR(spectral_radius(DenseOperator(K, rho), 40, Execution{}), exact, 1e-9 * exact + 1e-12) << n;
     }
 }
 
@@ -31,26 +34,26 @@ TEST(SpectralRadius, OfAClosedSceneIsOne) {
     RandomStream random(1, "matrix");
     Eigen::MatrixXd K = test::random_nonnegative(80, 0.3, random);
     K.array().colwise() /= K.rowwise().sum().array().eval();
-    EXPECT_NEAR(spectral_radius(DenseOperator(K), Values::Ones(80, 1), 40, Execution{}), 1.0, 1e-14);
-    EXPECT_NEAR(spectral_radius(DenseOperator(K), Values::Constant(80, 3, 0.25), 40, Execution{}), 0.25, 1e-14);
+    EXPECT_NEAR(spectral_radius(DenseOperator(K), 40, Execution{}), 1.0, 1e-14);
+    EXPECT_NEAR(spectral_radius(DenseOperator(K, Values::Constant(80, 1, 0.25)), 40, Execution{}), 0.25, 1e-14);
 }
 
 TEST(SpectralRadius, OfSeparateRoomsIsThatOfTheWorst) {
     Eigen::MatrixXd K = Eigen::MatrixXd::Zero(30, 30);
     K.topLeftCorner(28, 28).setConstant(0.5 / 28);
     K.bottomRightCorner(2, 2) << 0.0, 1.3, 1.3, 0.0;
-    EXPECT_NEAR(spectral_radius(DenseOperator(K), Values::Ones(30, 1), 40, Execution{}), 1.3, 1e-12);
+    EXPECT_NEAR(spectral_radius(DenseOperator(K), 40, Execution{}), 1.3, 1e-12);
 }
 
 TEST(SpectralRadius, OfNothingIsNothing) {
-    EXPECT_EQ(spectral_radius(DenseOperator(Eigen::MatrixXd::Zero(5, 5)), Values::Ones(5, 1), 40, Execution{}), 0.0);
-    EXPECT_EQ(spectral_radius(DenseOperator(Eigen::MatrixXd::Ones(5, 5)), Values::Zero(5, 1), 40, Execution{}), 0.0);
+    EXPECT_EQ(spectral_radius(DenseOperator(Eigen::MatrixXd::Zero(5, 5)), 40, Execution{}), 0.0);
+    EXPECT_EQ(spectral_radius(DenseOperator(Eigen::MatrixXd::Ones(5, 5), Values::Zero(5, 1)), 40, Execution{}), 0.0);
     // Light that passes through a chain once: nilpotent.
     Eigen::MatrixXd chain = Eigen::MatrixXd::Zero(6, 6);
     for (Eigen::Index i = 0; i + 1 < 6; ++i) {
         chain(i, i + 1) = 1.0;
     }
-    EXPECT_LT(spectral_radius(DenseOperator(chain), Values::Ones(6, 1), 40, Execution{}), 0.01);
+    EXPECT_LT(spectral_radius(DenseOperator(chain), 40, Execution{}), 0.01);
 }
 
 } // namespace

@@ -27,14 +27,12 @@ std::string SolveSummary::sentence() const {
 
 std::vector<double> relative_residual(const SolveProblem& problem, const Values& h, Values& residual,
                                       const Execution& execution) {
-    const Values b = problem.rho.cwiseProduct(h);
-    Values Kb;
-    problem.K->apply(b, Kb, execution);
-    residual = problem.H_direct + Kb - h;
+    problem.T->apply(h, residual, execution);
+    residual += problem.g - h;
     std::vector<double> relative;
     for (Eigen::Index c = 0; c < h.cols(); ++c) {
         // NaN in the light or the residual must come out as NaN, not be passed over by a comparison.
-        const double light = problem.H_direct.col(c).cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
+        const double light = problem.g.col(c).cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
         const double largest = residual.col(c).cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
         relative.push_back(light == 0.0 ? 0.0 : largest / light);
     }

@@ -1,33 +1,25 @@
-// Plugin kind "solver": (I - K diag(rho)) h = H_direct by iteration.
+// Plugin kind "solver": (I - T) h = g by iteration.
 #pragma once
 
-#include <difusa/core/progress.h>
-#include <difusa/core/types.h>
+#include <difusa/algebra/linear_operator.h>
 
 #include <string>
 #include <vector>
 
 namespace difusa {
 
-/// A linear operator as an action on the values at the sites.
-class LinearOperator {
-  public:
-    virtual ~LinearOperator() = default;
-    virtual std::size_t size() const = 0;
-
-    /// y = K x, for each column (channel). x and y are different objects.
-    virtual void apply(const Values& x, Values& y, const Execution& execution) const = 0;
-};
-
-/// The equation h = H_direct + K (rho ∘ h): K knows geometry only, rho and light are given apart (T 5.6).
+/// The equation h = g + T h: T gathers what the surface reflects of the irradiance h, g is what arrives otherwise. One
+/// column for each channel and set of lights; T may act on each column in another way.
 struct SolveProblem {
-    const LinearOperator* K = nullptr;
-    Values rho;      ///< #S by #channels, reflectance at the sites
-    Values H_direct; ///< #S by #channels, irradiance that arrives directly from light, W/m²
+    const LinearOperator* T = nullptr;
+    Values g; ///< #points by #columns, W/m²
 };
+
+/// A residual of so much of max|h| is rounding: of sums over the rays of a point, of which there may be hundreds.
+inline constexpr double rounding_of_residual = 0x1p-46;
 
 struct SolveOptions {
-    double tolerance = 1e-6; ///< on max|H_direct + K(rho∘h) - h| / max|H_direct|, per channel
+    double tolerance = 1e-6; ///< on max|g + T h - h| / max|g|, per column; a residual of mere rounding will do, too
     int max_iterations = 1000;
 };
 
@@ -35,10 +27,10 @@ struct SolveOptions {
 struct SolveSummary {
     enum class Reason { converged, max_iterations, diverged, stagnated };
     Reason reason = Reason::converged;
-    int iterations = 0;                                ///< applications of K, the most of all channels
-    std::vector<std::vector<double>> residual_history; ///< per channel: relative residual after 0, 1, ... iterations
-    double residual = 0.0;                             ///< the last one, largest over the channels
-    Values h;                                          ///< irradiance at the sites, W/m²
+    int iterations = 0;                                ///< applications of T, the most of all columns
+    std::vector<std::vector<double>> residual_history; ///< per column: relative residual after 0, 1, ... iterations
+    double residual = 0.0;                             ///< the last one, largest over the columns
+    Values h;                                          ///< #points by #columns, W/m²
 
     bool converged() const { return reason == Reason::converged; }
     /// One sentence for a person.
@@ -52,7 +44,7 @@ class Solver {
                                const Execution& execution) const = 0;
 };
 
-/// max|H_direct + K(rho∘h) - h| / max|H_direct| for each channel (0 for a dark channel), and the residual itself.
+/// max|g + T h - h| / max|g| for each column (0 for a dark one), and the residual g + T h - h itself.
 std::vector<double> relative_residual(const SolveProblem& problem, const Values& h, Values& residual,
                                       const Execution& execution);
 

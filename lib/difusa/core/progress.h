@@ -2,8 +2,11 @@
 #pragma once
 
 #include <difusa/core/error.h>
+#include <difusa/core/journal.h>
 
+#include <string>
 #include <string_view>
+#include <utility>
 
 namespace difusa {
 
@@ -33,17 +36,54 @@ class Progress {
     }
 };
 
-/// How to compute: threads, and whom to tell. A plain value, handed down by reference.
+/// How to compute: threads, whom to tell, and where to write down. A plain value, handed down by reference.
 struct Execution {
     unsigned threads = 1;         ///< at least 1
     Progress* progress = nullptr; ///< may be null: silent
+    Journal* journal = nullptr;   ///< may be null: nothing is written down
 
+    /// A new phase begins. Throws Interrupted if the computation was cancelled.
     void phase(std::string_view name) const {
         if (progress != nullptr) {
             progress->check();
             progress->phase(name);
         }
+        if (journal != nullptr) {
+            journal->begin(name);
+        }
     }
+
+    /// Something the user should know.
+    void note(const std::string& text) const {
+        if (journal != nullptr) {
+            journal->note(text);
+        }
+        if (progress != nullptr) {
+            progress->remark(text);
+        }
+    }
+
+    void save(Saving saving) const {
+        if (journal != nullptr) {
+            journal->save(std::move(saving));
+        }
+    }
+
+    void count(const std::string& name, std::size_t amount) const {
+        if (journal != nullptr) {
+            journal->count(name, amount);
+        }
+    }
+
+    /// Throws Interrupted if the computation was cancelled.
+    void check() const {
+        if (progress != nullptr) {
+            progress->check();
+        }
+    }
+
+    /// The same threads without anybody told, for loops too short to be worth a word.
+    Execution silent() const { return {threads, nullptr, nullptr}; }
 };
 
 } // namespace difusa

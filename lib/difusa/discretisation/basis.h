@@ -40,6 +40,9 @@ class Basis {
     /// meant as a quasi-interpolant; false if Z b = values must be solved (T 3.2).
     virtual bool coefficients_are_values() const = 0;
 
+    /// True if phi_i(p_j) = 1 for i = j, else 0: the function of the basis takes its coefficients at the sites.
+    virtual bool interpolates() const { return false; }
+
     /// Writes the elements at x; none on dark regions (SiteSet::dark). Safe from many threads with distinct rows.
     virtual void evaluate(const SurfacePoint& x, BasisRow& row) const = 0;
 

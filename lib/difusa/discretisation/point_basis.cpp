@@ -1,12 +1,12 @@
 #include <difusa/discretisation/point_basis.h>
 
-#include <nanoflann.hpp>
+#include <difusa/mesh/point_tree.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -14,39 +14,23 @@ namespace difusa {
 
 /// Sites by place: those of each region apart, and all of them for regions that have none.
 struct PointBasis::NearestSite {
-    struct Cloud {
-        const SiteSet& sites;
-        std::vector<Index> members;
-        std::size_t kdtree_get_point_count() const { return members.size(); }
-        double kdtree_get_pt(std::size_t i, std::size_t axis) const {
-            return sites.points[members[i]].position[static_cast<Eigen::Index>(axis)];
-        }
-        template <class Box> bool kdtree_get_bbox(Box& /*box*/) const { return false; }
-    };
-    using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Cloud>, Cloud, 3>;
-    struct Group {
-        Cloud cloud;
-        Tree tree;
-        Group(const SiteSet& sites, std::vector<Index> members) : cloud{sites, std::move(members)}, tree(3, cloud) {}
-    };
-    std::vector<std::unique_ptr<Group>> of_region; ///< null: the region has no site
-    std::unique_ptr<Group> all;                    ///< null: every region has one
+    std::vector<PointTree> of_region; ///< empty: the region has no site
+    std::optional<PointTree> all;     ///< nothing: every region has one
 
-    NearestSite(const Mesh& mesh, const SiteSet& sites) : of_region(mesh.region_count) {
+    NearestSite(const Mesh& mesh, const SiteSet& sites) {
         std::vector<std::vector<Index>> members(mesh.region_count);
         for (std::size_t i = 0; i < sites.size(); ++i) {
             members[sites.region[i]].push_back(static_cast<Index>(i));
         }
-        for (std::size_t region = 0; region < members.size(); ++region) {
-            if (!members[region].empty()) {
-                of_region[region] = std::make_unique<Group>(sites, std::move(members[region]));
-            } else if (!all) {
-                std::vector<Index> everything(sites.size());
-                std::iota(everything.begin(), everything.end(), Index{0});
-                all = std::make_unique<Group>(sites, std::move(everything));
+        for (std::vector<Index>& own : members) {
+            if (own.empty() && !all) {
+                all.emplace(sites.points);
             }
+            of_region.emplace_back(sites.points, std::move(own));
         }
     }
+
+    const PointTree& tree(Index region) const { return of_region[region].size() > 0 ? of_region[region] : *all; }
 };
 
 PointBasis::PointBasis() = default;
@@ -71,15 +55,14 @@ std::size_t PointBasis::size() const {
 
 Index PointBasis::nearest(const SurfacePoint& x) const {
     const Index region = mesh_->region[x.face];
-    const NearestSite::Group& group = nearest_->of_region[region] ? *nearest_->of_region[region] : *nearest_->all;
-    std::array<std::uint32_t, 16> found{};
+    std::array<Index, 16> found{};
     std::array<double, 16> squared{};
-    const std::size_t count = group.tree.knnSearch(x.position.data(), found.size(), found.data(), squared.data());
+    const std::size_t count = nearest_->tree(region).nearest(x.position, found, squared);
     const bool parted = separators_.any(region);
-    Index nearest = group.cloud.members[found[0]], in_sight = none;
+    Index nearest = found[0], in_sight = none;
     double least = std::numeric_limits<double>::infinity(), least_in_sight = least;
     for (std::size_t k = 0; k < count; ++k) {
-        const Index i = group.cloud.members[found[k]];
+        const Index i = found[k];
         const double d = site_distance(x.position, x.normal, region, sites_->points[i].position,
                                        sites_->points[i].normal, sites_->region[i]);
         if (d < least) {

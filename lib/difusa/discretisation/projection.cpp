@@ -205,12 +205,19 @@ struct Projection::Map::LeastSquares final : Map {
 ProjectionChoice parse_projection(std::string_view choice, std::string& text) {
     const ParameterSpec sweeps{"sweeps", ParameterSpec::Type::integer, "2", "times the residual is put back", 1, 16,
                                {}};
+    const ParameterSpec where{"in",
+                              ParameterSpec::Type::word,
+                              "field",
+                              "what has these coefficients: the field that is evaluated, or the equation as well",
+                              0,
+                              0,
+                              {"field", "equation"}};
     const ParameterSpec points{
         "points", ParameterSpec::Type::real, "3", "points for each element at which light is gathered", 1.0, 64.0, {}};
     const Choice parsed = parse_choice("projection", choice,
                                        {{"natural", {}},
                                         {"interpolation", {}},
-                                        {"corrected", {sweeps}},
+                                        {"corrected", {sweeps, where}},
                                         {"least-squares", {points}},
                                         {"galerkin", {points}}});
     text = parsed.text();
@@ -220,9 +227,31 @@ ProjectionChoice parse_projection(std::string_view choice, std::string& text) {
     } else if (parsed.name == "corrected") {
         result.kind = ProjectionKind::corrected;
         result.sweeps = static_cast<int>(parsed.parameters.integer("sweeps"));
+        result.in_equation = parsed.parameters.word("in") == "equation";
     } else if (parsed.name != "natural") {
         result.kind = parsed.name == "galerkin" ? ProjectionKind::galerkin : ProjectionKind::least_squares;
         result.points = parsed.parameters.real("points");
+    }
+    return result;
+}
+
+ProjectionChoice projection_for(const Basis& basis, std::string_view choice, std::string& text) {
+    const bool smooths = basis.coefficients_are_values() && !basis.interpolates();
+    const ProjectionChoice result = parse_projection(!choice.empty() ? choice
+                                                     : smooths       ? "corrected"
+                                                                     : "natural",
+                                                     text);
+    if (result.kind == ProjectionKind::corrected) {
+        if (basis.interpolates()) {
+            throw UsageError(
+                "--projection corrected: this basis interpolates, so there is no residual to put back; use "
+                "--projection natural");
+        }
+        if (!smooths && !result.in_equation) {
+            throw UsageError("--projection corrected: the coefficients of this basis are solved for, so there is no "
+                             "residual to put back into the field; use --projection natural, or corrected:in=equation "
+                             "to solve for them by that iteration");
+        }
     }
     return result;
 }
@@ -286,11 +315,18 @@ Values Projection::coefficients(const Values& values) const {
     return b;
 }
 
-std::vector<double> Projection::quadrature(const std::vector<double>& integrals) const {
-    const Eigen::VectorXd A =
-        Eigen::Map<const Eigen::VectorXd>(integrals.data(), static_cast<Eigen::Index>(integrals.size()));
-    const Eigen::VectorXd w = map_->transposed(A);
-    return {w.data(), w.data() + w.size()};
+Values Projection::transposed(const Values& x) const {
+    if (is_identity()) {
+        return x;
+    }
+    Values y;
+    for (Eigen::Index c = 0; c < x.cols(); ++c) {
+        const Eigen::VectorXd column = x.col(c);
+        const Eigen::VectorXd image = map_->transposed(column);
+        y.resize(image.size(), x.cols());
+        y.col(c) = image;
+    }
+    return y;
 }
 
 Values limited(const Basis& basis, const SiteSet& sites, const Values& values, Values coefficients,
@@ -310,6 +346,34 @@ Values limited(const Basis& basis, const SiteSet& sites, const Values& values, V
             own = own.cwiseMax(least).cwiseMin(most + more).eval();
         }
     });
+    return coefficients;
+}
+
+Values sum_of_parts(const Values& values, int channels) {
+    Values sum = Values::Zero(values.rows(), channels);
+    for (Eigen::Index c = 0; c < values.cols(); c += channels) {
+        sum += values.middleCols(c, channels);
+    }
+    return sum;
+}
+
+Values limited_parts(const Basis& basis, const SiteSet& sites, const Values& values, Values coefficients, int channels,
+                     const Execution& execution) {
+    if (values.cols() == channels) {
+        return limited(basis, sites, values, std::move(coefficients), execution);
+    }
+    const Values sum = sum_of_parts(values, channels), own = sum_of_parts(coefficients, channels);
+    const Values change = limited(basis, sites, sum, own, execution) - own;
+    for (Eigen::Index i = 0; i < values.rows(); ++i) {
+        for (Eigen::Index c = 0; c < values.cols(); ++c) {
+            const Eigen::Index channel = c % channels;
+            if (change(i, channel) != 0.0 && sum(i, channel) != 0.0) {
+                coefficients(i, c) += change(i, channel) * (values(i, c) / sum(i, channel));
+            } else if (change(i, channel) != 0.0) {
+                coefficients(i, c) += change(i, channel) * channels / static_cast<double>(values.cols());
+            }
+        }
+    }
     return coefficients;
 }
 

@@ -15,7 +15,7 @@ namespace difusa {
 
 /// Which coefficients stand for a function of which values are known. Z_qi = phi_i(x_q) is the collocation matrix.
 enum class ProjectionKind {
-    natural,       ///< what the basis says: b = values for interpolating and quasi-interpolating bases, else as below
+    natural, ///< what the basis says: b = values for interpolating and quasi-interpolating bases, else Z b = values
     interpolation, ///< Z b = values at the sites (T 3.2, 3.3)
     corrected,     ///< b = sum_{k=0..sweeps} (I - Z)^k values: residual correction of a quasi-interpolant
     least_squares, ///< ZᵀZ b = Zᵀ values, values at the sites and at further points (T 3.2.3)
@@ -25,13 +25,19 @@ enum class ProjectionKind {
 
 struct ProjectionChoice {
     ProjectionKind kind = ProjectionKind::natural;
-    int sweeps = 2;      ///< of `corrected`
-    double points = 3.0; ///< of least_squares and galerkin: points for each element
+    int sweeps = 2;           ///< of `corrected`
+    bool in_equation = false; ///< of `corrected`: the equation is solved with these coefficients, too; else only the
+                              ///< field is evaluated with them, and the equation has those that are sure to converge
+    double points = 3.0;      ///< of least_squares and galerkin: points for each element
 };
 
 /// "natural", "corrected:sweeps=3", "least-squares:points=3", ... Throws UsageError. `text` receives the choice with
 /// all parameters.
 ProjectionChoice parse_projection(std::string_view choice, std::string& text);
+
+/// The same for a basis; empty: `corrected` where it is a quasi-interpolant that does not interpolate, else `natural`.
+/// Throws UsageError for `corrected` where there is no residual to put back.
+ProjectionChoice projection_for(const Basis& basis, std::string_view choice, std::string& text);
 
 /// The points whose values `choice` projects: the sites, first, and for least_squares and galerkin
 /// (points - 1) #S more, spread evenly over the surface.
@@ -44,6 +50,15 @@ std::vector<SurfacePoint> projection_points(const ProjectionChoice& choice, cons
 /// where no value around differs from 0, and, if no weight is negative either, keeps to the same limits.
 Values limited(const Basis& basis, const SiteSet& sites, const Values& values, Values coefficients,
                const Execution& execution);
+
+/// `limited` for the sum of several parts, so that the parts add up to it: `values` and `coefficients` have `channels`
+/// columns for each part. What the limits take from or give to a coefficient of the sum is shared by the parts in
+/// proportion to their values there, so that a part which is dark at a site stays so.
+Values limited_parts(const Basis& basis, const SiteSet& sites, const Values& values, Values coefficients, int channels,
+                     const Execution& execution);
+
+/// The sum of the parts: `channels` columns.
+Values sum_of_parts(const Values& values, int channels);
 
 class Projection {
   public:
@@ -67,9 +82,8 @@ class Projection {
     /// values: #points by #channels; the coefficients: #S by #channels.
     Values coefficients(const Values& values) const;
 
-    /// Weights w with sum_q w_q f(x_q) = ∫ (the function of the basis that stands for the values f) dA, from the
-    /// integrals A_i = ∫ phi_i dA: w = Pᵀ A for the projection P.
-    std::vector<double> quadrature(const std::vector<double>& integrals) const;
+    /// Πᵀ x: #S by any number of columns to #points by the same.
+    Values transposed(const Values& x) const;
 
     /// Estimate of ‖M‖₁ ‖M⁻¹‖₁ (Hager 1984), a lower bound, for the matrix M that is inverted; 1 if none is.
     double condition() const { return condition_; }

@@ -26,7 +26,8 @@ class Sampler {
 };
 
 /// The spacing at which `sampler` gives about `count` sites (within 5 % where one spacing does: regions that
-/// are smaller than the spacing carry one site each whatever it is), found by repeated sampling.
+/// are smaller than the spacing carry one site each whatever it is), found by sampling again and again; of a large
+/// surface windows only (see predict_sites.h).
 double spacing_for_count(const Sampler& sampler, const Mesh& mesh, const Visibility* visibility, std::size_t count,
                          std::uint64_t seed, const Execution& execution);
 

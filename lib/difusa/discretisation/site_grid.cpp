@@ -1,86 +1,182 @@
 #include <difusa/discretisation/site_grid.h>
 
 #include <difusa/core/error.h>
+#include <difusa/core/parallel.h>
 #include <difusa/core/text.h>
 
-#include <cmath>
+#include <algorithm>
+#include <atomic>
+#include <numeric>
+#include <string>
 
 namespace difusa {
 
 namespace {
 
-std::int32_t floor_to_cell(double x) {
-    return static_cast<std::int32_t>(std::floor(x));
+constexpr std::size_t grain = 1024;
+
+enum class State : char { waiting, accepted, rejected };
+
+bool comes_before(std::span<const Dart> darts, Index i, Index j) {
+    return darts[i].priority != darts[j].priority ? darts[i].priority < darts[j].priority : i < j;
+}
+
+/// For loops that are over soon: their progress is none of the whole.
+Execution silent(const Execution& execution) {
+    return {execution.threads, nullptr};
 }
 
 } // namespace
 
-SiteGrid::SiteGrid(const Mesh& mesh, double spacing)
-    : mesh_(mesh), spacing_(spacing), inverse_size_(1.0 / (cell_in_spacings * spacing)) {
-    if (!(mesh.diameter() * inverse_size_ < 0x1p30)) {
+SiteGrid::SiteGrid(const Mesh& mesh, double spacing, std::size_t limit)
+    : mesh_(mesh), spacing_(spacing), limit_(limit), hash_(mesh.low, spacing) {
+    if (!(mesh.diameter() / (2.0 * spacing) < 0x1p30)) {
         throw ResourceError("a spacing of " + text_of(spacing) + " is too small for a scene of diameter " +
                             text_of(mesh.diameter()) + "; give a larger --spacing");
     }
 }
 
-template <class Test> bool SiteGrid::any_near(const Vec3& p, Index region, const Test& test) const {
-    const Vec3 scaled = (p - mesh_.low) * inverse_size_;
-    // A little more than the spacing: a site must not be lost to rounding.
-    const double reach = (1.0 + 1e-6) / cell_in_spacings;
-    Cell low{}, high{};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        low[axis] = floor_to_cell(scaled[static_cast<Eigen::Index>(axis)] - reach);
-        high[axis] = floor_to_cell(scaled[static_cast<Eigen::Index>(axis)] + reach);
-    }
-    for (std::int32_t x = low[0]; x <= high[0]; ++x) {
-        for (std::int32_t y = low[1]; y <= high[1]; ++y) {
-            for (std::int32_t z = low[2]; z <= high[2]; ++z) {
-                const Index cell = table_.find({x, y, z}, region);
-                for (Index i = cell == none ? none : first_[cell]; i != none; i = next_[i]) {
-                    if (test(sites_[i])) {
-                        return true;
-                    }
-                }
-            }
-        }
-    }
-    return false;
+bool SiteGrid::too_close(const SurfacePoint& x, Index region, const SpatialHash::Item& other) const {
+    // Site distance is never below the Euclidean one; most points are too far already.
+    return (x.position - other.position).squaredNorm() <= (1.0 + 1e-9) * spacing_ * spacing_ &&
+           site_distance(x.position, x.normal, region, other.position, mesh_.normals[other.face],
+                         mesh_.region[other.face]) < spacing_;
 }
 
 bool SiteGrid::conflicts(const SurfacePoint& x) const {
     const Index region = mesh_.region[x.face];
-    return any_near(x.position, region, [&](const SurfacePoint& site) {
-        return site_distance(x.position, x.normal, region, site.position, site.normal, region) < spacing_;
-    });
+    return hash_.any_near(x.position, region,
+                          [&](Index, const SpatialHash::Item& site) { return too_close(x, region, site); });
 }
 
 bool SiteGrid::covers(Index face, const std::array<Vec3, 3>& corners) const {
     // A site that covers the piece is within the spacing of its first corner.
-    return any_near(corners[0], mesh_.region[face], [&](const SurfacePoint& site) {
-        const double cosine = site.normal.dot(mesh_.normals[face]);
-        if (cosine <= perpendicular) {
+    const Index region = mesh_.region[face];
+    const Vec3& normal = mesh_.normals[face];
+    const double farthest = spacing_ * spacing_;
+    return hash_.any_near(corners[0], region, [&](Index, const SpatialHash::Item& site) {
+        const double squared =
+            std::max({(corners[0] - site.position).squaredNorm(), (corners[1] - site.position).squaredNorm(),
+                      (corners[2] - site.position).squaredNorm()});
+        if (squared > farthest || mesh_.region[site.face] != region) {
             return false;
         }
+        const double cosine = mesh_.normals[site.face].dot(normal);
         const double reach = spacing_ * cosine;
-        for (const Vec3& corner : corners) {
-            if ((corner - site.position).squaredNorm() > reach * reach) {
-                return false;
-            }
-        }
-        return true;
+        return cosine > perpendicular && squared <= reach * reach;
     });
 }
 
-void SiteGrid::insert(const SurfacePoint& x) {
-    const Vec3 scaled = (x.position - mesh_.low) * inverse_size_;
-    const Index cell = table_.insert({floor_to_cell(scaled[0]), floor_to_cell(scaled[1]), floor_to_cell(scaled[2])},
-                                     mesh_.region[x.face]);
-    if (cell == first_.size()) {
-        first_.push_back(none);
+void SiteGrid::insert(std::span<const Dart> darts, const Execution& execution) {
+    std::vector<Index> waiting(darts.size());
+    std::iota(waiting.begin(), waiting.end(), Index{0});
+    while (!waiting.empty()) {
+        waiting = without_conflict(darts, std::move(waiting), execution);
+        std::vector<Index> lot = waiting;
+        SpatialHash hash = hash_of(darts, lot, execution);
+        // Where darts are dense, each conflicts with many: the first few decide about most of the others.
+        constexpr double crowded = 16.0;
+        const double crowd = hash.crowding();
+        if (crowd > crowded) {
+            const auto before = [&](Index i, Index j) { return comes_before(darts, i, j); };
+            const auto few = static_cast<std::size_t>(0.5 * crowded / crowd * static_cast<double>(lot.size())) + 1;
+            const auto end = lot.begin() + static_cast<std::ptrdiff_t>(std::min(few, lot.size()));
+            std::nth_element(lot.begin(), end - 1, lot.end(), before);
+            const Index last = *(end - 1);
+            lot = waiting;
+            std::erase_if(lot, [&](Index i) { return before(last, i); });
+            std::erase_if(waiting, [&](Index i) { return !before(last, i); });
+            hash = hash_of(darts, lot, execution);
+        } else {
+            waiting.clear();
+        }
+        accept(darts, first_come(darts, lot, hash, execution), execution);
     }
-    next_.push_back(first_[cell]);
-    first_[cell] = static_cast<Index>(sites_.size());
-    sites_.push_back(x);
+}
+
+SpatialHash SiteGrid::hash_of(std::span<const Dart> darts, std::span<const Index> of,
+                              const Execution& execution) const {
+    SpatialHash hash(mesh_.low, spacing_);
+    append(darts, of, hash, execution);
+    return hash;
+}
+
+void SiteGrid::append(std::span<const Dart> darts, std::span<const Index> of, SpatialHash& hash,
+                      const Execution& execution) const {
+    hash.append(
+        of.size(),
+        [&](std::size_t k) {
+            const SurfacePoint& x = darts[of[k]].place;
+            return SpatialHash::Item{x.position, x.face, none};
+        },
+        [&](Index face) { return mesh_.region[face]; }, execution);
+}
+
+std::vector<Index> SiteGrid::without_conflict(std::span<const Dart> darts, std::vector<Index> of,
+                                              const Execution& execution) const {
+    parallel_for(of.size(), grain, silent(execution), [&](std::size_t begin, std::size_t end, unsigned) {
+        for (std::size_t k = begin; k < end; ++k) {
+            of[k] = conflicts(darts[of[k]].place) ? none : of[k];
+        }
+    });
+    std::erase(of, none);
+    return of;
+}
+
+std::vector<Index> SiteGrid::first_come(std::span<const Dart> darts, std::span<const Index> of, const SpatialHash& hash,
+                                        const Execution& execution) const {
+    // A dart is rejected once one of those before it that it conflicts with is accepted, and accepted once all of them
+    // are rejected. The first of those that wait can always be decided, so this ends; and the outcome does not depend
+    // on when each is decided, so it does not matter which decisions of other threads are seen.
+    std::vector<State> state(of.size(), State::waiting);
+    const auto decide = [&](Index k) {
+        const SurfacePoint& x = darts[of[k]].place;
+        const Index region = mesh_.region[x.face];
+        bool waits = false;
+        const bool rejected = hash.any_near(x.position, region, [&](Index other, const SpatialHash::Item& item) {
+            if (!comes_before(darts, of[other], of[k])) {
+                return false;
+            }
+            const State its = std::atomic_ref<State>(state[other]).load(std::memory_order_relaxed);
+            if (its == State::rejected || !too_close(x, region, item)) {
+                return false;
+            }
+            waits = waits || its == State::waiting;
+            return its == State::accepted;
+        });
+        if (rejected || !waits) {
+            std::atomic_ref<State>(state[k]).store(rejected ? State::rejected : State::accepted,
+                                                   std::memory_order_relaxed);
+        }
+    };
+    std::vector<Index> waiting(of.size());
+    std::iota(waiting.begin(), waiting.end(), Index{0});
+    while (!waiting.empty()) {
+        parallel_for(waiting.size(), grain, silent(execution), [&](std::size_t begin, std::size_t end, unsigned) {
+            for (std::size_t i = begin; i < end; ++i) {
+                decide(waiting[i]);
+            }
+        });
+        std::erase_if(waiting, [&](Index k) { return state[k] != State::waiting; });
+    }
+    std::vector<Index> accepted;
+    for (std::size_t k = 0; k < of.size(); ++k) {
+        if (state[k] == State::accepted) {
+            accepted.push_back(of[k]);
+        }
+    }
+    return accepted;
+}
+
+void SiteGrid::accept(std::span<const Dart> darts, std::span<const Index> of, const Execution& execution) {
+    if (sites_.size() + of.size() > limit_) {
+        throw ResourceError("more than " + std::to_string(limit_) + " sites are needed at spacing " +
+                            text_of(spacing_) + "; give a larger --spacing");
+    }
+    for (const Index i : of) {
+        sites_.push_back(darts[i].place);
+    }
+    append(darts, of, hash_, execution);
 }
 
 } // namespace difusa

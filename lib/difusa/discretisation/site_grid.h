@@ -2,19 +2,28 @@
 // wholly within reach of one?
 #pragma once
 
-#include <difusa/discretisation/cell_table.h>
+#include <difusa/core/progress.h>
 #include <difusa/discretisation/site_set.h>
+#include <difusa/discretisation/spatial_hash.h>
 #include <difusa/mesh/mesh.h>
 
 #include <array>
+#include <cstdint>
+#include <span>
 #include <vector>
 
 namespace difusa {
 
+/// A candidate for a site.
+struct Dart {
+    SurfacePoint place;
+    std::uint64_t priority; ///< the least comes first; of equal ones the first in the list
+};
+
 class SiteGrid {
   public:
-    /// The mesh must outlive the grid.
-    SiteGrid(const Mesh& mesh, double spacing);
+    /// Holds up to `limit` sites. The mesh must outlive the grid.
+    SiteGrid(const Mesh& mesh, double spacing, std::size_t limit);
 
     /// True if a site lies closer to x than the spacing, in site distance.
     bool conflicts(const SurfacePoint& x) const;
@@ -23,24 +32,32 @@ class SiteGrid {
     /// the spacing (in site distance: the normal is the same all over it, so the farthest point is a corner).
     bool covers(Index face, const std::array<Vec3, 3>& corners) const;
 
-    void insert(const SurfacePoint& x);
+    /// Makes sites of the darts, exactly those of one after another by priority that conflict with no site before
+    /// them. Throws ResourceError if there are more sites than the limit then.
+    void insert(std::span<const Dart> darts, const Execution& execution);
 
     const std::vector<SurfacePoint>& sites() const { return sites_; }
     std::vector<SurfacePoint> take() { return std::move(sites_); }
 
   private:
-    static constexpr double cell_in_spacings = 2.0; ///< then a ball of the spacing meets at most 8 cells
+    bool too_close(const SurfacePoint& x, Index region, const SpatialHash::Item& other) const;
 
-    /// Calls `test(site)` for the sites of `region` in the cells within the spacing of p until it returns true; says
-    /// whether it did.
-    template <class Test> bool any_near(const Vec3& p, Index region, const Test& test) const;
+    // Of the darts those with the given numbers: a hash of them; those that conflict with no site; those of them that
+    // become sites if they are no more; and making them sites.
+    SpatialHash hash_of(std::span<const Dart> darts, std::span<const Index> of, const Execution& execution) const;
+    void append(std::span<const Dart> darts, std::span<const Index> of, SpatialHash& hash,
+                const Execution& execution) const;
+    std::vector<Index> without_conflict(std::span<const Dart> darts, std::vector<Index> of,
+                                        const Execution& execution) const;
+    std::vector<Index> first_come(std::span<const Dart> darts, std::span<const Index> of, const SpatialHash& hash,
+                                  const Execution& execution) const;
+    void accept(std::span<const Dart> darts, std::span<const Index> of, const Execution& execution);
 
     const Mesh& mesh_;
-    double spacing_, inverse_size_;
+    double spacing_;
+    std::size_t limit_;
     std::vector<SurfacePoint> sites_;
-    std::vector<Index> next_; ///< #sites: the next one in the same cell
-    CellTable table_;
-    std::vector<Index> first_; ///< #cells: the newest site
+    SpatialHash hash_; ///< of the sites
 };
 
 } // namespace difusa

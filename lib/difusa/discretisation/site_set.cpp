@@ -1,11 +1,11 @@
 #include <difusa/discretisation/site_set.h>
 
 #include <difusa/core/parallel.h>
-
-#include <nanoflann.hpp>
+#include <difusa/mesh/point_tree.h>
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <utility>
 
@@ -13,50 +13,42 @@ namespace difusa {
 
 namespace {
 
-/// The sites of one region as nanoflann wants to see them.
-struct RegionCloud {
-    const SiteSet& sites;
-    const std::vector<Index>& members;
-    std::size_t kdtree_get_point_count() const { return members.size(); }
-    double kdtree_get_pt(std::size_t i, std::size_t axis) const {
-        return sites.points[members[i]].position[static_cast<Eigen::Index>(axis)];
-    }
-    template <class Box> bool kdtree_get_bbox(Box& /*box*/) const { return false; }
-};
-
-using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, RegionCloud>, RegionCloud, 3>;
-
 double distance_between(const SiteSet& sites, Index i, Index j) {
     return site_distance(sites.points[i].position, sites.points[i].normal, sites.region[i], sites.points[j].position,
                          sites.points[j].normal, sites.region[j]);
 }
 
-/// Site distance from member `i` to its m-th nearest site, or a negative number if fewer than m are at a finite one.
-double mth_distance(const SiteSet& sites, const std::vector<Index>& members, const Tree& tree, std::size_t i,
-                    std::size_t m) {
-    std::vector<std::uint32_t> found;
+/// Neighbours found, kept between searches.
+struct Search {
+    std::vector<Index> found;
     std::vector<double> squared, distance;
+};
+
+/// Site distance from site `i` to its m-th nearest one in the tree of its region, or a negative number if fewer than m
+/// are at a finite one.
+double mth_distance(const SiteSet& sites, const PointTree& tree, Index i, std::size_t m, Search& search) {
+    auto& [found, squared, distance] = search;
     // The site distance is never smaller than the Euclidean one: once the m-th site distance among the k nearest
     // points does not exceed the Euclidean distance of the k-th, no farther point can change it.
     for (std::size_t k = 2 * m + 2;; k *= 2) {
-        k = std::min(k, members.size());
+        k = std::min(k, tree.size());
         found.resize(k);
         squared.resize(k);
-        tree.knnSearch(sites.points[members[i]].position.data(), k, found.data(), squared.data());
+        tree.nearest(sites.points[i].position, found, squared);
         distance.clear();
-        for (const std::uint32_t other : found) {
+        for (const Index other : found) {
             if (other != i) {
-                distance.push_back(distance_between(sites, members[i], members[other]));
+                distance.push_back(distance_between(sites, i, other));
             }
         }
         if (distance.size() >= m) {
             const auto mth = distance.begin() + static_cast<std::ptrdiff_t>(m) - 1;
             std::nth_element(distance.begin(), mth, distance.end());
-            if (k == members.size() || *mth <= std::sqrt(squared.back())) {
+            if (k == tree.size() || *mth <= std::sqrt(squared.back())) {
                 return std::isfinite(*mth) ? *mth : -1.0;
             }
         }
-        if (k == members.size()) {
+        if (k == tree.size()) {
             return -1.0;
         }
     }
@@ -120,27 +112,29 @@ SiteSet make_site_set(const Mesh& mesh, std::vector<SurfacePoint> points, double
         }
     }
 
-    const auto m = static_cast<std::size_t>(neighbours);
-    for (Index region = 0; region < mesh.region_count; ++region) {
-        const std::vector<Index>& own = members[region];
-        if (own.empty()) {
-            continue;
+    std::vector<std::unique_ptr<PointTree>> regions(mesh.region_count);
+    const Execution silent = execution.silent();
+    parallel_for(regions.size(), 1, silent, [&](std::size_t begin, std::size_t end, unsigned) {
+        for (std::size_t region = begin; region < end; ++region) {
+            if (!members[region].empty()) {
+                regions[region] = std::make_unique<PointTree>(sites.points, members[region]);
+            }
         }
-        const double diameter = (high[region] - low[region]).norm();
-        const RegionCloud cloud{sites, own};
-        const Tree tree(3, cloud);
-        parallel_for(own.size(), 256, Execution{execution.threads, nullptr},
-                     [&](std::size_t begin, std::size_t end, unsigned) {
-                         for (std::size_t i = begin; i < end; ++i) {
-                             const double found = own.size() > m ? mth_distance(sites, own, tree, i, m) : -1.0;
-                             const double least = spacing * (1.0 + 0x1p-10);
-                             sites.radius[own[i]] = std::max(found < 0.0 ? diameter : std::min(found, diameter), least);
-                         }
-                     });
-    }
-    for (std::size_t i = 0; i < sites.size(); ++i) {
-        sites.area[i] = std::numbers::pi * sites.radius[i] * sites.radius[i] / static_cast<double>(neighbours + 1);
-    }
+    });
+    const auto m = static_cast<std::size_t>(neighbours);
+    const double least = spacing * (1.0 + 0x1p-10);
+    parallel_for(sites.size(), 256, silent, [&](std::size_t begin, std::size_t end, unsigned) {
+        Search search;
+        for (std::size_t i = begin; i < end; ++i) {
+            const Index region = sites.region[i];
+            const std::vector<Index>& own = members[region];
+            const double diameter = (high[region] - low[region]).norm();
+            const double found =
+                own.size() > m ? mth_distance(sites, *regions[region], static_cast<Index>(i), m, search) : -1.0;
+            sites.radius[i] = std::max(found < 0.0 ? diameter : std::min(found, diameter), least);
+            sites.area[i] = std::numbers::pi * sites.radius[i] * sites.radius[i] / static_cast<double>(neighbours + 1);
+        }
+    });
     return sites;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace difusa {
 
@@ -42,67 +43,90 @@ SupportGrid::SupportGrid(const Mesh& mesh, const SiteSet& sites, std::span<const
 
     // Two rounds over the same pairs (cell, site): count, then fill. Rounding may put a point into the cell beside
     // the one its support was tested against, hence the margin.
-    first_.assign(table_.count() + 1, 0);
     const double margin = 1e-6;
     const auto for_each_pair = [&](const auto& act) {
         for (std::size_t i = 0; i < sites.size(); ++i) {
             const Vec3 centre = (sites.points[i].position - origin_) * inverse_size_;
-            const double reach = support[i] * inverse_size_ + margin;
-            const double wide = 2.0 * reach + 2.0;
-            if (wide * wide * wide > static_cast<double>(table_.slots().size())) {
-                for (const CellTable::Slot& slot : table_.slots()) {
-                    if (slot.region == sites.region[i] && distance_squared(centre, slot.cell) <= reach * reach) {
-                        act(slot.number, static_cast<Index>(i));
-                    }
-                }
-                continue;
-            }
-            Cell low{}, high{};
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-                const double c = centre[static_cast<Eigen::Index>(axis)];
-                low[axis] = static_cast<std::int32_t>(std::floor(c - reach));
-                high[axis] = static_cast<std::int32_t>(std::floor(c + reach));
-            }
-            for (std::int32_t x = low[0]; x <= high[0]; ++x) {
-                for (std::int32_t y = low[1]; y <= high[1]; ++y) {
-                    for (std::int32_t z = low[2]; z <= high[2]; ++z) {
-                        const Cell cell{x, y, z};
-                        if (distance_squared(centre, cell) > reach * reach) {
-                            continue;
-                        }
-                        const Index bucket = table_.find(cell, sites.region[i]);
-                        if (bucket != none) {
-                            act(bucket, static_cast<Index>(i));
-                        }
-                    }
-                }
-            }
+            for_each_cell(centre, sites.region[i], support[i] * inverse_size_ + margin,
+                          [&](Index bucket) { act(bucket, static_cast<Index>(i)); });
         }
     };
     for_each_pair([this](Index bucket, Index) { ++first_[bucket + 1]; });
-    for (std::size_t b = 0; b < table_.count(); ++b) {
-        first_[b + 1] += first_[b];
-    }
+    std::partial_sum(first_.begin(), first_.end(), first_.begin());
     entries_.resize(first_.back());
     std::vector<std::size_t> next(first_.begin(), first_.end() - 1);
     for_each_pair([&](Index bucket, Index site) { entries_[next[bucket]++] = site; });
+}
+
+/// Calls `act(bucket)` for the occupied cells of a block that a ball meets.
+template <class Act>
+void SupportGrid::for_each_cell(const Cell& block, Index number, const Vec3& centre, double reach,
+                                const Act& act) const {
+    Index bucket = occupied_[number].first;
+    for (std::uint64_t left = occupied_[number].cells; left != 0; left &= left - 1, ++bucket) {
+        const int bit = std::countr_zero(left);
+        const Cell cell{4 * block[0] + (bit & 3), 4 * block[1] + ((bit >> 2) & 3), 4 * block[2] + (bit >> 4)};
+        if (distance_squared(centre, cell) <= reach * reach) {
+            act(bucket);
+        }
+    }
+}
+
+/// Calls `act(bucket)` for the cells of a region that a ball meets.
+template <class Act>
+void SupportGrid::for_each_cell(const Vec3& centre, Index region, double reach, const Act& act) const {
+    const double wide = 0.5 * reach + 2.0; // blocks
+    if (wide * wide * wide > static_cast<double>(blocks_.slots().size())) {
+        for (const CellTable::Slot& slot : blocks_.slots()) {
+            if (slot.region == region) {
+                for_each_cell(slot.cell, slot.number, centre, reach, act);
+            }
+        }
+        return;
+    }
+    Cell low{}, high{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double c = centre[static_cast<Eigen::Index>(axis)];
+        low[axis] = static_cast<std::int32_t>(std::floor(c - reach)) >> 2;
+        high[axis] = static_cast<std::int32_t>(std::floor(c + reach)) >> 2;
+    }
+    for (std::int32_t x = low[0]; x <= high[0]; ++x) {
+        for (std::int32_t y = low[1]; y <= high[1]; ++y) {
+            for (std::int32_t z = low[2]; z <= high[2]; ++z) {
+                const Cell block{x, y, z};
+                const Index number = blocks_.find(block, region);
+                if (number != none) {
+                    for_each_cell(block, number, centre, reach, act);
+                }
+            }
+        }
+    }
 }
 
 void SupportGrid::near(std::span<Query> queries) const {
     constexpr std::size_t group = 16;
     std::array<Cell, group> cell;
     std::array<std::size_t, group> start;
+    std::array<Index, group> found;
     for (std::size_t first = 0; first < queries.size(); first += group) {
         const std::size_t count = std::min(group, queries.size() - first);
         for (std::size_t i = 0; i < count; ++i) {
             const Query& query = queries[first + i];
             cell[i] = cell_of(*query.position);
-            start[i] = table_.start(cell[i], query.region);
-            table_.prefetch(start[i]);
+            start[i] = blocks_.start(block_of(cell[i]), query.region);
+            blocks_.prefetch(start[i]);
+        }
+        for (std::size_t i = 0; i < count; ++i) {
+            found[i] = blocks_.find_from(start[i], block_of(cell[i]), queries[first + i].region);
+            __builtin_prefetch(occupied_.data() + (found[i] == none ? 0 : found[i]));
+        }
+        for (std::size_t i = 0; i < count; ++i) {
+            found[i] = bucket_of(found[i], cell[i]);
+            __builtin_prefetch(first_.data() + (found[i] == none ? 0 : found[i]));
         }
         for (std::size_t i = 0; i < count; ++i) {
             Query& query = queries[first + i];
-            query.near = span_of(table_.find_from(start[i], cell[i], query.region));
+            query.near = span_of(found[i]);
             for (std::size_t k = 0; k < query.near.size(); k += 16) { // a cache line holds 16 numbers
                 __builtin_prefetch(query.near.data() + k);
             }
@@ -121,6 +145,13 @@ void SupportGrid::mark(const Mesh& mesh) {
     const double margin = 1e-6;
     struct Piece {
         Vec3 a, b, c;
+    };
+    const auto add = [&](const Cell& cell, Index region) {
+        const Index block = blocks_.insert(block_of(cell), region);
+        if (block == occupied_.size()) {
+            occupied_.emplace_back();
+        }
+        occupied_[block].cells |= std::uint64_t{1} << bit_of(cell);
     };
     std::vector<Piece> pieces;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -144,7 +175,7 @@ void SupportGrid::mark(const Mesh& mesh) {
                 for (std::int32_t x = first[0]; x <= last[0]; ++x) {
                     for (std::int32_t y = first[1]; y <= last[1]; ++y) {
                         for (std::int32_t z = first[2]; z <= last[2]; ++z) {
-                            table_.insert({x, y, z}, mesh.region[t]);
+                            add({x, y, z}, mesh.region[t]);
                         }
                     }
                 }
@@ -167,6 +198,12 @@ void SupportGrid::mark(const Mesh& mesh) {
             }
         }
     }
+    Index buckets = 0;
+    for (Occupied& occupied : occupied_) {
+        occupied.first = buckets;
+        buckets += static_cast<Index>(std::popcount(occupied.cells));
+    }
+    first_.assign(std::size_t{buckets} + 1, 0);
 }
 
 } // namespace difusa

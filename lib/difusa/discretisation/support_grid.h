@@ -6,6 +6,7 @@
 #include <difusa/mesh/mesh.h>
 
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -34,7 +35,8 @@ class SupportGrid {
     /// The sites whose support may hold a point of `region` at `position`, ascending; the caller tests their
     /// candidates. Empty if there is none, or the point is not on the mesh.
     std::span<const Index> near(const Vec3& position, Index region) const {
-        return span_of(table_.find(cell_of(position), region));
+        const Cell cell = cell_of(position);
+        return span_of(bucket_of(blocks_.find(block_of(cell), region), cell));
     }
 
     /// A point and its region, and where its search stands.
@@ -57,7 +59,29 @@ class SupportGrid {
         return {static_cast<std::int32_t>(scaled[0] + 1.0) - 1, static_cast<std::int32_t>(scaled[1] + 1.0) - 1,
                 static_cast<std::int32_t>(scaled[2] + 1.0) - 1};
     }
+    // Cells are kept in blocks of 4 along each axis: the table of blocks is small, and one search finds 64 cells.
+    static Cell block_of(const Cell& cell) { return {cell[0] >> 2, cell[1] >> 2, cell[2] >> 2}; }
+    static unsigned bit_of(const Cell& cell) {
+        return static_cast<unsigned>((cell[0] & 3) | ((cell[1] & 3) << 2) | ((cell[2] & 3) << 4));
+    }
+    struct Occupied {
+        std::uint64_t cells = 0; ///< a bit for each that the surface passes through
+        Index first = 0;         ///< bucket of the first of them; the others follow
+    };
+    /// Of a cell in a block of this number; both may be none.
+    Index bucket_of(Index block, const Cell& cell) const {
+        if (block == none) {
+            return none;
+        }
+        const Occupied& occupied = occupied_[block];
+        const std::uint64_t bit = std::uint64_t{1} << bit_of(cell);
+        const std::uint64_t before = occupied.cells & (bit - 1);
+        return (occupied.cells & bit) == 0 ? none : occupied.first + static_cast<Index>(std::popcount(before));
+    }
     void mark(const Mesh& mesh);
+    template <class Act>
+    void for_each_cell(const Cell& block, Index number, const Vec3& centre, double reach, const Act& act) const;
+    template <class Act> void for_each_cell(const Vec3& centre, Index region, double reach, const Act& act) const;
     std::span<const Index> span_of(Index bucket) const {
         return bucket == none
                    ? std::span<const Index>()
@@ -67,7 +91,8 @@ class SupportGrid {
     Vec3 origin_ = Vec3::Zero();
     double inverse_size_ = 1.0;
     std::vector<Candidate> candidates_; ///< #S
-    CellTable table_;                   ///< bucket of each cell that the surface passes through
+    CellTable blocks_;                  ///< numbers the blocks that the surface passes through, of each region
+    std::vector<Occupied> occupied_;    ///< #blocks
     std::vector<std::size_t> first_;    ///< #buckets + 1
     std::vector<Index> entries_;
 };

@@ -1,6 +1,7 @@
 #include <difusa/import/gltf_file.h>
 
 #include <difusa/core/error.h>
+#include <difusa/import/base64.h>
 #include <difusa/import/byte_scanner.h>
 
 #include <algorithm>
@@ -57,40 +58,13 @@ double component_at(const char* bytes, Component component, bool normalized) {
     return 0.0;
 }
 
-int base64_digit(char c) {
-    if (c >= 'A' && c <= 'Z') {
-        return c - 'A';
-    }
-    if (c >= 'a' && c <= 'z') {
-        return c - 'a' + 26;
-    }
-    if (c >= '0' && c <= '9') {
-        return c - '0' + 52;
-    }
-    return c == '+' || c == '-' ? 62 : c == '/' || c == '_' ? 63 : -1;
-}
-
 /// False if a character does not belong there.
-bool decode_base64(std::string_view text, std::string& out) {
+bool decode_uri(std::string_view text, std::string& bytes) {
     while (!text.empty() && text.back() == '=') {
         text.remove_suffix(1);
     }
-    out.reserve(text.size() / 4 * 3 + 2);
-    std::uint32_t bits = 0;
-    int count = 0;
-    for (const char c : text) {
-        const int digit = base64_digit(c);
-        if (digit < 0) {
-            return false;
-        }
-        bits = bits << 6U | static_cast<std::uint32_t>(digit);
-        count += 6;
-        if (count >= 8) {
-            count -= 8;
-            out += static_cast<char>(bits >> static_cast<unsigned>(count) & 255U);
-        }
-    }
-    return true;
+    bytes.reserve(text.size() / 4 * 3 + 2);
+    return decode_base64(text, Base64::url, bytes) == text.size();
 }
 
 /// "%20" and the like.
@@ -201,7 +175,7 @@ const JsonValue& GltfFile::entry(const char* list, const JsonValue& index) const
 
 std::size_t GltfFile::whole(const JsonValue& object, const char* name, std::size_t otherwise) const {
     const JsonValue* value = object.find(name);
-    return value == nullptr ? otherwise : checks_.whole(*value, "\"" + std::string(name) + "\"");
+    return value == nullptr ? otherwise : checks_.whole(*value, quoted(name));
 }
 
 std::optional<std::string> GltfFile::embedded(const JsonValue& uri) const {
@@ -214,7 +188,7 @@ std::optional<std::string> GltfFile::embedded(const JsonValue& uri) const {
     std::string content;
     if (comma == std::string::npos || comma < encoding.size() ||
         std::string_view(text).substr(comma - encoding.size(), encoding.size()) != encoding ||
-        !decode_base64(std::string_view(text).substr(comma + 1), content)) {
+        !decode_uri(std::string_view(text).substr(comma + 1), content)) {
         checks_.fail(uri, "a \"data:\" URI that is not in base64: export the scene again");
     }
     return content;

@@ -29,6 +29,11 @@ struct JsonValue {
 /// 64 deep, and more lines than 32 bits can number.
 JsonValue parse_json(std::string_view content, const std::string& file);
 
+/// The name of a member, as messages give it.
+inline std::string quoted(std::string_view name) {
+    return "\"" + std::string(name) + "\"";
+}
+
 /// What is expected of values. `what` is how a message calls one: "\"reflectance\"". All throw InputError
 /// "file:line: `what` must be ...".
 class JsonChecks {

@@ -1,5 +1,6 @@
 #include <difusa/io/chart.h>
 
+#include <difusa/core/round_values.h>
 #include <difusa/core/text.h>
 
 #include <algorithm>
@@ -73,8 +74,7 @@ class Axis {
             const std::vector<double> digits = decades > 4.0   ? std::vector<double>{1.0}
                                                : decades > 1.5 ? std::vector<double>{1.0, 3.0}
                                                                : std::vector<double>{1.0, 2.0, 5.0};
-            for (double power = std::pow(10.0, std::floor(std::log10(std::max(low_, 1e-300)))); power <= high_;
-                 power *= 10.0) {
+            for (double power = power_of_ten_below(std::max(low_, 1e-300)); power <= high_; power *= 10.0) {
                 for (const double digit : digits) {
                     if (digit * power >= low_ && digit * power <= high_) {
                         result.push_back(digit * power);
@@ -83,16 +83,12 @@ class Axis {
             }
             return result;
         }
-        const double rough = (high_ - low_) / 6.0, power = std::pow(10.0, std::floor(std::log10(rough)));
+        const double rough = (high_ - low_) / 6.0, power = power_of_ten_below(rough);
         const double step = power * (rough / power < 1.5   ? 1.0
                                      : rough / power < 3.5 ? 2.0
                                      : rough / power < 7.5 ? 5.0
                                                            : 10.0);
-        const double first = std::ceil(low_ / step);
-        for (int k = 0; k < 20 && (first + k) * step <= high_; ++k) {
-            result.push_back((first + k) * step);
-        }
-        return result;
+        return multiples_in(low_, high_, step);
     }
 
   private:

@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using Writer = void (*)(const FieldFile&, WholeFile&);
+using Writer = void (*)(const FieldFile&, WholeFile&, const Execution&);
 
 Writer writer_for(const fs::path& file) {
     std::string extension = file.extension().string();
@@ -71,16 +71,16 @@ void require_consistent(const FieldFile& field) {
 
 } // namespace
 
-void write_field(const FieldFile& field, const fs::path& file, WholeFile& whole) {
+void write_field(const FieldFile& field, const fs::path& file, WholeFile& whole, const Execution& execution) {
     const Writer write = writer_for(file);
     require_consistent(field);
-    write(field, whole);
+    write(field, whole, execution);
 }
 
-void write_field(const FieldFile& field, const fs::path& file) {
+void write_field(const FieldFile& field, const fs::path& file, const Execution& execution) {
     writer_for(file); // before a file is made
     WholeFile whole(file);
-    write_field(field, file, whole);
+    write_field(field, file, whole, execution);
     whole.commit();
 }
 

@@ -1,6 +1,7 @@
 // A field on a triangle mesh with everything a file should say about it, and its writers.
 #pragma once
 
+#include <difusa/core/progress.h>
 #include <difusa/core/types.h>
 
 #include <array>
@@ -46,7 +47,7 @@ struct FieldFile {
 /// renamed. Throws UsageError for another extension or a name that is no file's ("-", a directory, a device),
 /// ResourceError if it cannot be written (directory missing, no permission, disk full), naming the file; no temporary
 /// file is left behind, and an older file under this name stays as it was.
-void write_field(const FieldFile& field, const std::filesystem::path& file);
+void write_field(const FieldFile& field, const std::filesystem::path& file, const Execution& execution = {});
 
 /// Throws what `write_field` or `write_whole_file` would for this name before any work is done: unknown
 /// extension (if `field`), not a file, directory missing or not writable.

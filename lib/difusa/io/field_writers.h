@@ -8,12 +8,13 @@
 namespace difusa {
 
 /// VTK XML PolyData: everything.
-void write_vtp(const FieldFile& field, WholeFile& file);
+void write_vtp(const FieldFile& field, WholeFile& file, const Execution& execution);
 
 /// PLY, binary little-endian: geometry, normals, colours, quality; the notes as comments.
-void write_ply(const FieldFile& field, WholeFile& file);
+void write_ply(const FieldFile& field, WholeFile& file, const Execution& execution);
 
 /// In the format that the name `file` stands for, checked and chosen as by `write_field` without `whole`.
-void write_field(const FieldFile& field, const std::filesystem::path& file, WholeFile& whole);
+void write_field(const FieldFile& field, const std::filesystem::path& file, WholeFile& whole,
+                 const Execution& execution);
 
 } // namespace difusa

@@ -1,13 +1,10 @@
 // Unlike the mesh reader `ply` this keeps what stands at the points: normals, colours, quality and all other numbers.
 #include <difusa/io/field_readers.h>
 
-#include <difusa/core/error.h>
-#include <difusa/import/byte_scanner.h>
 #include <difusa/import/file_content.h>
-#include <difusa/import/ply_header.h>
+#include <difusa/import/ply_body.h>
 
 #include <algorithm>
-#include <bit>
 #include <cctype>
 
 namespace difusa {
@@ -15,80 +12,6 @@ namespace difusa {
 namespace {
 
 using namespace ply;
-using Reach = TextScanner::Reach;
-
-// ---- values, from text and from bytes -------------------------------------------------------------------------
-
-class TextSource {
-  public:
-    explicit TextSource(TextScanner& scanner) : scanner_(scanner) {}
-
-    static double least_bytes(Type) { return 2.0; } // a digit and a blank
-    double available() const { return static_cast<double>(scanner_.remaining()) + 1.0; }
-    double real(Type type, const Expected& expected) {
-        if (is_real(type)) {
-            return scanner_.real(expected, Reach::file);
-        }
-        const std::int64_t value = scanner_.integer(expected, Reach::file);
-        const bool has_sign = type == Type::int8 || type == Type::int16 || type == Type::int32;
-        const std::int64_t values = std::int64_t{1} << (8 * size_of(type)), least = has_sign ? -values / 2 : 0;
-        if (value < least || value >= least + values) {
-            scanner_.fail(std::to_string(value) + " is out of the range of " + expected.text() +
-                          ", whose type the header says: correct the header, or write the file again");
-        }
-        return static_cast<double>(value);
-    }
-    std::int64_t integer(Type, const Expected& expected) { return scanner_.integer(expected, Reach::file); }
-    [[noreturn]] void fail(const std::string& problem) const { scanner_.fail(problem); }
-    void finish() {
-        std::string_view token;
-        if (scanner_.next(token, Reach::file)) {
-            scanner_.fail("the file goes on with " + excerpt(token) +
-                          " after all its header announces: the file is damaged; write it again");
-        }
-    }
-
-  private:
-    TextScanner& scanner_;
-};
-
-class ByteSource {
-  public:
-    explicit ByteSource(ByteScanner scanner) : scanner_(std::move(scanner)) {}
-
-    static double least_bytes(Type type) { return static_cast<double>(size_of(type)); }
-    double available() const { return static_cast<double>(scanner_.remaining()); }
-    double real(Type type, const Expected& expected) {
-        return type == Type::float32   ? static_cast<double>(scanner_.take<float>(expected))
-               : type == Type::float64 ? scanner_.take<double>(expected)
-                                       : static_cast<double>(integer(type, expected));
-    }
-    std::int64_t integer(Type type, const Expected& expected) {
-        switch (type) {
-        case Type::int8:
-            return scanner_.take<std::int8_t>(expected);
-        case Type::uint8:
-            return scanner_.take<std::uint8_t>(expected);
-        case Type::int16:
-            return scanner_.take<std::int16_t>(expected);
-        case Type::uint16:
-            return scanner_.take<std::uint16_t>(expected);
-        case Type::int32:
-            return scanner_.take<std::int32_t>(expected);
-        default:
-            return scanner_.take<std::uint32_t>(expected); // no list has a length, no corner a number of a real type
-        }
-    }
-    [[noreturn]] void fail(const std::string& problem) const { scanner_.fail(problem); }
-    void finish() {
-        if (scanner_.remaining() > 0) {
-            scanner_.fail("the file goes on after all its header announces: the file is damaged; write it again");
-        }
-    }
-
-  private:
-    ByteScanner scanner_;
-};
 
 // ---- elements -------------------------------------------------------------------------------------------------
 
@@ -109,83 +32,80 @@ struct Table {
     }
 };
 
-template <class Source> Table read_table(Source& source, const Element& element) {
-    Table table;
-    for (const Property& property : element.properties) {
-        if (!property.count_type) {
-            table.names.push_back(property.name);
-            table.types.push_back(property.type);
-        }
-    }
-    table.columns.resize(table.names.size());
-    const bool cells = element.kind == Element::Kind::faces || element.kind == Element::Kind::strips;
-    if (element.properties.empty()) {
-        return table;
-    }
-    for (std::size_t row = 0; row < element.count; ++row) {
-        std::size_t column = 0;
-        for (const Property& property : element.properties) {
-            const Expected expected{property.name.c_str(), row + 1, element.count};
-            if (!property.count_type) {
-                table.columns[column++].push_back(source.real(property.type, expected));
-                continue;
-            }
-            const std::int64_t length = source.integer(*property.count_type, expected);
-            if (length < 0 || static_cast<double>(length) * Source::least_bytes(property.type) > source.available()) {
-                source.fail("a list '" + property.name + "' announces " + std::to_string(length) +
-                            " entries, which is impossible: the file is damaged; write it again");
-            }
-            const bool wanted = cells && property.role == corners;
-            std::vector<std::int64_t> list;
-            for (std::int64_t k = 0; k < length; ++k) {
-                if (wanted) {
-                    list.push_back(source.integer(property.type, expected));
-                } else {
-                    source.real(property.type, expected);
-                }
-            }
-            if (wanted) {
-                table.corners.push_back(std::move(list));
-            }
-        }
-    }
-    return table;
-}
-
 struct Tables {
-    Table points, faces, strips;
+    Table points, faces, strips, others;
+
+    Table& of(Element::Kind kind) {
+        return kind == Element::Kind::points   ? points
+               : kind == Element::Kind::faces  ? faces
+               : kind == Element::Kind::strips ? strips
+                                               : others;
+    }
 };
 
-template <class Source> Tables read_tables(Source source, const Header& header) {
-    double least = 0.0;
-    for (const Element& element : header.elements) {
+/// Takes the rows of an element into a table.
+template <class Values> class TableSink {
+  public:
+    TableSink(const Values& values, const Element& element, Table& table) : values_(values), table_(table) {
         for (const Property& property : element.properties) {
-            least +=
-                static_cast<double>(element.count) * Source::least_bytes(property.count_type.value_or(property.type));
+            if (!property.count_type) {
+                table_.names.push_back(property.name);
+                table_.types.push_back(property.type);
+            }
+        }
+        table_.columns.resize(table_.names.size());
+    }
+
+    static Expected expected(const Element& element, const Property& property, std::size_t row) {
+        return {property.name.c_str(), row + 1, element.count};
+    }
+    static bool wants(const Property&) { return true; }
+
+    void begin_row() { column_ = 0; }
+    void value(const Property&, double value, const Expected&) { table_.columns[column_++].push_back(value); }
+    void check_length(const Property& property, std::int64_t length, const Expected&) const {
+        if (length < 0 || static_cast<double>(length) * Values::least_bytes(property.type) >
+                              static_cast<double>(values_.available())) {
+            values_.fail("a list '" + property.name + "' announces " + std::to_string(length) +
+                         " entries, which is impossible: the file is damaged; write it again");
         }
     }
-    if (least > source.available()) {
-        source.fail("the header announces more data than follow: the file was cut short or its header is wrong; write "
+    void corners(const std::vector<std::int64_t>& list) { table_.corners.push_back(list); }
+    void end_row() {}
+
+  private:
+    const Values& values_;
+    Table& table_;
+    std::size_t column_ = 0;
+};
+
+void finish(TextScanner& scanner) {
+    std::string_view token;
+    if (scanner.next(token, TextScanner::Reach::file)) {
+        scanner.fail("the file goes on with " + excerpt(token) +
+                     " after all its header announces: the file is damaged; write it again");
+    }
+}
+
+void finish(const ByteScanner& scanner) {
+    if (scanner.remaining() > 0) {
+        scanner.fail("the file goes on after all its header announces: the file is damaged; write it again");
+    }
+}
+
+template <class Values> Tables read_tables(Values values, const Header& header) {
+    if (least_bytes<Values>(header) > static_cast<double>(values.available())) {
+        values.fail("the header announces more data than follow: the file was cut short or its header is wrong; write "
                     "it again");
     }
     Tables tables;
     for (const Element& element : header.elements) {
-        Table table = read_table(source, element);
-        switch (element.kind) {
-        case Element::Kind::points:
-            tables.points = std::move(table);
-            break;
-        case Element::Kind::faces:
-            tables.faces = std::move(table);
-            break;
-        case Element::Kind::strips:
-            tables.strips = std::move(table);
-            break;
-        case Element::Kind::other:
-            break;
-        }
+        Table& table = tables.of(element.kind);
+        table = {};
+        TableSink sink(values, element, table);
+        read_rows(values, element, sink);
     }
-    source.finish();
+    finish(values.scanner());
     return tables;
 }
 
@@ -336,10 +256,9 @@ FieldFile read_ply(const std::filesystem::path& file) {
     const Header header = parse_header(content, scanner, false);
     Tables tables;
     if (header.format == Format::text) {
-        tables = read_tables(TextSource(scanner), header);
+        tables = read_tables(TextValues(scanner, Layout::free), header);
     } else {
-        const std::endian order = header.format == Format::big_endian ? std::endian::big : std::endian::little;
-        tables = read_tables(ByteSource(ByteScanner(content, name, order, header.bytes)), header);
+        tables = read_tables(ByteValues(content, name, header), header);
     }
     FieldFile field;
     field.notes = notes_of(std::string_view(content).substr(0, content.find("end_header")));

@@ -87,7 +87,7 @@ const FieldArray* find(const FieldFile& field, const std::string& name) {
 
 } // namespace
 
-void write_ply(const FieldFile& field, WholeFile& file) {
+void write_ply(const FieldFile& field, WholeFile& file, const Execution& /*execution*/) {
     DIFUSA_REQUIRE(field.points.size() <= static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()));
     const FieldArray* colours = find(field, field.active_colours);
     const FieldArray* quality = find(field, field.quality);

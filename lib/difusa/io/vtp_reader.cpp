@@ -2,6 +2,7 @@
 #include <difusa/io/field_readers.h>
 
 #include <difusa/core/error.h>
+#include <difusa/import/base64.h>
 #include <difusa/import/file_content.h>
 
 #include <vtkCallbackCommand.h>
@@ -77,21 +78,9 @@ class Complaints {
 
 /// Up to `count` bytes of base64, without blanks before it.
 std::string decode(std::string_view text, std::size_t count) {
-    const std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    text.remove_prefix(std::min(text.find_first_not_of(" \t\r\n"), text.size()));
     std::string bytes;
-    unsigned bits = 0, held = 0;
-    for (std::size_t i = std::min(text.find_first_not_of(" \t\r\n"), text.size()); i < text.size(); ++i) {
-        const std::size_t digit = digits.find(text[i]);
-        if (digit == std::string_view::npos || bytes.size() == count) {
-            break;
-        }
-        bits = (bits << 6U | static_cast<unsigned>(digit)) & 0xffffU;
-        held += 6;
-        if (held >= 8) {
-            held -= 8;
-            bytes += static_cast<char>(bits >> held & 0xffU);
-        }
-    }
+    decode_base64(text, Base64::standard, bytes, count);
     return bytes;
 }
 

@@ -17,12 +17,11 @@ constexpr std::size_t rays_a_place = 32;
 constexpr std::size_t least_places = 64; ///< on a region
 
 /// Whether light can reach x as far as a handful of rays tell.
-bool sees_light(const Scene& scene, const DirectLight& lights, std::span<const Index> others,
-                const Visibility& visibility, const SurfacePoint& x, RandomStream& stream,
-                DirectLight::Worker& worker) {
-    Rgb direct;
-    lights.sample({&x, 1}, stream, {&direct, 1}, worker);
-    if ((direct > 0.0).any()) {
+bool sees_light(const Scene& scene, const DirectLight& lights, std::span<const Index> others, const Tracer& tracer,
+                const SurfacePoint& x, RandomStream& stream, DirectLight::Worker& worker) {
+    std::vector<Rgb> direct(lights.sets().count());
+    lights.sample({&x, 1}, stream, direct, worker);
+    if (std::any_of(direct.begin(), direct.end(), [](const Rgb& H) { return (H > 0.0).any(); })) {
         return true;
     }
     if (!others.empty()) {
@@ -32,7 +31,7 @@ bool sees_light(const Scene& scene, const DirectLight& lights, std::span<const I
         if (x.normal.dot(way) > 0.0 && y.normal.dot(way) < 0.0) {
             const Segment segment{x.position, y.position, x.face, y.face};
             std::uint8_t blocked = 0;
-            visibility.occluded({&segment, 1}, {&blocked, 1});
+            tracer.occluded({&segment, 1}, {&blocked, 1});
             if (blocked == 0) {
                 return true;
             }
@@ -48,7 +47,7 @@ bool sees_light(const Scene& scene, const DirectLight& lights, std::span<const I
         const Vec3 direction = r * std::cos(angle) * t + r * std::sin(angle) * b + std::sqrt(1.0 - r2) * x.normal;
         rays[d] = {x.position, direction, x.face};
     }
-    visibility.first_hits(rays, hits);
+    tracer.first_hits(rays, hits);
     for (std::size_t d = 0; d < rays_a_place; ++d) {
         const Hit& hit = hits[d];
         if (hit.face == none ? scene.has_sky() && (scene.sky_radiance(rays[d].direction) > 0.0).any() : hit.front) {
@@ -60,8 +59,8 @@ bool sees_light(const Scene& scene, const DirectLight& lights, std::span<const I
 
 } // namespace
 
-std::vector<char> dark_regions(const Scene& scene, const DirectLight& lights, const Visibility& visibility,
-                               std::uint64_t seed, const Execution& execution) {
+std::vector<char> dark_regions(const Scene& scene, const DirectLight& lights, const Tracer& tracer, std::uint64_t seed,
+                               const Execution& execution) {
     const Mesh& mesh = scene.mesh;
     std::vector<std::vector<Index>> triangles(mesh.region_count);
     for (Index t = 0; t < mesh.triangles.size(); ++t) {
@@ -70,7 +69,7 @@ std::vector<char> dark_regions(const Scene& scene, const DirectLight& lights, co
     const std::vector<char> emits = emitting_materials(scene);
     std::vector<Index> others; // emitting triangles that are no lamps
     for (Index t = 0; t < mesh.triangles.size(); ++t) {
-        if (emits[mesh.material[t]] != 0 && lights.lamp_materials()[mesh.material[t]] == 0) {
+        if (emits[mesh.material[t]] != 0 && lights.area_light_materials()[mesh.material[t]] == 0) {
             others.push_back(t);
         }
     }
@@ -78,17 +77,17 @@ std::vector<char> dark_regions(const Scene& scene, const DirectLight& lights, co
     parallel_for(mesh.region_count, 1, execution, [&](std::size_t begin, std::size_t end, unsigned) {
         DirectLight::Worker worker;
         for (std::size_t p = begin; p < end; ++p) {
-            RandomStream stream(seed, "dark patches", p);
+            RandomStream stream(seed, "dark regions", p);
             const std::vector<Index>& own = triangles[p];
             const std::size_t places = std::max(least_places, own.size());
             bool lit = false;
             for (std::size_t i = 0; i < places && !lit; ++i) {
-                if (i % 256 == 0 && execution.progress != nullptr) {
-                    execution.progress->check();
+                if (i % 256 == 0) {
+                    execution.check();
                 }
                 const Index t = own[i % own.size()];
                 const double u = stream.uniform(), v = stream.uniform();
-                lit = sees_light(scene, lights, others, visibility, uniform_point(mesh, t, u, v), stream, worker);
+                lit = sees_light(scene, lights, others, tracer, uniform_point(mesh, t, u, v), stream, worker);
             }
             dark[p] = lit ? 0 : 1;
         }

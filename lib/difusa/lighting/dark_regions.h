@@ -14,7 +14,7 @@ namespace difusa {
 /// lights, lamps and other emitting faces do not get through.
 /// What sees nothing is seen by nothing, so such a region plays no part. The rays are finite in number: a region lit
 /// only through a hole that all of them miss counts as dark.
-std::vector<char> dark_regions(const Scene& scene, const DirectLight& lights, const Visibility& visibility,
-                               std::uint64_t seed, const Execution& execution);
+std::vector<char> dark_regions(const Scene& scene, const DirectLight& lights, const Tracer& tracer, std::uint64_t seed,
+                               const Execution& execution);
 
 } // namespace difusa

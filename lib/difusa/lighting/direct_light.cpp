@@ -7,54 +7,43 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 namespace difusa {
 
 namespace {
 
-std::vector<Index> lamps_of(const Scene& scene, const LightGroup& group, const std::vector<char>& materials) {
-    std::vector<Index> lamps;
+std::vector<Index> triangles_of(const Scene& scene, const std::vector<char>& materials) {
+    std::vector<Index> triangles;
     for (Index t = 0; t < scene.mesh.triangles.size(); ++t) {
-        const Index m = scene.mesh.material[t];
-        if (materials[m] != 0 && group.materials[m] != 0) {
-            lamps.push_back(t);
+        if (materials[scene.mesh.material[t]] != 0) {
+            triangles.push_back(t);
         }
     }
-    return lamps;
+    return triangles;
 }
 
-std::shared_ptr<const Shafts> shafts_for(const Scene& scene, const std::vector<char>& lamps) {
-    return std::find(lamps.begin(), lamps.end(), 1) == lamps.end() || scene.mesh.convex
+std::shared_ptr<const Shafts> shafts_for(const Scene& scene, const std::vector<char>& area_lights) {
+    return std::find(area_lights.begin(), area_lights.end(), 1) == area_lights.end() || scene.mesh.convex
                ? nullptr
                : std::make_shared<Shafts>(scene.mesh);
 }
 
 } // namespace
 
-DirectLight::DirectLight(const Scene& scene, const Visibility& visibility)
-    : scene_(scene), visibility_(visibility), reach_(2.0 * scene.mesh.diameter()),
-      rounding_(0x1p-44 * scene.mesh.magnitude()), lamp_materials_(difusa::lamp_materials(scene)),
-      shafts_(shafts_for(scene, lamp_materials_)),
-      lamps_(scene, lamps_of(scene, all_lights(scene), lamp_materials_), visibility, shafts_) {
-    add_lights(all_lights(scene));
-}
-
-DirectLight::DirectLight(const DirectLight& all, const LightGroup& group)
-    : scene_(all.scene_), visibility_(all.visibility_), reach_(all.reach_), rounding_(all.rounding_),
-      lamp_materials_(all.lamp_materials_), shafts_(all.shafts_),
-      lamps_(scene_, lamps_of(scene_, group, lamp_materials_), visibility_, shafts_) {
-    add_lights(group);
-}
-
-void DirectLight::add_lights(const LightGroup& group) {
+DirectLight::DirectLight(const Scene& scene, const Tracer& tracer, LightSets sets)
+    : scene_(scene), tracer_(tracer), sets_(std::move(sets)), reach_(2.0 * scene.mesh.diameter()),
+      rounding_(0x1p-44 * scene.mesh.magnitude()), area_light_materials_(difusa::area_light_materials(scene)),
+      shafts_(shafts_for(scene, area_light_materials_)),
+      area_lights_(scene, triangles_of(scene, area_light_materials_), tracer, shafts_) {
     for (std::size_t i = 0; i < scene_.suns.size(); ++i) {
-        if (group.suns[i] != 0 && (scene_.suns[i].irradiance > 0.0).any()) {
-            suns_.push_back(scene_.suns[i]);
+        if ((scene_.suns[i].irradiance > 0.0).any()) {
+            suns_.emplace_back(scene_.suns[i], sets_.sun[i]);
         }
     }
     for (std::size_t i = 0; i < scene_.point_lights.size(); ++i) {
-        if (group.points[i] != 0 && (scene_.point_lights[i].intensity > 0.0).any()) {
-            points_.push_back(scene_.point_lights[i]);
+        if ((scene_.point_lights[i].intensity > 0.0).any()) {
+            points_.emplace_back(scene_.point_lights[i], sets_.point[i]);
         }
     }
 }
@@ -71,20 +60,20 @@ Segment DirectLight::shadow_ray(const SurfacePoint& from, const Vec3& direction,
     return {from.position, from.position + way * length, from.face, none};
 }
 
-void DirectLight::add_outside(const SurfacePoint& x, Index owner, Worker& worker) const {
-    const auto add = [&](const Segment& segment, const Rgb& light) {
+void DirectLight::add_outside(const SurfacePoint& x, std::size_t first, Worker& worker) const {
+    const auto add = [&](const Segment& segment, const Rgb& light, Index set) {
         worker.segments.push_back(segment);
         worker.light.push_back(light);
-        worker.owner.push_back(owner);
+        worker.owner.push_back(first + set);
     };
     const SurfacePoint from = inset(scene_.mesh, x);
-    for (const Sun& sun : suns_) {
+    for (const auto& [sun, set] : suns_) {
         const double cosine = x.normal.dot(sun.towards);
         if (cosine > 0.0) {
-            add(shadow_ray(from, sun.towards, reach_), cosine * sun.irradiance);
+            add(shadow_ray(from, sun.towards, reach_), cosine * sun.irradiance, set);
         }
     }
-    for (const PointLight& light : points_) {
+    for (const auto& [light, set] : points_) {
         const Vec3 way = light.position - x.position;
         const double distance = way.norm();
         const Vec3 towards = way / distance;
@@ -94,47 +83,64 @@ void DirectLight::add_outside(const SurfacePoint& x, Index owner, Worker& worker
             // A light may lie on a face, which by rounding may be before it.
             const Vec3 ray = light.position - from.position;
             const double length = ray.norm(), short_of_it = std::max(0.0, length * (1.0 - 0x1p-40) - rounding_);
-            add(shadow_ray(from, ray / length, short_of_it),
-                cosine * falloff / (distance * distance) * light.intensity);
+            add(shadow_ray(from, ray / length, short_of_it), cosine * falloff / (distance * distance) * light.intensity,
+                set);
         }
     }
 }
 
-Rgb DirectLight::from_outside(const SurfacePoint& x, Worker& worker) const {
-    Rgb H = Rgb::Zero();
-    if (suns_.empty() && points_.empty()) {
-        return H;
-    }
+/// Casts the shadow rays that were collected; `blocked` tells what became of each.
+void DirectLight::cast(Worker& worker) const {
+    worker.blocked.resize(worker.segments.size());
+    worker.cast += tracer_.occluded(worker.segments, worker.blocked);
+}
+
+namespace {
+
+void clear(DirectLight::Worker& worker) {
     worker.segments.clear();
     worker.light.clear();
     worker.owner.clear();
+}
+
+} // namespace
+
+void DirectLight::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
+                             std::span<Rgb> H) const {
+    std::fill(H.begin(), H.end(), Rgb(Rgb::Zero()));
+    clear(worker);
     add_outside(x, 0, worker);
-    worker.blocked.resize(worker.segments.size());
-    visibility_.occluded(worker.segments, worker.blocked);
-    worker.cast += worker.segments.size();
+    cast(worker);
     for (std::size_t k = 0; k < worker.light.size(); ++k) {
-        H += worker.blocked[k] == 0 ? worker.light[k] : Rgb(Rgb::Zero());
+        H[worker.owner[k]] += worker.blocked[k] == 0 ? worker.light[k] : Rgb(Rgb::Zero());
     }
-    return H;
+    area_lights_.irradiance(x, samples, stream, worker.area_lights, sets_.material, H);
 }
 
 Rgb DirectLight::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker) const {
-    return from_outside(x, worker) + lamps_.irradiance(x, samples, stream, worker.lamps);
+    std::vector<Rgb> H(sets_.count());
+    irradiance(x, samples, stream, worker, H);
+    return std::accumulate(H.begin(), H.end(), Rgb(Rgb::Zero()));
 }
 
 Values DirectLight::irradiance(std::span<const SurfacePoint> x, int channels, std::size_t samples, std::uint64_t seed,
                                std::string_view purpose, const Execution& execution, Effort& effort) const {
-    Values H = Values::Zero(static_cast<Eigen::Index>(x.size()), channels);
+    const std::size_t sets = sets_.count();
+    Values H = Values::Zero(static_cast<Eigen::Index>(x.size()), static_cast<Eigen::Index>(sets) * channels);
     if (!any()) {
         return H;
     }
     std::vector<Effort> efforts(execution.threads);
     parallel_for(x.size(), 64, execution, [&](std::size_t begin, std::size_t end, unsigned number) {
         Worker worker;
+        std::vector<Rgb> by_set(sets);
         for (std::size_t i = begin; i < end; ++i) {
             RandomStream stream(seed, purpose, i);
-            H.row(static_cast<Eigen::Index>(i)) =
-                irradiance(x[i], samples, stream, worker).head(channels).matrix().transpose();
+            irradiance(x[i], samples, stream, worker, by_set);
+            for (std::size_t set = 0; set < sets; ++set) {
+                H.row(static_cast<Eigen::Index>(i)).segment(static_cast<Eigen::Index>(set) * channels, channels) =
+                    by_set[set].head(channels).matrix().transpose();
+            }
         }
         efforts[number].add(worker);
     });
@@ -145,29 +151,32 @@ Values DirectLight::irradiance(std::span<const SurfacePoint> x, int channels, st
     return H;
 }
 
-void DirectLight::sample(std::span<const SurfacePoint> x, RandomStream& stream, std::span<Rgb> H,
-                         Worker& worker) const {
+void DirectLight::sample(std::span<const SurfacePoint> x, RandomStream& stream, std::span<Rgb> H, Worker& worker,
+                         Rgb* from_outside) const {
+    const std::size_t sets = sets_.count();
     std::fill(H.begin(), H.end(), Rgb(Rgb::Zero()));
-    worker.segments.clear();
-    worker.light.clear();
-    worker.owner.clear();
+    clear(worker);
     for (std::size_t i = 0; i < x.size(); ++i) {
-        add_outside(x[i], static_cast<Index>(i), worker);
+        add_outside(x[i], i * sets, worker);
     }
-    worker.blocked.resize(worker.segments.size());
-    visibility_.occluded(worker.segments, worker.blocked);
-    worker.cast += worker.segments.size();
+    cast(worker);
     for (std::size_t k = 0; k < worker.owner.size(); ++k) {
         if (worker.blocked[k] == 0) {
             H[worker.owner[k]] += worker.light[k];
+            if (from_outside != nullptr) {
+                *from_outside += worker.light[k];
+            }
         }
     }
-    if (lamps_.count() == 0) {
+    if (area_lights_.count() == 0) {
         return;
     }
     const std::array<double, 4> shift{stream.uniform(), stream.uniform(), stream.uniform(), stream.uniform()};
     for (std::size_t i = 0; i < x.size(); ++i) {
-        H[i] += lamps_.sample(x[i], even_point(i, shift), worker.lamps);
+        const AreaLights::Sample sample = area_lights_.sample(x[i], even_point(i, shift), worker.area_lights);
+        if (sample.material != none) {
+            H[i * sets + sets_.material[sample.material]] += sample.H;
+        }
     }
 }
 

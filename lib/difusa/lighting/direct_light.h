@@ -1,9 +1,9 @@
-// Light that comes straight from sources that cast shadows with edges: suns, point lights and lamps. It is computed at
-// the very point where it is wanted and is no part of the unknown, so that no basis smooths its shadows (T chapter 8).
+// Direct light of sources whose shadows have edges: suns, point lights and area lights. It is evaluated at the very
+// point where it is wanted, outside the linear system, so that no basis smooths its shadows (T chapter 8).
 #pragma once
 
 #include <difusa/core/progress.h>
-#include <difusa/lighting/lamps.h>
+#include <difusa/lighting/area_lights.h>
 #include <difusa/scene/light_groups.h>
 
 #include <span>
@@ -12,81 +12,85 @@
 
 namespace difusa {
 
+/// The sharp sources of a scene. Their light comes out by set (scene/light_groups.h): one Rgb, or as many columns as
+/// there are channels, for each set. How lights are dealt to sets changes no sum over the sets but for rounding.
 class DirectLight {
   public:
-    /// All lights of the scene. Keeps references to scene and visibility.
-    DirectLight(const Scene& scene, const Visibility& visibility);
+    /// Keeps references to the scene and what the tracer refers to.
+    DirectLight(const Scene& scene, const Tracer& tracer, LightSets sets);
 
-    /// Those of `group` alone.
-    DirectLight(const DirectLight& all, const LightGroup& group);
+    /// All lights in one set.
+    DirectLight(const Scene& scene, const Tracer& tracer) : DirectLight(scene, tracer, all_lights(scene)) {}
 
     /// False: there is no such light, and nothing below casts a ray.
-    bool any() const { return !suns_.empty() || !points_.empty() || lamps_.count() > 0; }
+    bool any() const { return !suns_.empty() || !points_.empty() || area_lights_.count() > 0; }
 
-    /// For each material 1 if what its faces emit, of whatever group, is counted by a DirectLight, so that the rays of
-    /// a gather must not count it again (lighting/lamps.h).
-    const std::vector<char>& lamp_materials() const { return lamp_materials_; }
-    std::size_t lamp_count() const { return lamps_.count(); }
+    const LightSets& sets() const { return sets_; }
 
-    /// Shadow rays that `irradiance` casts for a point where those of lamps settle at once.
+    /// For each material 1 if what its faces emit is counted here, so that it must not be counted again where rays hit
+    /// them (lighting/area_lights.h).
+    const std::vector<char>& area_light_materials() const { return area_light_materials_; }
+    std::size_t area_light_count() const { return area_lights_.count(); }
+
+    /// Shadow rays that `irradiance` casts for a point where those of area lights settle at once.
     std::size_t rays_per_point(std::size_t samples) const {
-        return suns_.size() + points_.size() + (lamps_.count() > 0 ? samples : 0);
+        return suns_.size() + points_.size() + (area_lights_.count() > 0 ? samples : 0);
     }
 
-    /// And where they do not settle.
-    std::size_t most_rays_per_point(std::size_t samples) const { return rays_per_point(samples * Lamps::most_rounds); }
-
     struct Worker {
-        Lamps::Worker lamps;
+        AreaLights::Worker area_lights;
         std::vector<Segment> segments;
         std::vector<std::uint8_t> blocked;
-        std::vector<Index> owner;
+        std::vector<std::size_t> owner; ///< place in H
         std::vector<Rgb> light;
-        std::size_t cast = 0; ///< segments, without those of the lamps
+        std::size_t cast = 0; ///< segments, without those of the area lights
     };
 
     /// What was cast, summed over threads.
     struct Effort {
         std::size_t segments = 0;
-        std::size_t clear = 0; ///< points that needed no shadow rays to lamps (Lamps::Worker::clear)
+        std::size_t clear = 0; ///< points that needed no shadow rays to area lights (AreaLights::Worker::clear)
         void add(const Worker& worker) {
-            segments += worker.cast + worker.lamps.cast;
-            clear += worker.lamps.clear;
+            segments += worker.cast + worker.area_lights.cast;
+            clear += worker.area_lights.clear;
         }
     };
 
-    /// The part of `irradiance` that comes from suns and point lights.
-    Rgb from_outside(const SurfacePoint& x, Worker& worker) const;
+    /// Irradiance at x in W/m², H[set], of the very place even where, from an edge, shadow rays start beside it
+    /// (mesh/surface_sampling.h, inset): one shadow ray for each sun and point light, `samples` and more for the area
+    /// lights (AreaLights::irradiance).
+    void irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
+                    std::span<Rgb> H) const;
 
-    /// Irradiance at x in W/m², per channel, of the very place even where, from an edge, shadow rays start beside it
-    /// (mesh/surface_sampling.h, inset): one shadow ray for each sun and point light, `samples` and more for the
-    /// lamps (Lamps::irradiance).
+    /// The same, all sets together.
     Rgb irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker) const;
 
-    /// The same at many points, #x by `channels`; point i draws from the stream (seed, purpose, i).
+    /// The same at many points, #x by #sets times `channels`; point i draws from the stream (seed, purpose, i).
     Values irradiance(std::span<const SurfacePoint> x, int channels, std::size_t samples, std::uint64_t seed,
                       std::string_view purpose, const Execution& execution, Effort& effort) const;
 
-    /// Estimates with one shadow ray for each sun and point light and one for all lamps together: H[i] at x[i]. Exact
-    /// but for lamps; of these in the mean (Lamps::sample).
-    void sample(std::span<const SurfacePoint> x, RandomStream& stream, std::span<Rgb> H, Worker& worker) const;
+    /// Estimates with one shadow ray for each sun and point light and one for all area lights together: at x[i] from
+    /// H[i #sets] on. Exact but for area lights; of these in the mean (AreaLights::sample). `from_outside`, if not
+    /// null, is increased by what suns and point lights send to all of the points.
+    void sample(std::span<const SurfacePoint> x, RandomStream& stream, std::span<Rgb> H, Worker& worker,
+                Rgb* from_outside = nullptr) const;
 
   private:
-    void add_lights(const LightGroup& group);
-
-    /// Collects the shadow rays of x; `owner` is its number.
-    void add_outside(const SurfacePoint& x, Index owner, Worker& worker) const;
+    /// Collects the shadow rays of x, whose light goes to H[first + set].
+    void add_outside(const SurfacePoint& x, std::size_t first, Worker& worker) const;
+    void cast(Worker& worker) const;
     Segment shadow_ray(const SurfacePoint& from, const Vec3& direction, double length) const;
 
     const Scene& scene_;
-    const Visibility& visibility_;
-    std::vector<Sun> suns_;            ///< those that shine
-    std::vector<PointLight> points_;   ///< likewise
-    double reach_;                     ///< a length that leads out of the scene from any point of it
-    double rounding_;                  ///< of a place computed from coordinates of the scene
-    std::vector<char> lamp_materials_; ///< of all groups
+    Tracer tracer_;
+    LightSets sets_;
+    std::vector<std::pair<Sun, Index>> suns_;          ///< those that shine, and their sets
+    std::vector<std::pair<PointLight, Index>> points_; ///< likewise
+    double reach_;                                     ///< a length that leads out of the scene from any point of it
+    double rounding_;                                  ///< of a place computed from coordinates of the scene
+    std::vector<char> area_light_materials_;
     std::shared_ptr<const Shafts> shafts_;
-    Lamps lamps_;
+    AreaLights area_lights_;
 };
 
 } // namespace difusa

@@ -205,6 +205,46 @@ void number_windings(Delaunay& delaunay) {
     }
 }
 
+/// Counts a side, which may be several edges in a row, as run along once: against `direction` if that is -1.
+void count_run(const Delaunay& delaunay, Delaunay::Vertex_handle here, Delaunay::Vertex_handle last, int direction) {
+    while (here != last) {
+        Delaunay::Vertex_handle next;
+        Delaunay::Face_handle face;
+        int i = 0;
+        delaunay.includes_edge(here, last, next, face, i);
+        const int rise = face->vertex(Delaunay::ccw(i)) == here ? direction : -direction;
+        face->info().rise[static_cast<std::size_t>(i)] += rise;
+        face->neighbor(i)->info().rise[static_cast<std::size_t>(delaunay.mirror_index(face, i))] -= rise;
+        here = next;
+    }
+}
+
+/// What is run around once is inside; all of it in the same direction.
+void collect_inside(const Delaunay& delaunay, std::span<const Vec3> corners, Triangulation& result) {
+    int direction = 0;
+    for (const Delaunay::Face_handle face : delaunay.finite_face_handles()) {
+        const int number = face->info().number;
+        if (number == 0) {
+            continue;
+        }
+        std::array<Index, 3> triangle{face->vertex(0)->info(), face->vertex(1)->info(), face->vertex(2)->info()};
+        if ((number != 1 && number != -1) || (direction != 0 && number != direction)) {
+            result.place = corners[triangle[0]];
+            result.triangles.clear();
+            return;
+        }
+        direction = number;
+        if (number < 0) {
+            std::swap(triangle[1], triangle[2]);
+        }
+        std::rotate(triangle.begin(), std::min_element(triangle.begin(), triangle.end()), triangle.end());
+        result.triangles.push_back(triangle);
+    }
+    // The order in which the triangulation stores its faces says nothing: the polygon's own order does.
+    std::sort(result.triangles.begin(), result.triangles.end());
+    result.outcome = result.triangles.empty() ? Outcome::no_area : Outcome::done;
+}
+
 /// Triangulates what the walk encloses. The outcome and triangles of `result` are set, and its place on a crossing.
 void triangulate_walk(const Walk& walk, const std::vector<Point2>& plane, std::span<const Vec3> corners,
                       Triangulation& result) {
@@ -252,45 +292,13 @@ void triangulate_walk(const Walk& walk, const std::vector<Point2>& plane, std::s
         return;
     }
 
-    // 3. How often and in which direction each edge is run along; a side may be several edges in a row.
+    // 3. How often and in which direction each edge is run along, and so what is inside.
     for (std::size_t k = 0; k < n; ++k) {
-        auto [here, last, direction] = side(k);
-        while (here != last) {
-            Delaunay::Vertex_handle next;
-            Delaunay::Face_handle face;
-            int i = 0;
-            delaunay.includes_edge(here, last, next, face, i);
-            const int rise = face->vertex(Delaunay::ccw(i)) == here ? direction : -direction;
-            face->info().rise[static_cast<std::size_t>(i)] += rise;
-            face->neighbor(i)->info().rise[static_cast<std::size_t>(delaunay.mirror_index(face, i))] -= rise;
-            here = next;
-        }
+        const auto [first, last, direction] = side(k);
+        count_run(delaunay, first, last, direction);
     }
     number_windings(delaunay);
-
-    // 4. What is run around once is inside; all of it in the same direction.
-    int direction = 0;
-    for (const Delaunay::Face_handle face : delaunay.finite_face_handles()) {
-        const int number = face->info().number;
-        if (number == 0) {
-            continue;
-        }
-        std::array<Index, 3> triangle{face->vertex(0)->info(), face->vertex(1)->info(), face->vertex(2)->info()};
-        if ((number != 1 && number != -1) || (direction != 0 && number != direction)) {
-            result.place = corners[triangle[0]];
-            result.triangles.clear();
-            return;
-        }
-        direction = number;
-        if (number < 0) {
-            std::swap(triangle[1], triangle[2]);
-        }
-        std::rotate(triangle.begin(), std::min_element(triangle.begin(), triangle.end()), triangle.end());
-        result.triangles.push_back(triangle);
-    }
-    // The order in which the triangulation stores its faces says nothing: the polygon's own order does.
-    std::sort(result.triangles.begin(), result.triangles.end());
-    result.outcome = result.triangles.empty() ? Outcome::no_area : Outcome::done;
+    collect_inside(delaunay, corners, result);
 }
 
 /// True if rounding may have moved a corner across a side it lies on, or away from it so far that a triangle

@@ -54,6 +54,35 @@ void add_groups(const PointValues& values, std::vector<FieldArray>& arrays) {
     }
 }
 
+/// Suns, point lights and groups of lights, if there are any.
+void add_lights(const BakeResult& result, std::vector<FieldNote>& notes) {
+    std::vector<double> suns; // direction towards it and irradiance, six numbers each
+    for (const Sun& sun : result.scene->suns) {
+        suns.insert(suns.end(), sun.towards.data(), sun.towards.data() + 3);
+        suns.insert(suns.end(), sun.irradiance.data(), sun.irradiance.data() + 3);
+    }
+    if (!suns.empty()) {
+        notes.push_back({"suns", suns});
+    }
+    std::vector<double> point_lights; // position, intensity, axis and the cosines of the cone, eleven numbers each
+    for (const PointLight& light : result.scene->point_lights) {
+        for (const Vec3& v : {light.position, Vec3(light.intensity), light.direction}) {
+            point_lights.insert(point_lights.end(), v.begin(), v.end());
+        }
+        point_lights.insert(point_lights.end(), {light.cos_inner, light.cos_outer});
+    }
+    if (!point_lights.empty()) {
+        notes.push_back({"point_lights", point_lights});
+    }
+    if (result.has_groups()) {
+        std::string names;
+        for (const std::string& group : result.field().sets().names) {
+            names += (names.empty() ? "" : "\n") + group;
+        }
+        notes.push_back({"light_groups", names});
+    }
+}
+
 /// Options and results that every file of a bake carries.
 std::vector<FieldNote> notes_of(const BakeResult& result) {
     std::vector<FieldNote> notes;
@@ -75,36 +104,10 @@ std::vector<FieldNote> notes_of(const BakeResult& result) {
     number("neighbours", options.neighbours);
     number("rays_per_site", static_cast<double>(options.rays));
     notes.push_back({"direct", options.direct});
-    notes.push_back({"first_bounce", options.first_bounce});
-    number("correction", options.correction);
     number("final_gather", static_cast<double>(options.final_gather));
     number("error_points", static_cast<double>(options.error_points.value_or(0)));
     number("crease_angle", options.crease_angle);
-    std::vector<double> suns; // direction towards it and irradiance, six numbers each
-    for (const Sun& sun : result.scene->suns) {
-        suns.insert(suns.end(), sun.towards.data(), sun.towards.data() + 3);
-        suns.insert(suns.end(), sun.irradiance.data(), sun.irradiance.data() + 3);
-    }
-    if (!suns.empty()) {
-        notes.push_back({"suns", suns});
-    }
-    std::vector<double> point_lights; // position, intensity, axis and the cosines of the cone, eleven numbers each
-    for (const PointLight& light : result.scene->point_lights) {
-        for (const Vec3& v : {light.position, Vec3(light.intensity), light.direction}) {
-            point_lights.insert(point_lights.end(), v.begin(), v.end());
-        }
-        point_lights.insert(point_lights.end(), {light.cos_inner, light.cos_outer});
-    }
-    if (!point_lights.empty()) {
-        notes.push_back({"point_lights", point_lights});
-    }
-    if (!result.solution.groups.empty()) {
-        std::string names;
-        for (const auto& group : result.solution.groups) {
-            names += (names.empty() ? "" : "\n") + group->parts().group.name;
-        }
-        notes.push_back({"light_groups", names});
-    }
+    add_lights(result, notes);
     if (result.error) {
         number("bound", result.error->bound_rms);
     }
@@ -113,12 +116,12 @@ std::vector<FieldNote> notes_of(const BakeResult& result) {
     number("output_spacing", options.output_spacing);
     number("tolerance", options.solve.tolerance);
     number("max_iterations", options.solve.max_iterations);
-    number("iterations", result.solve.iterations);
-    number("residual", result.solve.residual);
-    number("spectral_radius", result.spectral_radius);
+    number("iterations", result.solution.solve.iterations);
+    number("residual", result.solution.solve.residual);
+    number("spectral_radius", result.solution.spectral_radius);
     std::vector<double> seconds;
     std::string phases;
-    for (const auto& [phase, took] : result.seconds) {
+    for (const auto& [phase, took] : result.journal.seconds()) {
         phases += (phases.empty() ? "" : ", ") + phase;
         seconds.push_back(took);
     }
@@ -130,7 +133,7 @@ std::vector<FieldNote> notes_of(const BakeResult& result) {
     }
     notes.push_back({"material_names", names});
     std::string remarks; // one array: readers keep only one of a name
-    for (const std::string& note : result.notes) {
+    for (const std::string& note : result.journal.notes()) {
         remarks += (remarks.empty() ? "" : "\n") + note;
     }
     if (!remarks.empty()) {
@@ -230,8 +233,15 @@ FieldFile sites_of(const BakeResult& result) {
         face.push_back(static_cast<std::int32_t>(result.scene->mesh.original_face[site.face]));
         region.push_back(static_cast<std::int32_t>(result.sites->region[i]));
     }
-    const Values rho = three_channels(result.rho), H = three_channels(result.irradiance),
-                 E = three_channels(result.emission);
+    const int channels = result.channels;
+    const auto count = static_cast<Eigen::Index>(result.sites->size());
+    const Values H = three_channels(sum_of_parts(result.solution.irradiance, channels));
+    Values rho(count, 3), E(count, 3);
+    for (Eigen::Index i = 0; i < count; ++i) {
+        const SurfacePoint& site = result.sites->points[static_cast<std::size_t>(i)];
+        rho.row(i) = result.scene->reflectance(site).matrix().transpose();
+        E.row(i) = result.scene->emission(site).matrix().transpose();
+    }
     const Values B = E + rho.cwiseProduct(H);
     const Values luminance = B * luminance_weights;
     std::vector<std::uint8_t> display;
@@ -239,17 +249,18 @@ FieldFile sites_of(const BakeResult& result) {
     for (const double value : B.reshaped<Eigen::RowMajor>()) {
         display.push_back(static_cast<std::uint8_t>(std::lround(255.0 * srgb(exposure * value))));
     }
-    field.point_arrays = {scalar("radius", "", result.sites->radius),
-                          scalar("area", "", result.sites->area),
-                          colour("coefficient", flux, three_channels(result.field->parts().smooth)),
-                          colour("irradiance", flux, H),
-                          colour("radiosity", flux, B),
-                          colour("reflectance", "", rho),
-                          colour("emission", flux, E),
-                          {"luminance", flux, {}, luminance},
-                          {"display_rgb", "", rgb, std::move(display)},
-                          numbers("original_face_id", std::move(face)),
-                          numbers("region", std::move(region))};
+    field.point_arrays = {
+        scalar("radius", "", result.sites->radius),
+        scalar("area", "", result.sites->area),
+        colour("coefficient", flux, three_channels(sum_of_parts(result.field().parts().smooth, channels))),
+        colour("irradiance", flux, H),
+        colour("radiosity", flux, B),
+        colour("reflectance", "", rho),
+        colour("emission", flux, E),
+        {"luminance", flux, {}, luminance},
+        {"display_rgb", "", rgb, std::move(display)},
+        numbers("original_face_id", std::move(face)),
+        numbers("region", std::move(region))};
     field.notes = notes_of(result);
     field.notes.push_back({"display_exposure", std::vector<double>{exposure}});
     field.active_colours = "display_rgb";
@@ -281,8 +292,8 @@ void write_bake(const BakeResult& result, const BakeFiles& files, const Executio
             }
         }
     };
-    write(files.field, [&](WholeFile& file) { write_field(field_of(result), files.field, file); });
-    write(files.sites, [&](WholeFile& file) { write_field(sites_of(result), files.sites, file); });
+    write(files.field, [&](WholeFile& file) { write_field(field_of(result), files.field, file, execution); });
+    write(files.sites, [&](WholeFile& file) { write_field(sites_of(result), files.sites, file, execution); });
     write(files.listed, [&](WholeFile& file) { file.write(point_table(result)); });
     write(files.report, [&](WholeFile& file) { file.write(report_of(result)); });
     for (const std::unique_ptr<WholeFile>& file : written) {
@@ -326,7 +337,7 @@ std::string summary_of(const BakeResult& result) {
             text << (finding.repaired ? "repaired: " : "noticed: ") << finding.message() << "\n";
         }
     }
-    for (const std::string& note : result.notes) {
+    for (const std::string& note : result.journal.notes()) {
         text << "note: " << note << "\n";
     }
     text << "sites: " << result.sites->size() << " at spacing " << result.sites->spacing << "\n";
@@ -339,24 +350,23 @@ std::string summary_of(const BakeResult& result) {
              << estimate.further_rays << " rays, about " << format_seconds(estimate.further_seconds) << "\n";
         return text.str();
     }
-    text << "transport: " << result.rays << " rays, " << result.segments << " segments, " << result.nonzeros
-         << " nonzeros; spectral radius " << (result.spectral_radius_is_bound ? "at most " : "about ")
-         << result.spectral_radius << "\n";
-    for (const Saving& saving : result.savings) {
+    text << "transport: " << result.journal.count_of("rays") << " rays, " << result.journal.count_of("segments")
+         << " segments, " << format_bytes(static_cast<double>(result.system->transport().bytes)) << "; spectral radius "
+         << (result.solution.spectral_radius_is_bound ? "at most " : "about ") << result.solution.spectral_radius
+         << "\n";
+    for (const Saving& saving : result.journal.savings()) {
         text << "not needed: " << saving.what << ", since " << saving.because << " (" << saving.amount << " "
              << saving.unit << " saved)\n";
     }
-    text << "solve: " << result.solve.sentence() << "\n";
-    const EnergyBalance& energy = result.energy;
+    text << "solve: " << result.solution.solve.sentence() << "\n";
+    const EnergyBalance& energy = result.solution.energy;
     text << std::setprecision(4) << "energy (W, mean of the channels): emitted " << energy.emitted.mean()
          << ", from suns and point lights " << energy.from_lights.mean() << ", from the sky " << energy.from_sky.mean()
          << ", absorbed " << energy.absorbed.mean();
-    if (energy.escaped) {
-        text << ", escaped " << energy.escaped->mean() << ", ended on backs " << energy.blocked->mean()
-             << "; imbalance at most " << std::setprecision(2) << 100.0 * energy.imbalance->abs().maxCoeff() << " %";
-    }
+    text << ", escaped " << energy.escaped.mean() << ", ended on backs " << energy.blocked.mean()
+         << "; imbalance at most " << std::setprecision(2) << 100.0 * energy.imbalance.abs().maxCoeff() << " %";
     double total = 0.0;
-    for (const auto& [phase, took] : result.seconds) {
+    for (const auto& [phase, took] : result.journal.seconds()) {
         total += took;
     }
     text << "\n";

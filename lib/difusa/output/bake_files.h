@@ -20,7 +20,7 @@ namespace difusa {
 FieldFile field_of(const BakeResult& result);
 
 /// The sites as a point cloud: Normals, radius, area, coefficient (of the irradiance without that of suns, point lights
-/// and lamps), irradiance, radiosity, reflectance, emission (mean of the element), original_face_id, region.
+/// and area lights), irradiance, radiosity, reflectance, emission, original_face_id, region.
 FieldFile sites_of(const BakeResult& result);
 
 /// The report as JSON text; its layout is documented by its fields `schema` and `schema_version` (1).

@@ -136,11 +136,11 @@ void write_inspection(const BasisInspection& inspection, const std::filesystem::
                       const std::filesystem::path& sites, const Execution& execution) {
     execution.phase("write");
     WholeFile field_file(field);
-    write_field(field_of(inspection), field, field_file);
+    write_field(field_of(inspection), field, field_file, {});
     std::unique_ptr<WholeFile> sites_file;
     if (!sites.empty()) {
         sites_file = std::make_unique<WholeFile>(sites);
-        write_field(sites_of(inspection), sites, *sites_file);
+        write_field(sites_of(inspection), sites, *sites_file, {});
     }
     if (execution.progress != nullptr) {
         execution.progress->check();

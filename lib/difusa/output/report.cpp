@@ -16,10 +16,6 @@ Json list(const Eigen::ArrayXd& values) {
     return std::vector<double>(values.data(), values.data() + values.size());
 }
 
-Json list(const std::optional<Eigen::ArrayXd>& values) {
-    return values ? list(*values) : Json(nullptr);
-}
-
 Json list(const Rgb& c) {
     return {c[0], c[1], c[2]};
 }
@@ -60,20 +56,8 @@ Json error_of(const ErrorEstimate& error) {
             {"relative_bound", error.reflected > 0.0 ? number(error.bound_rms / error.reflected) : Json(nullptr)}};
 }
 
-} // namespace
-
-std::string report_of(const BakeResult& result) {
-    const bool baked = !result.dry_run;
-    Json report;
-    report["schema"] = "difusa-bake-report";
-    report["schema_version"] = 1;
-    report["difusa_version"] = version();
-    for (const auto& [name, number] : library_versions()) {
-        report["library_versions"][name] = number;
-    }
-    report["dry_run"] = !baked;
-
-    Json& input = report["input"];
+Json input_of(const BakeResult& result) {
+    Json input;
     input["file"] = result.file;
     input["faces"] = result.diagnosis.file_faces;
     input["points"] = result.diagnosis.file_points;
@@ -92,14 +76,12 @@ std::string report_of(const BakeResult& result) {
                                      {"remedy", finding.remedy},
                                      {"places", finding.places}});
     }
-    const Mesh& mesh = result.scene->mesh;
-    report["mesh"] = {{"triangles", mesh.triangles.size()}, {"points", mesh.points.size()},
-                      {"regions", mesh.region_count},       {"area", mesh.area},
-                      {"low", list(Rgb(mesh.low))},         {"high", list(Rgb(mesh.high))}};
-    report["notes"] = result.notes;
+    return input;
+}
 
+Json options_of(const BakeResult& result) {
     const BakeOptions& options = result.options;
-    Json& chosen = report["options"];
+    Json chosen;
     for (const auto& [kind, choice] : result.plugins) {
         chosen[kind] = choice;
     }
@@ -110,8 +92,6 @@ std::string report_of(const BakeResult& result) {
     chosen["tolerance"] = options.solve.tolerance;
     chosen["max_iterations"] = options.solve.max_iterations;
     chosen["direct"] = options.direct;
-    chosen["first_bounce"] = options.first_bounce;
-    chosen["correction"] = options.correction;
     chosen["final_gather"] = options.final_gather;
     chosen["error_points"] = options.error_points ? Json(*options.error_points) : Json(nullptr);
     chosen["reflectance"] = list(options.reflectance.value_or(Material{}.reflectance));
@@ -130,59 +110,96 @@ std::string report_of(const BakeResult& result) {
     }
     chosen["sky_dome"] = result.scene->dome != nullptr;
     chosen["light_groups"] = Json::array();
-    for (const auto& group : result.solution.groups) {
-        chosen["light_groups"].push_back(group->parts().group.name);
+    if (result.has_groups()) {
+        chosen["light_groups"] = result.field().sets().names;
     }
     chosen["face_centres"] = options.face_centres;
     chosen["output_spacing"] = options.output_spacing;
     chosen["seed"] = options.seed;
     chosen["threads"] = result.threads;
+    return chosen;
+}
 
-    report["sites"] = {{"count", result.sites->size()}, {"spacing", result.sites->spacing}};
-    Json& transport = report["transport"];
+Json transport_of(const BakeResult& result) {
+    Json transport;
     transport["channels"] = result.channels;
     transport["estimated_rays"] = result.estimate.rays;
     transport["estimated_segments"] = result.estimate.segments;
     transport["estimated_bytes"] = result.estimate.transport_bytes;
-    if (!baked) {
+    if (result.dry_run) {
         transport["estimated_seconds"] = result.estimate.seconds;
         transport["estimated_further_rays"] = result.estimate.further_rays;
         transport["estimated_further_seconds"] = result.estimate.further_seconds;
     } else {
-        transport["rays"] = result.rays;
-        transport["segments"] = result.segments;
-        transport["projection_points"] = result.projection_points;
-        transport["lamp_triangles"] = result.lamps;
-        transport["nonzeros"] = result.nonzeros;
-        transport["largest_row_sum"] = result.largest_row_sum;
+        transport["rays"] = result.journal.count_of("rays");
+        transport["segments"] = result.journal.count_of("segments");
+        transport["projection_points"] = result.system->discretisation().points.size();
+        transport["area_light_triangles"] = result.solution.area_lights;
+        transport["surfels"] = result.system->discretisation().surfels->size();
+        transport["bytes"] = result.system->transport().bytes;
+        transport["bytes_of_averages"] = result.system->discretisation().averages->bytes();
+        transport["largest_row_sum"] = result.system->transport().largest_row_sum({});
         transport["mean_share_on_backs"] = result.mean_back;
-        transport["condition"] = result.condition;
+        transport["condition"] = result.system->discretisation().projection->condition();
         transport["constant_error"] = result.constant_error;
-        transport["spectral_radius"] = result.spectral_radius;
-        transport["spectral_radius_is_bound"] = result.spectral_radius_is_bound;
-        report["solve"] = {{"reason", word(result.solve.reason)},
-                           {"iterations", result.solve.iterations},
-                           {"residual", result.solve.residual},
-                           {"residual_history", result.solve.residual_history}};
-        const EnergyBalance& energy = result.energy;
-        report["energy"] = {{"unit", "W, one number a channel"},       {"emitted", list(energy.emitted)},
-                            {"from_lights", list(energy.from_lights)}, {"from_sky", list(energy.from_sky)},
-                            {"absorbed", list(energy.absorbed)},       {"escaped", list(energy.escaped)},
-                            {"ended_on_backs", list(energy.blocked)},  {"imbalance", list(energy.imbalance)}};
-        report["not_needed"] = Json::array();
-        for (const Saving& saving : result.savings) {
-            report["not_needed"].push_back(
-                {{"what", saving.what}, {"because", saving.because}, {"saved", saving.amount}, {"unit", saving.unit}});
-        }
-        report["error"] = result.error ? error_of(*result.error) : Json(nullptr);
-        report["output"] = {{"vertices", result.mesh.vertices.size()},
-                            {"triangles", result.mesh.triangles.size()},
-                            {"rays", result.output_rays},
-                            {"segments", result.output_segments},
-                            {"display_exposure", display_exposure(result)}};
+        transport["spectral_radius"] = result.solution.spectral_radius;
+        transport["spectral_radius_is_bound"] = result.solution.spectral_radius_is_bound;
+    }
+    return transport;
+}
+
+/// What only a bake that is no dry run has.
+void add_outcome(const BakeResult& result, Json& report) {
+    report["solve"] = {{"reason", word(result.solution.solve.reason)},
+                       {"iterations", result.solution.solve.iterations},
+                       {"residual", result.solution.solve.residual},
+                       {"residual_history", result.solution.solve.residual_history}};
+    const EnergyBalance& energy = result.solution.energy;
+    report["energy"] = {{"unit", "W, one number a channel"},       {"emitted", list(energy.emitted)},
+                        {"from_lights", list(energy.from_lights)}, {"from_sky", list(energy.from_sky)},
+                        {"absorbed", list(energy.absorbed)},       {"escaped", list(energy.escaped)},
+                        {"ended_on_backs", list(energy.blocked)},  {"imbalance", list(energy.imbalance)}};
+    report["not_needed"] = Json::array();
+    for (const Saving& saving : result.journal.savings()) {
+        report["not_needed"].push_back(
+            {{"what", saving.what}, {"because", saving.because}, {"saved", saving.amount}, {"unit", saving.unit}});
+    }
+    report["error"] = result.error ? error_of(*result.error) : Json(nullptr);
+    report["output"] = {{"vertices", result.mesh.vertices.size()},
+                        {"triangles", result.mesh.triangles.size()},
+                        {"rays", result.journal.count_of("output rays")},
+                        {"segments", result.journal.count_of("output segments")},
+                        {"display_exposure", display_exposure(result)}};
+}
+
+} // namespace
+
+std::string report_of(const BakeResult& result) {
+    const bool baked = !result.dry_run;
+    Json report;
+    report["schema"] = "difusa-bake-report";
+    report["schema_version"] = 1;
+    report["difusa_version"] = version();
+    for (const auto& [name, number] : library_versions()) {
+        report["library_versions"][name] = number;
+    }
+    report["dry_run"] = !baked;
+
+    report["input"] = input_of(result);
+    const Mesh& mesh = result.scene->mesh;
+    report["mesh"] = {{"triangles", mesh.triangles.size()}, {"points", mesh.points.size()},
+                      {"regions", mesh.region_count},       {"area", mesh.area},
+                      {"low", list(Rgb(mesh.low))},         {"high", list(Rgb(mesh.high))}};
+    report["notes"] = result.journal.notes();
+
+    report["options"] = options_of(result);
+    report["sites"] = {{"count", result.sites->size()}, {"spacing", result.sites->spacing}};
+    report["transport"] = transport_of(result);
+    if (baked) {
+        add_outcome(result, report);
     }
     report["seconds"] = Json::array();
-    for (const auto& [phase, took] : result.seconds) {
+    for (const auto& [phase, took] : result.journal.seconds()) {
         report["seconds"].push_back({{"phase", phase}, {"seconds", took}});
     }
     report["peak_memory_bytes"] = peak_memory();

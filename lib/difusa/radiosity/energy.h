@@ -2,11 +2,9 @@
 #pragma once
 
 #include <difusa/core/types.h>
-#include <difusa/scene/scene.h>
-#include <difusa/transport/transport.h>
-
-#include <optional>
-#include <vector>
+#include <difusa/discretisation/discretisation.h>
+#include <difusa/lighting/surfel_light.h>
+#include <difusa/transport/light_transport.h>
 
 namespace difusa {
 
@@ -16,18 +14,17 @@ struct EnergyBalance {
     Eigen::ArrayXd from_lights; ///< what arrives straight from suns and point lights
     Eigen::ArrayXd from_sky;    ///< what arrives straight from the sky
     Eigen::ArrayXd absorbed;    ///< ∫ (1-rho) H dA
-    // Measured by rays, so absent where transport cast none (pairwise without a sky):
-    std::optional<Eigen::ArrayXd> escaped; ///< leaves the scene between its surfaces
-    std::optional<Eigen::ArrayXd> blocked; ///< ends on the backs of faces
+    Eigen::ArrayXd escaped;     ///< leaves the scene between its surfaces
+    Eigen::ArrayXd blocked;     ///< ends on the backs of faces
     /// (in - absorbed - escaped - blocked) / in with in = emitted + from_lights + from_sky: what discretisation has
     /// lost (positive) or invented (negative).
-    std::optional<Eigen::ArrayXd> imbalance;
+    Eigen::ArrayXd imbalance;
 };
 
-/// `weight`: #points, quadrature weights: ∫ f dA ≈ sum_j weight_j f(x_j).
-/// `rho`, `h`, `E`, `sun`: #points by #channels; h is all irradiance, `sun` that of suns and point lights (or empty:
-/// none).
-EnergyBalance energy_balance(const Scene& scene, const Transport& transport, const std::vector<double>& weight,
-                             const Values& rho, const Values& h, const Values& E, const Values& sun = {});
+/// Integrals over the surface are sums over the surfels. `light`: of all sets; `irradiance`: all of it, means over the
+/// surfels, #surfels by #channels; `from_sky`: at the points, straight from the sky, #points by #channels.
+EnergyBalance energy_balance(const Scene& scene, const Discretisation& discretisation, const LightTransport& transport,
+                             const SurfelLight& light, const Values& irradiance, const Values& from_sky,
+                             const Execution& execution);
 
 } // namespace difusa

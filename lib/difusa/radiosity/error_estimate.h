@@ -7,6 +7,7 @@
 // most in both (its kernel is symmetric and its row sums are at most 1).
 #pragma once
 
+#include <difusa/discretisation/basis.h>
 #include <difusa/radiosity/field.h>
 
 #include <vector>

@@ -1,14 +1,97 @@
 #include <difusa/radiosity/field.h>
 
+#include <difusa/core/colour.h>
 #include <difusa/core/parallel.h>
 #include <difusa/discretisation/evaluate.h>
 #include <difusa/mesh/surface_sampling.h>
-#include <difusa/rays/surroundings.h>
+#include <difusa/radiosity/system.h>
 
 #include <algorithm>
 #include <memory>
+#include <numbers>
 
 namespace difusa {
+
+namespace {
+
+/// Serves one point after another with fresh rays; scratch of a thread.
+class Gatherer {
+  private:
+    Eigen::RowVectorXd row_of(const Rgb& c) const { return c.head(parts_.channels).matrix().transpose(); }
+    template <class Row> auto of_set(Row& row, Index set) const {
+        return row.segment(static_cast<Eigen::Index>(set) * parts_.channels, parts_.channels);
+    }
+
+  public:
+    Gatherer(const FieldParts& parts, const DirectionPool& pool, std::uint64_t seed)
+        : parts_(parts), scene_(*parts.scene), basis_(*parts.system->discretisation().basis),
+          around_(parts.system->tracer(), pool), sets_(parts.direct->sets()), seed_(seed), sharp_(sets_.count()) {}
+
+    const BrightSurfels::Worker& light() const { return light_; }
+
+    /// Adds what x receives straight from the sky and emitters to `direct`, and the rest to `indirect`.
+    void add(const SurfacePoint& x, std::size_t number, Eigen::Ref<Eigen::RowVectorXd> direct,
+             Eigen::Ref<Eigen::RowVectorXd> indirect) {
+        around_.look(x, number);
+        met_.clear();
+        weight_.clear();
+        Rgb sky = Rgb::Zero();
+        around_.for_each(
+            [&](const Hit& hit, double weight) {
+                met_.push_back(scene_.mesh.at(hit.face, hit.u, hit.v));
+                weight_.push_back(weight);
+            },
+            [&](const Vec3& direction, double weight) {
+                sky += weight * (scene_.dome ? std::numbers::pi * scene_.sky_radiance(direction) : scene_.sky);
+            });
+        of_set(direct, sets_.sky) += row_of(sky);
+        if (parts_.bright) {
+            RandomStream stream(seed_, "bounce", number);
+            parts_.bright->gather_exactly(x, met_, weight_, around_.count(), stream, light_, sharp_);
+            for (Index set = 0; set < sharp_.size(); ++set) {
+                of_set(indirect, set) += row_of(sharp_[set]);
+            }
+        }
+        add_surface(direct, indirect);
+    }
+
+  private:
+    void add_surface(Eigen::Ref<Eigen::RowVectorXd> direct, Eigen::Ref<Eigen::RowVectorXd> indirect) {
+        const std::vector<char>& evaluated = parts_.direct->area_light_materials();
+        rows_.resize(std::max(rows_.size(), met_.size()));
+        basis_.evaluate(met_, std::span(rows_).first(met_.size()));
+        Eigen::RowVectorXd H(indirect.size());
+        for (std::size_t p = 0; p < met_.size(); ++p) {
+            H.setZero();
+            const BasisRow& row = rows_[p];
+            for (std::size_t k = 0; k < row.element.size(); ++k) {
+                H += row.weight[k] * parts_.smooth.row(static_cast<Eigen::Index>(row.element[k]));
+            }
+            const Eigen::RowVectorXd rho = row_of(scene_.reflectance(met_[p]));
+            for (Index set = 0; set < sets_.count(); ++set) {
+                of_set(indirect, set) += weight_[p] * of_set(H, set).cwiseProduct(rho);
+            }
+            const Index material = scene_.mesh.material[met_[p].face];
+            if (evaluated[material] == 0 && (scene_.materials[material].emission > 0.0).any()) {
+                of_set(direct, sets_.material[material]) += weight_[p] * row_of(scene_.emission(met_[p]));
+            }
+        }
+    }
+
+    const FieldParts& parts_;
+    const Scene& scene_;
+    const Basis& basis_;
+    Hemisphere around_;
+    const LightSets& sets_;
+    std::uint64_t seed_;
+    BrightSurfels::Worker light_;
+    std::vector<SurfacePoint> met_;
+    std::vector<double> weight_;
+    std::vector<BasisRow> rows_;
+    std::vector<Rgb> sharp_;
+};
+
+} // namespace
 
 Irradiance Field::evaluate(std::span<const SurfacePoint> x, std::uint64_t seed, std::string_view purpose,
                            const Execution& execution) const {
@@ -20,13 +103,13 @@ Irradiance Field::evaluate(std::span<const SurfacePoint> x, std::uint64_t seed, 
     for (const SurfacePoint& point : x) {
         inside.push_back(inset(parts_.scene->mesh, point));
     }
-    const Values h = difusa::evaluate(*parts_.basis, both, inside, execution);
-    const Eigen::Index c = channels();
-    H.direct = h.leftCols(c);
-    H.indirect = h.rightCols(c) - H.direct;
+    const Values h = difusa::evaluate(*parts_.system->discretisation().basis, both, inside, execution);
+    H.direct = h.leftCols(parts_.smooth.cols());
+    H.indirect = h.rightCols(parts_.smooth.cols()) - H.direct;
     if (!parts_.direct_in_basis) {
         DirectLight::Effort effort;
-        H.direct += parts_.direct->irradiance(x, channels(), parts_.lamp_samples, seed, purpose, execution, effort);
+        H.direct +=
+            parts_.direct->irradiance(x, channels(), parts_.shadow_rays_per_round, seed, purpose, execution, effort);
         H.segments = effort.segments;
         H.clear = effort.clear;
     }
@@ -35,69 +118,29 @@ Irradiance Field::evaluate(std::span<const SurfacePoint> x, std::uint64_t seed, 
 
 Irradiance Field::gather(std::span<const SurfacePoint> x, std::size_t rays, std::uint64_t seed,
                          std::string_view purpose, const Execution& execution) const {
-    struct Worker {
-        Surroundings around;
-        FirstBounce::Worker light;
-        std::vector<BasisRow> rows;
-    };
-    const Scene& scene = *parts_.scene;
-    const DirectLight& light = *parts_.direct;
-    const bool emits = scene.has_emitters();
-    const std::vector<char>& lamps = light.lamp_materials();
-    const auto channel_count = static_cast<Eigen::Index>(channels());
     // A seed of its own: the directions must not be those of the sites.
     const std::uint64_t own_seed = RandomStream(seed, purpose).bits();
-    const DirectionPool pool(*parts_.directions, rays, own_seed);
+    const DirectionPool pool(*parts_.system->parts().directions, rays, own_seed);
     Irradiance result;
     DirectLight::Effort effort;
-    result.direct = light.irradiance(x, channels(), parts_.lamp_samples, seed, purpose, execution, effort);
-    result.indirect.setZero(static_cast<Eigen::Index>(x.size()), channel_count);
+    result.direct =
+        parts_.direct->irradiance(x, channels(), parts_.shadow_rays_per_round, seed, purpose, execution, effort);
+    result.indirect.setZero(static_cast<Eigen::Index>(x.size()), parts_.smooth.cols());
     result.rays = x.size() * pool.count();
-    std::vector<std::unique_ptr<Worker>> workers(execution.threads);
+    std::vector<std::unique_ptr<Gatherer>> workers(execution.threads);
     const std::size_t grain = std::clamp<std::size_t>(4096 / pool.count(), 1, 16);
     parallel_for(x.size(), grain, execution, [&](std::size_t begin, std::size_t end, unsigned number) {
         if (!workers[number]) {
-            workers[number] = std::make_unique<Worker>(
-                Worker{Surroundings(scene.mesh, *parts_.visibility, pool), {}, std::vector<BasisRow>(pool.count())});
+            workers[number] = std::make_unique<Gatherer>(parts_, pool, own_seed);
         }
-        Worker& work = *workers[number];
         for (std::size_t i = begin; i < end; ++i) {
-            work.around.look(x[i], i);
-            const std::span<const SurfacePoint> met = work.around.points();
-            const std::span<const double> weight = work.around.weights();
-            parts_.basis->evaluate(met, work.rows);
-            Rgb sky = Rgb::Zero();
-            if (parts_.group.sky) {
-                sky = work.around.sky() * scene.sky + dome_irradiance(scene, work.around);
-            }
-            Eigen::RowVectorXd direct = sky.head(channel_count).matrix().transpose();
-            Eigen::RowVectorXd indirect = Eigen::RowVectorXd::Zero(channel_count);
-            if (parts_.bounce) {
-                RandomStream stream(own_seed, "bounce", i);
-                const Rgb bounced = parts_.bounce->irradiance(x[i], met, weight, pool.count(), stream, work.light);
-                indirect = bounced.head(channel_count).matrix().transpose();
-            }
-            Eigen::RowVectorXd H(channel_count);
-            for (std::size_t p = 0; p < met.size(); ++p) {
-                H.setZero();
-                const BasisRow& row = work.rows[p];
-                for (std::size_t k = 0; k < row.element.size(); ++k) {
-                    H += row.weight[k] * parts_.smooth.row(static_cast<Eigen::Index>(row.element[k]));
-                }
-                const Rgb rho = scene.reflectance(met[p]);
-                indirect += weight[p] * H.cwiseProduct(rho.head(channel_count).matrix().transpose());
-                if (emits && lamps[scene.mesh.material[met[p].face]] == 0) {
-                    direct +=
-                        weight[p] * emission(scene, parts_.group, met[p]).head(channel_count).matrix().transpose();
-                }
-            }
-            result.direct.row(static_cast<Eigen::Index>(i)) += direct;
-            result.indirect.row(static_cast<Eigen::Index>(i)) = indirect;
+            const auto row = static_cast<Eigen::Index>(i);
+            workers[number]->add(x[i], i, result.direct.row(row), result.indirect.row(row));
         }
     });
     for (const auto& worker : workers) {
         if (worker) {
-            effort.add(worker->light.light);
+            effort.add(worker->light().light);
         }
     }
     result.segments = effort.segments;
@@ -106,14 +149,66 @@ Irradiance Field::gather(std::span<const SurfacePoint> x, std::size_t rays, std:
 }
 
 Values Field::radiosity(std::span<const SurfacePoint> x, const Values& H) const {
-    Values B(H.rows(), H.cols());
+    Values B = sum_of_parts(H, channels());
     for (Eigen::Index i = 0; i < H.rows(); ++i) {
         const SurfacePoint& point = x[static_cast<std::size_t>(i)];
-        const Eigen::ArrayXd E = emission(*parts_.scene, parts_.group, point).head(H.cols());
-        const Eigen::ArrayXd rho = parts_.scene->reflectance(point).head(H.cols());
-        B.row(i) = (E + rho * H.row(i).transpose().array()).matrix().transpose();
+        const Eigen::ArrayXd E = parts_.scene->emission(point).head(channels());
+        const Eigen::ArrayXd rho = parts_.scene->reflectance(point).head(channels());
+        B.row(i) = (E + rho * B.row(i).transpose().array()).matrix().transpose();
     }
     return B;
+}
+
+PointValues Field::at(std::span<const SurfacePoint> x, std::size_t final_gather, std::uint64_t seed,
+                      const std::string& purpose, const Execution& execution) const {
+    const Scene& scene = *parts_.scene;
+    PointValues values;
+    Irradiance H;
+    if (final_gather == 0) {
+        H = evaluate(x, seed, purpose, execution);
+    } else {
+        const std::size_t half = (final_gather + 1) / 2;
+        H = gather(x, half, seed, purpose + ", first", execution);
+        const Irradiance other = gather(x, half, seed, purpose + ", second", execution);
+        values.noise = 0.5 * (radiosity(x, H.direct + H.indirect) - radiosity(x, other.direct + other.indirect));
+        H.direct = 0.5 * (H.direct + other.direct);
+        H.indirect = 0.5 * (H.indirect + other.indirect);
+        H.rays += other.rays;
+        H.segments += other.segments;
+        H.clear += other.clear;
+    }
+    values.rays = H.rays;
+    values.segments = H.segments;
+    values.clear = H.clear;
+    const auto count = static_cast<Eigen::Index>(x.size());
+    values.rho.resize(count, 3);
+    values.E.resize(count, 3);
+    for (Eigen::Index i = 0; i < count; ++i) {
+        const SurfacePoint& point = x[static_cast<std::size_t>(i)];
+        values.rho.row(i) = scene.reflectance(point).matrix().transpose();
+        values.E.row(i) = scene.emission(point).matrix().transpose();
+    }
+    values.H_direct = three_channels(sum_of_parts(H.direct, channels()));
+    values.H_indirect = three_channels(sum_of_parts(H.indirect, channels()));
+    values.H = values.H_direct + values.H_indirect;
+    // With E and rho of the very point their edges stay sharp whatever the basis.
+    values.B = values.E + values.rho.cwiseProduct(values.H);
+    if (sets().names.size() == 1 && sets().names.front().empty()) {
+        return values;
+    }
+    for (Index set = 0; set < sets().count(); ++set) {
+        const Eigen::Index first = static_cast<Eigen::Index>(set) * channels();
+        GroupValues group{sets().names[set], {}, {}};
+        group.H = three_channels(H.direct.middleCols(first, channels()) + H.indirect.middleCols(first, channels()));
+        group.B = values.rho.cwiseProduct(group.H);
+        for (Eigen::Index i = 0; i < count; ++i) {
+            if (sets().material[scene.mesh.material[x[static_cast<std::size_t>(i)].face]] == set) {
+                group.B.row(i) += values.E.row(i);
+            }
+        }
+        values.groups.push_back(std::move(group));
+    }
+    return values;
 }
 
 } // namespace difusa

@@ -2,55 +2,77 @@
 #pragma once
 
 #include <difusa/core/types.h>
-#include <difusa/discretisation/basis.h>
-#include <difusa/lighting/first_bounce.h>
-#include <difusa/rays/directions.h>
-#include <difusa/rays/visibility.h>
+#include <difusa/lighting/bright_surfels.h>
+#include <difusa/lighting/direct_light.h>
 
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
+#include <string_view>
+#include <vector>
 
 namespace difusa {
 
-/// What a field is made of. Everything is shared, so that a field may outlive the bake that made it.
+class RadiositySystem;
+
+/// What a field is made of. Everything is shared, so that a field may outlive the bake that made it. Values have the
+/// channels of each set of lights in turn.
 struct FieldParts {
-    std::shared_ptr<const Scene> scene;
-    std::shared_ptr<const SiteSet> sites;
-    std::shared_ptr<const Basis> basis;           ///< bound to them
-    std::shared_ptr<const Visibility> visibility; ///< built
-    std::shared_ptr<const Directions> directions;
-    std::shared_ptr<const DirectLight> direct; ///< sharp sources, whose light no basis carries
-    std::shared_ptr<const FirstBounce> bounce; ///< their light after one reflection; null without any, or if
-                                               ///< the coefficients hold it
-    LightGroup group;                          ///< whose light this is; `direct` is of the same
-    Values soft_direct; ///< #S by #channels: coefficients of the direct light of sky and of emitters that are no lamps
-    Values smooth;      ///< likewise: coefficients of h, which is all light but that of sharp sources
-    std::size_t lamp_samples = 64; ///< shadow rays of a round (Lamps::irradiance)
-    bool direct_in_basis = false;  ///< the coefficients hold the light of sharp sources too
+    std::shared_ptr<const RadiositySystem> system;
+    std::shared_ptr<const Scene> scene;          ///< the surface of the system with the light that this is
+    std::shared_ptr<const DirectLight> direct;   ///< sharp sources, whose light no basis carries
+    std::shared_ptr<const BrightSurfels> bright; ///< their light after one reflection; null without any, or if the
+                                                 ///< coefficients carry it
+    Values soft_direct; ///< #S: coefficients of the direct light of sky and of emitters that are not area lights
+    Values smooth;      ///< #S: coefficients of h, which is all light but that of sharp sources
+    int channels = 3;
+    std::size_t shadow_rays_per_round = 64; ///< AreaLights::irradiance
+    bool direct_in_basis = false;           ///< the coefficients carry the light of sharp sources too
 };
 
-/// Irradiance at points, in W/m²: #points by #channels each.
+/// Irradiance at points, in W/m²: #points by the channels of each set in turn.
 struct Irradiance {
     Values direct, indirect;
     std::size_t rays = 0, segments = 0; ///< cast
-    std::size_t clear = 0;              ///< points that needed no shadow rays to lamps (Lamps::Worker::clear)
+    std::size_t clear = 0;              ///< points that needed no shadow rays to area lights
+};
+
+/// The light of one set at points, W/m².
+struct GroupValues {
+    std::string name;
+    Values B, H; ///< #points by 3
+};
+
+/// Everything about the light at points: #points by 3, W/m² but for rho. A grey scene has three equal columns.
+struct PointValues {
+    Values B;          ///< radiosity, E + rho H
+    Values H;          ///< irradiance, direct and indirect
+    Values H_direct;   ///< straight from lights, the sky and emitting faces
+    Values H_indirect; ///< after one reflection or more
+    Values rho;        ///< reflectance, at the very point
+    Values E;          ///< emitted radiosity, at the very point
+    Values noise;      ///< #points by #channels: an estimate of B's noise of gathering; without rows if not gathered
+    std::vector<GroupValues> groups;    ///< empty if all light is one set; their B and H add up to B and H
+    std::size_t rays = 0, segments = 0; ///< cast
+    std::size_t clear = 0;              ///< points that needed no shadow rays to area lights
 };
 
 ///     B(x) = E(x) + rho(x) H(x),   H(x) = H_sharp(x) + h(x),
-/// where H_sharp, the light of suns, point lights and lamps, is computed at x, and h is either sum_i c_i phi_i(x)
-/// (`evaluate`) or
-/// gathered anew from the surroundings of x (`gather`): the iterated projection (Sloan 1976), in graphics
-/// "final gather".
+/// where H_sharp, the light of suns, point lights and area lights, is evaluated at x, and h is either sum_i c_i
+/// phi_i(x)
+/// (`evaluate`) or gathered anew from the surroundings of x (`gather`): the iterated projection (Sloan 1976), in
+/// graphics "final gather", with the light at the very points that rays hit, not that of their surfels.
 ///
-/// Places may lie on edges: elements are then looked up, and rays start, a little inside of their faces
-/// (mesh/surface_sampling.h, inset), and light that is computed is that of the very place.
+/// Points may lie on edges: basis functions are then looked up, and rays start, a little inside of their faces
+/// (mesh/surface_sampling.h, inset), and light that is evaluated is that of the very point.
 class Field {
   public:
     explicit Field(FieldParts parts) : parts_(std::move(parts)) {}
 
     const FieldParts& parts() const { return parts_; }
-    int channels() const { return static_cast<int>(parts_.smooth.cols()); }
+    int channels() const { return parts_.channels; }
+    const LightSets& sets() const { return parts_.direct->sets(); }
 
     /// `seed` and `purpose` name the random streams of shadow rays, one for each point.
     Irradiance evaluate(std::span<const SurfacePoint> x, std::uint64_t seed, std::string_view purpose,
@@ -63,8 +85,13 @@ class Field {
     Irradiance gather(std::span<const SurfacePoint> x, std::size_t rays, std::uint64_t seed, std::string_view purpose,
                       const Execution& execution) const;
 
-    /// E + rho H, #x by #channels.
+    /// E + rho H for the irradiance H of each set, summed over the sets: #x by #channels.
     Values radiosity(std::span<const SurfacePoint> x, const Values& H) const;
+
+    /// Everything at points. `final_gather` rays from each (an even number), in two independent halves whose difference
+    /// tells the noise; 0: the basis is evaluated.
+    PointValues at(std::span<const SurfacePoint> x, std::size_t final_gather, std::uint64_t seed,
+                   const std::string& purpose, const Execution& execution) const;
 
   private:
     FieldParts parts_;

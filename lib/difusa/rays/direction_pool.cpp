@@ -55,6 +55,9 @@ DirectionPool::DirectionPool(const Directions& directions, std::size_t count, st
         DIFUSA_REQUIRE(sets_[k].direction.size() == sets_[0].direction.size() && !sets_[k].direction.empty() &&
                            sets_[k].weight.size() == sets_[k].direction.size(),
                        "a directions plugin gave sets of different sizes");
+        const double equal = 1.0 / static_cast<double>(sets_[k].weight.size());
+        equal_weights_ = equal_weights_ && std::all_of(sets_[k].weight.begin(), sets_[k].weight.end(),
+                                                       [&](double weight) { return weight == equal; });
     }
 }
 

@@ -19,12 +19,16 @@ class DirectionPool {
     /// Directions in a set.
     std::size_t count() const { return sets_.front().direction.size(); }
 
+    /// True if all directions of all sets have the weight 1 / count().
+    bool equal_weights() const { return equal_weights_; }
+
     /// Writes `count()` rays that leave site number `site` at x (unit directions), and returns their weights.
     std::span<const double> rays(const SurfacePoint& x, std::size_t site, std::span<Ray> rays) const;
 
   private:
     std::vector<DirectionSet> sets_;
     std::uint64_t seed_;
+    bool equal_weights_ = true;
 };
 
 /// Two unit vectors that make a right-handed orthonormal frame with the unit vector n (Duff et al., "Building an

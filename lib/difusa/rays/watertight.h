@@ -42,10 +42,10 @@ class WatertightRay {
     /// True if the line of the ray passes through the triangle (border included) at any t. A triangle seen edge-on
     /// is not met: its neighbours, or the faces of the solid it belongs to, are.
     bool meets(const Vec3& a, const Vec3& b, const Vec3& c, Meeting& meeting) const {
-        const Vec3 A = a - origin_, B = b - origin_, C = c - origin_;
-        const double ax = A[x_] - shear_x_ * A[z_], ay = A[y_] - shear_y_ * A[z_];
-        const double bx = B[x_] - shear_x_ * B[z_], by = B[y_] - shear_y_ * B[z_];
-        const double cx = C[x_] - shear_x_ * C[z_], cy = C[y_] - shear_y_ * C[z_];
+        const double az = a[z_] - origin_[z_], bz = b[z_] - origin_[z_], cz = c[z_] - origin_[z_];
+        const double ax = (a[x_] - origin_[x_]) - shear_x_ * az, ay = (a[y_] - origin_[y_]) - shear_y_ * az;
+        const double bx = (b[x_] - origin_[x_]) - shear_x_ * bz, by = (b[y_] - origin_[y_]) - shear_y_ * bz;
+        const double cx = (c[x_] - origin_[x_]) - shear_x_ * cz, cy = (c[y_] - origin_[y_]) - shear_y_ * cz;
         // Each edge function is a difference of two rounded products: exactly opposite for the two triangles of an
         // edge, so both cannot be missed.
         const double U = cx * by - cy * bx;
@@ -59,7 +59,7 @@ class WatertightRay {
             return false;
         }
         const double inverse = 1.0 / det;
-        meeting.t = shear_z_ * (U * A[z_] + V * B[z_] + W * C[z_]) * inverse;
+        meeting.t = shear_z_ * (U * az + V * bz + W * cz) * inverse;
         meeting.u = V * inverse;
         meeting.v = W * inverse;
         meeting.front = det > 0.0;

@@ -1,5 +1,7 @@
 #include <difusa/render/colour_map.h>
 
+#include <difusa/core/round_values.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -21,16 +23,6 @@ Rgb from_oklab(double L, double a, double b) {
             -0.0041960863 * l - 0.7034186147 * m + 1.7076147010 * s};
 }
 
-/// Multiples of `step` in [low, high].
-std::vector<double> multiples(double step, double low, double high) {
-    std::vector<double> values;
-    const double slack = 1e-9 * (high - low); // ends that are multiples up to rounding are in
-    for (double k = std::ceil((low - slack) / step); k * step <= high + slack; ++k) {
-        values.push_back(k * step + 0.0); // not -0
-    }
-    return values;
-}
-
 } // namespace
 
 Rgb colour_map(double t) {
@@ -50,20 +42,20 @@ double ColourScale::position(double value) const {
 std::vector<double> ColourScale::ticks() const {
     if (logarithmic) {
         std::vector<double> values;
-        for (const double exponent : multiples(1.0, std::log10(low), std::log10(high))) {
+        for (const double exponent : multiples_in(std::log10(low), std::log10(high), 1.0)) {
             values.push_back(std::pow(10.0, exponent));
         }
         if (values.size() > 1) {
             return values;
         }
     }
-    const double power = std::pow(10.0, std::floor(std::log10((high - low) / 2.0)));
+    const double power = power_of_ten_below((high - low) / 2.0);
     for (const double factor : {5.0, 2.0}) { // the largest step that leaves three ticks
-        if (const auto values = multiples(factor * power, low, high); values.size() >= 3) {
+        if (const auto values = multiples_in(low, high, factor * power); values.size() >= 3) {
             return values;
         }
     }
-    return multiples(power, low, high);
+    return multiples_in(low, high, power);
 }
 
 ColourScale scale_for(const std::vector<float>& values, bool logarithmic) {

@@ -98,29 +98,18 @@ Hit follow(const Mesh& mesh, const Visibility& visibility, Ray ray, bool cull_ba
 class Look {
   public:
     Look(const BakeResult& result, const Execution& execution, View& view)
-        : result_(result), scene_(*result.scene), field_(result.field->parts()), view_(view),
+        : result_(result), scene_(*result.scene), basis_(*result.system->discretisation().basis),
+          parts_(result.field().parts()), view_(view),
           camera_(view.options.camera, view.options.width, view.options.height),
           progress_(execution.progress), execution_{execution.threads, &progress_} {
         const Mesh& mesh = scene_.mesh;
         corner_normals_ = corner_normals(mesh, join_smooth_sides(mesh, result.options.crease_angle));
-        const bool grouped = std::any_of(view.shows.begin(), view.shows.end(),
-                                         [](const Show& show) { return show.quantity == Quantity::group; });
         lit_ = std::any_of(view.shows.begin(), view.shows.end(), [](const Show& show) {
             return show.quantity != Quantity::basis && show.quantity != Quantity::sites &&
                    show.quantity != Quantity::reflectance && show.quantity != Quantity::emission;
         });
-        // The shadow rays to lamps of all samples of a pixel add up.
-        const auto with_fewer_rays = [&](const Field& field) {
-            FieldParts parts = field.parts();
-            parts.lamp_samples = std::max<std::size_t>(8, parts.lamp_samples / view.options.samples);
-            return std::make_shared<const Field>(std::move(parts));
-        };
-        solution_.field = with_fewer_rays(*result.solution.field);
-        for (const auto& group : result.solution.groups) {
-            if (grouped) {
-                solution_.groups.push_back(with_fewer_rays(*group));
-            }
-        }
+        // The shadow rays to area lights of all samples of a pixel add up.
+        parts_.shadow_rays_per_round = std::max<std::size_t>(8, parts_.shadow_rays_per_round / view.options.samples);
     }
 
     void take() {
@@ -154,8 +143,8 @@ class Look {
                 std::size_t sample = (pixel - first) * per_pixel;
                 for (const auto& [x, y] : jittered_places(grid, stream)) {
                     const Vec3 direction = camera_.direction(column + x, row + y);
-                    const Hit hit =
-                        follow(scene_.mesh, *field_.visibility, {camera_.eye(), direction, none}, options.cull_backs);
+                    const Hit hit = follow(scene_.mesh, result_.system->tracer().engine(),
+                                           {camera_.eye(), direction, none}, options.cull_backs);
                     directions_[sample] = direction;
                     Seen& seen = view_.seen[offset + sample];
                     seen = hit.face == none ? Seen::nothing : hit.front ? Seen::surface : Seen::back;
@@ -184,8 +173,8 @@ class Look {
     void evaluate(std::size_t batch) {
         PointValues light;
         if (lit_ && !points_.empty()) {
-            light = solution_.at(points_, view_.options.final_gather, result_.options.seed,
-                                 "picture " + std::to_string(batch), execution_);
+            light = Field(parts_).at(points_, view_.options.final_gather, result_.options.seed,
+                                     "picture " + std::to_string(batch), execution_);
             view_.rays += light.rays;
             view_.segments += light.segments;
         }
@@ -250,7 +239,7 @@ class Look {
     void add_basis(const Show& show, std::vector<Pixel>& values) {
         parallel_for(points_.size(), 1024, execution_, [&](std::size_t begin, std::size_t end, unsigned) {
             std::vector<BasisRow> rows(end - begin);
-            field_.basis->evaluate(std::span(points_).subspan(begin, end - begin), rows);
+            basis_.evaluate(std::span(points_).subspan(begin, end - begin), rows);
             for (std::size_t p = begin; p < end; ++p) {
                 const BasisRow& row = rows[p - begin];
                 double sum = 0.0;
@@ -266,7 +255,7 @@ class Look {
     void add_error(const PointValues& light, std::vector<Pixel>& values) {
         const ErrorEstimate& error = *result_.error;
         const double anywhere = error.largest / (1.0 - error.largest_reflectance); // of the basis, not of a gather
-        Values own = spread_residual(error, *field_.basis, points_, execution_);
+        Values own = spread_residual(error, basis_, points_, execution_);
         if (view_.options.final_gather > 0) {
             own = light.noise.rowwise().norm();
         }
@@ -280,10 +269,8 @@ class Look {
 
     void add_sky(const Show& show, std::vector<Pixel>& values) const {
         bool shines = scene_.has_sky();
-        for (const auto& group : solution_.groups) {
-            shines = shines && (show.quantity != Quantity::group || group->parts().group.name != show.group ||
-                                group->parts().group.sky);
-        }
+        const LightSets& sets = parts_.direct->sets();
+        shines = shines && (show.quantity != Quantity::group || sets.names[sets.sky] == show.group);
         for (std::size_t i = 0; i < batch_.size() && shines; ++i) {
             if (view_.seen[offset_ + i] == Seen::nothing) {
                 values[offset_ + i] = pixel_of(std::numbers::pi * scene_.sky_radiance(directions_[i]));
@@ -293,12 +280,12 @@ class Look {
 
     const BakeResult& result_;
     const Scene& scene_;
-    const FieldParts& field_;
+    const Basis& basis_;
+    FieldParts parts_;
     View& view_;
     CameraRays camera_;
     PartOfPhase progress_;
     Execution execution_;
-    Solution solution_;
     std::vector<Vec3> corner_normals_;
     bool lit_ = false; ///< some show needs the light
 
@@ -327,8 +314,8 @@ void check(const BakeResult& result, const ViewOptions& options, const std::vect
         }
         if (show.quantity == Quantity::group) {
             std::vector<std::string> groups;
-            for (const auto& group : result.solution.groups) {
-                groups.push_back(group->parts().group.name);
+            if (result.has_groups()) {
+                groups = result.field().sets().names;
             }
             if (std::find(groups.begin(), groups.end(), show.group) == groups.end()) {
                 std::string all;
@@ -370,7 +357,7 @@ void draw_sites(const BakeResult& result, const ViewOptions& options, Image& ima
         if (!place || !(site.normal.dot(way) < 0.0)) {
             continue;
         }
-        const Hit hit = follow(mesh, *result.field->parts().visibility, {camera.eye(), way, none}, options.cull_backs);
+        const Hit hit = follow(mesh, result.system->tracer().engine(), {camera.eye(), way, none}, options.cull_backs);
         if (hit.face == site.face || hit.t > 1.0 - 1e-6) { // on an edge another face may be met a little before
             draw_disc(image, (*place)[0], (*place)[1], dot_radius, dot_colour);
         }

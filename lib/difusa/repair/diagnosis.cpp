@@ -1,6 +1,7 @@
 #include <difusa/repair/diagnosis.h>
 
 #include <difusa/core/error.h>
+#include <difusa/mesh/crossing_faces.h>
 #include <difusa/mesh/edges.h>
 #include <difusa/mesh/outline.h>
 #include <difusa/mesh/triangle_area.h>
@@ -303,6 +304,30 @@ void report_topology(const Edges& edges, const Mesh& mesh, FindingList& found) {
     }
 }
 
+/// Reports faces that pass through each other; each pair once, however many of their triangles do.
+void report_crossings(const Mesh& mesh, FindingList& found) {
+    const auto faces = [&](const std::array<Index, 2>& pair) {
+        return std::array<Index, 2>{mesh.original_face[pair[0]], mesh.original_face[pair[1]]};
+    };
+    auto all = find_crossing_triangles(mesh);
+    if (!all) {
+        found.at_face(Defect::crossing_faces_unknown, mesh.original_face[0], mesh.corner(0, 0));
+        return;
+    }
+    std::vector<std::array<Index, 2>>& pairs = *all;
+    std::stable_sort(pairs.begin(), pairs.end(), [&](const auto& a, const auto& b) { return faces(a) < faces(b); });
+    const auto corners = [&](Index t) -> std::array<Vec3, 3> {
+        return {mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)};
+    };
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+        const auto [face, other] = faces(pairs[i]);
+        if (i == 0 || faces(pairs[i - 1]) != faces(pairs[i])) {
+            found.at_faces(Defect::crossing_faces, face, other,
+                           middle_of_crossing(corners(pairs[i][0]), corners(pairs[i][1])));
+        }
+    }
+}
+
 /// The corners of a triangle, from the least number on: equal for triangles with the same corners and the same front.
 std::array<Index, 3> from_least(std::array<Index, 3> corners) {
     std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
@@ -379,6 +404,7 @@ DiagnosedMesh diagnose(const PolygonSoup& soup) {
     const Edges edges(result.mesh.triangles, result.mesh.points.size());
     orient_faces(soup, edges, result.mesh, found);
     report_topology(edges, result.mesh, found);
+    report_crossings(result.mesh, found);
 
     // 5. Backs that are fronts too. Nothing above takes them for defects.
     add_backs(soup, result.mesh, found);

@@ -67,6 +67,10 @@ struct DiagnosedMesh {
 ///   non-manifold-edges        edges of three or more triangles
 ///   non-manifold-vertices     vertices where parts touch that have no edge in common there
 ///   border-edges              edges of one triangle
+///   crossing-faces            pairs of faces that pass through each other (mesh/crossing_faces.h); not faces that
+///   overlap in one
+///                             plane or that stand on each other
+///   crossing-faces-unknown    faces that cross were not looked for, as too many lie close together
 ///
 /// Nothing disappears uncounted: the faces of the file are those with triangles in the mesh and those of
 /// too-few-corners, zero-area-faces and duplicate-faces; the points of the file are those of the mesh and

@@ -46,6 +46,9 @@ constexpr std::array<Wording, static_cast<std::size_t>(Defect::count)> wordings{
     {"non-manifold-edges", "edge of three or more triangles", "edges of three or more triangles", "", false},
     {"non-manifold-vertices", "vertex where separate parts touch", "vertices where separate parts touch", "", false},
     {"border-edges", "border edge", "border edges", "", false},
+    {"crossing-faces", "pair of faces that cross", "pairs of faces that cross", "", false},
+    {"crossing-faces-unknown", "search for faces that cross", "searches for faces that cross",
+     "given up, since too many lie close together", false},
 }};
 
 std::string with_line(const char* kind, std::size_t number, std::uint32_t line) {
@@ -116,6 +119,13 @@ std::vector<std::string>* FindingList::add(Defect defect) {
 void FindingList::at_face(Defect defect, std::size_t face, const Vec3& position) {
     if (auto* places = add(defect)) {
         places->push_back(face_name(soup_, face) + " near " + coordinates(position));
+    }
+}
+
+void FindingList::at_faces(Defect defect, std::size_t face, std::size_t other, const Vec3& position) {
+    if (auto* places = add(defect)) {
+        places->push_back(face_name(soup_, face) + " and " + face_name(soup_, other) + " near " +
+                          coordinates(position));
     }
 }
 

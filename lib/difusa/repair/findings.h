@@ -31,6 +31,8 @@ enum class Defect : std::size_t {
     non_manifold_edges,
     non_manifold_vertices,
     border_edges,
+    crossing_faces,
+    crossing_faces_unknown,
     count
 };
 
@@ -60,6 +62,9 @@ class FindingList {
 
     /// One more defect, at a face near a position.
     void at_face(Defect defect, std::size_t face, const Vec3& position);
+
+    /// One more defect, of two faces that meet near a position.
+    void at_faces(Defect defect, std::size_t face, std::size_t other, const Vec3& position);
 
     /// One more defect, at a point of the file.
     void at_point(Defect defect, std::size_t point);

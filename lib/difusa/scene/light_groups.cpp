@@ -16,28 +16,30 @@ std::string name_in_files(const std::string& name) {
     return text;
 }
 
-/// The group of that name; a new one if there is none.
-LightGroup& group_of(std::vector<LightGroup>& groups, const std::string& light, const Scene& scene) {
+/// The set of that name; a new one if there is none.
+Index set_of(LightSets& sets, const std::string& light) {
     const std::string name = name_in_files(light);
-    const auto found =
-        std::find_if(groups.begin(), groups.end(), [&](const LightGroup& group) { return group.name == name; });
-    if (found != groups.end()) {
-        return *found;
+    const auto found = std::find(sets.names.begin(), sets.names.end(), name);
+    if (found != sets.names.end()) {
+        return static_cast<Index>(found - sets.names.begin());
     }
-    return groups.emplace_back(LightGroup{name, std::vector<char>(scene.materials.size(), 0),
-                                          std::vector<char>(scene.suns.size(), 0),
-                                          std::vector<char>(scene.point_lights.size(), 0), false});
+    sets.names.push_back(name);
+    return static_cast<Index>(sets.names.size() - 1);
 }
 
 } // namespace
 
-LightGroup all_lights(const Scene& scene) {
-    return {"", std::vector<char>(scene.materials.size(), 1), std::vector<char>(scene.suns.size(), 1),
-            std::vector<char>(scene.point_lights.size(), 1), true};
+LightSets all_lights(const Scene& scene) {
+    return {{""},
+            std::vector<Index>(scene.materials.size(), 0),
+            std::vector<Index>(scene.suns.size(), 0),
+            std::vector<Index>(scene.point_lights.size(), 0),
+            0};
 }
 
-std::vector<LightGroup> light_groups(const Scene& scene) {
-    std::vector<LightGroup> groups;
+LightSets light_groups(const Scene& scene) {
+    LightSets sets = all_lights(scene);
+    sets.names.clear();
     std::vector<char> used(scene.materials.size(), 0);
     for (const Index material : scene.mesh.material) {
         used[material] = 1;
@@ -45,26 +47,27 @@ std::vector<LightGroup> light_groups(const Scene& scene) {
     for (std::size_t m = 0; m < scene.materials.size(); ++m) {
         const Material& material = scene.materials[m];
         if (used[m] != 0 && (material.emission > 0.0).any()) {
-            group_of(groups, material.light_group.empty() ? material.name : material.light_group, scene).materials[m] =
-                1;
+            sets.material[m] = set_of(sets, material.light_group.empty() ? material.name : material.light_group);
         }
     }
     for (std::size_t i = 0; i < scene.suns.size(); ++i) {
         if ((scene.suns[i].irradiance > 0.0).any()) {
-            group_of(groups, scene.suns[i].name.empty() ? "sun" : scene.suns[i].name, scene).suns[i] = 1;
+            sets.sun[i] = set_of(sets, scene.suns[i].name.empty() ? "sun" : scene.suns[i].name);
         }
     }
     for (std::size_t i = 0; i < scene.point_lights.size(); ++i) {
         const PointLight& light = scene.point_lights[i];
         if ((light.intensity > 0.0).any()) {
-            const std::string kind = light.is_spot() ? "spot" : "point";
-            group_of(groups, light.name.empty() ? kind : light.name, scene).points[i] = 1;
+            sets.point[i] = set_of(sets, !light.name.empty() ? light.name : light.is_spot() ? "spot" : "point");
         }
     }
     if (scene.has_sky()) {
-        group_of(groups, "sky", scene).sky = true;
+        sets.sky = set_of(sets, "sky");
     }
-    return groups;
+    if (sets.names.empty()) {
+        sets.names.emplace_back();
+    }
+    return sets;
 }
 
 } // namespace difusa

@@ -5,10 +5,13 @@
 #include <difusa/core/parallel.h>
 #include <difusa/core/random.h>
 #include <difusa/discretisation/basis.h>
-#include <difusa/discretisation/element_integrals.h>
+#include <difusa/discretisation/basis_averages.h>
+#include <difusa/discretisation/discretisation.h>
 #include <difusa/discretisation/sampler.h>
 #include <difusa/import/scene_file.h>
+#include <difusa/mesh/point_tree.h>
 #include <difusa/rays/visibility.h>
+#include <difusa/rays/visibility_choice.h>
 #include <difusa/scene/scene.h>
 
 #include <algorithm>
@@ -16,8 +19,6 @@
 #include <limits>
 #include <memory>
 #include <span>
-
-#include <nanoflann.hpp>
 
 namespace difusa {
 
@@ -31,43 +32,38 @@ constexpr std::size_t output_bytes = 500; ///< of a triangle of the output with 
 /// Sites by place, those of each region apart.
 class NearestSites {
   public:
-    NearestSites(const Mesh& mesh, const SiteSet& sites) : mesh_(mesh), sites_(sites) {
+    NearestSites(const Mesh& mesh, const SiteSet& sites) : mesh_(mesh), sites_(sites), all_(sites.points) {
         std::vector<std::vector<Index>> members(mesh.region_count);
-        std::vector<Index> all;
         for (Index i = 0; i < sites.size(); ++i) {
             members[sites.region[i]].push_back(i);
-            all.push_back(i);
         }
         for (std::vector<Index>& region : members) {
-            of_region_.push_back(region.empty() ? nullptr : std::make_unique<Group>(sites, std::move(region)));
+            of_region_.emplace_back(sites.points, std::move(region));
         }
-        all_ = std::make_unique<Group>(sites, std::move(all));
     }
 
     /// The site nearest in space.
-    Index in_space(const Vec3& p) const {
-        Search search;
-        search.among(*all_, p, 1);
-        return all_->cloud.members[search.found[0]];
-    }
+    Index in_space(const Vec3& p) const { return all_.nearest(p); }
 
     /// The site at the least site distance from x; in space, of the region if it has sites, if all are at an infinite
     /// one.
     Index of(const SurfacePoint& x) const {
         const Index region = mesh_.region[x.face];
-        if (!of_region_[region]) {
+        const PointTree& tree = of_region_[region];
+        if (tree.size() == 0) {
             return in_space(x.position);
         }
-        const Group& group = *of_region_[region];
-        Search search;
+        std::vector<Index> found;
+        std::vector<double> squared;
         // No site distance is below the Euclidean one: the search ends once the least is within what was looked at.
         for (std::size_t k = 8;; k *= 4) {
-            k = std::min(k, group.cloud.members.size());
-            search.among(group, x.position, k);
+            k = std::min(k, tree.size());
+            found.resize(k);
+            squared.resize(k);
+            tree.nearest(x.position, found, squared);
             double least = std::numeric_limits<double>::infinity();
-            Index nearest = group.cloud.members[search.found[0]];
-            for (const std::uint32_t member : search.found) {
-                const Index i = group.cloud.members[member];
+            Index nearest = found[0];
+            for (const Index i : found) {
                 const SurfacePoint& site = sites_.points[i];
                 const double d =
                     site_distance(x.position, x.normal, region, site.position, site.normal, sites_.region[i]);
@@ -76,42 +72,17 @@ class NearestSites {
                     nearest = i;
                 }
             }
-            if (k == group.cloud.members.size() || least * least <= search.squared.back()) {
+            if (k == tree.size() || least * least <= squared.back()) {
                 return nearest;
             }
         }
     }
 
   private:
-    struct Cloud {
-        const SiteSet& sites;
-        std::vector<Index> members;
-        std::size_t kdtree_get_point_count() const { return members.size(); }
-        double kdtree_get_pt(std::size_t i, std::size_t axis) const {
-            return sites.points[members[i]].position[static_cast<Eigen::Index>(axis)];
-        }
-        template <class Box> bool kdtree_get_bbox(Box& /*box*/) const { return false; }
-    };
-    using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Cloud>, Cloud, 3>;
-    struct Group {
-        Cloud cloud;
-        Tree tree;
-        Group(const SiteSet& sites, std::vector<Index> members) : cloud{sites, std::move(members)}, tree(3, cloud) {}
-    };
-    struct Search {
-        std::vector<std::uint32_t> found;
-        std::vector<double> squared;
-        void among(const Group& group, const Vec3& p, std::size_t k) {
-            found.resize(k);
-            squared.resize(k);
-            group.tree.knnSearch(p.data(), k, found.data(), squared.data());
-        }
-    };
-
     const Mesh& mesh_;
     const SiteSet& sites_;
-    std::vector<std::unique_ptr<Group>> of_region_; ///< null: the region has no site
-    std::unique_ptr<Group> all_;
+    std::vector<PointTree> of_region_; ///< empty where the region has no site
+    PointTree all_;
 };
 
 void check_options(const InspectOptions& options) {
@@ -240,11 +211,7 @@ void judge_elements(BasisInspection& result, const Basis& basis, const Execution
             }
         }
     });
-    Scene scene; // of materials that emit nothing
-    scene.mesh = result.mesh;
-    scene.materials.resize(
-        1 + static_cast<std::size_t>(*std::max_element(scene.mesh.material.begin(), scene.mesh.material.end())));
-    result.sites.area = element_integrals(scene, basis, result.sites.spacing, execution).area;
+    result.sites.area = element_integrals(result.mesh, basis, result.sites.spacing, execution);
 
     double area = 0.0;
     for (const auto& triangle : result.output.triangles) {
@@ -279,7 +246,14 @@ BasisInspection inspect_basis(const Registry& registry, const std::filesystem::p
     make(sampler, options.sampler);
     make(basis, options.basis);
     if (sampler->needs_visibility()) {
-        make(visibility, options.visibility);
+        std::vector<std::string> notes;
+        result.options.visibility = choose_visibility(registry, options.visibility, notes);
+        make(visibility, result.options.visibility);
+        for (const std::string& note : notes) {
+            if (execution.progress != nullptr) {
+                execution.progress->remark(note);
+            }
+        }
     }
 
     execution.phase("read");

@@ -19,7 +19,7 @@ namespace difusa {
 struct InspectOptions {
     std::string basis = "normalized-radial";
     std::string sampler = "poisson-disk";
-    std::string visibility = "cgal";          ///< of samplers that cast rays
+    std::string visibility = "auto";          ///< of samplers that cast rays
     double spacing = 0.0;                     ///< unit of the mesh; 0: from `sites`
     std::size_t sites = 0;                    ///< wanted number; 0: 4000
     int neighbours = 10;                      ///< m

@@ -17,7 +17,7 @@ namespace {
 /// Wall time of the phases that make the field.
 double making(const BakeResult& result) {
     double sum = 0.0;
-    for (const auto& [phase, seconds] : result.seconds) {
+    for (const auto& [phase, seconds] : result.journal.seconds()) {
         sum += phase == "estimate error" || phase == "refine output" || phase == "evaluate" ? 0.0 : seconds;
     }
     return sum;
@@ -85,12 +85,12 @@ Measurement measure(const Registry& registry, const Judge& judge, const BakeOpti
     m.options = result->options;
     m.options.final_gather = options.final_gather;
     m.sites = result->sites->size();
-    m.rays = result->rays;
-    m.segments = result->segments;
-    m.iterations = result->solve.iterations;
+    m.rays = result->journal.count_of("rays");
+    m.segments = result->journal.count_of("segments");
+    m.iterations = result->solution.solve.iterations;
 
     const auto begin = std::chrono::steady_clock::now();
-    const PointValues values = result->solution.at(places, options.final_gather, options.seed, "judged", execution);
+    const PointValues values = result->field().at(places, options.final_gather, options.seed, "judged", execution);
     const double noise = std::sqrt(values.noise.squaredNorm() / static_cast<double>(places.size()));
     m.seconds_output = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     std::vector<double> B, exact_B, indirect, exact_indirect;

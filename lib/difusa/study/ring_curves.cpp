@@ -14,7 +14,7 @@ namespace {
 /// The surface points that rays from these origins meet first, with the normals of the ideal surface.
 std::vector<SurfacePoint> meet(const BakeResult& result, const ReferenceCase& reference, const std::vector<Ray>& rays) {
     std::vector<Hit> hits(rays.size());
-    result.field->parts().visibility->first_hits(rays, hits);
+    result.system->tracer().engine().first_hits(rays, hits);
     std::vector<SurfacePoint> points;
     for (const Hit& hit : hits) {
         DIFUSA_REQUIRE(hit.face != none, "a ray that was aimed at the ball or the disc met neither");
@@ -47,7 +47,7 @@ std::vector<RingCurve> ring_curves(const BakeResult& result, const ReferenceCase
             }
         }
         const std::vector<SurfacePoint> points = meet(result, reference, rays);
-        const Irradiance H = result.field->evaluate(points, result.options.seed, "rings", execution);
+        const Irradiance H = result.field().evaluate(points, result.options.seed, "rings", execution);
         for (const char* const kind : {"direct", "total", "indirect"}) {
             const bool direct = kind[0] != 'i', indirect = kind[0] != 'd';
             RingCurve curve{body + ", " + kind,

@@ -18,10 +18,17 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-bool possible(const BakeOptions& options) {
+/// Whether the choices go together: those that make_choices refuses are left out of the table.
+bool possible(const Registry& registry, const BakeOptions& options) {
+    const auto basis = registry.create<Basis>(options.basis);
+    if (options.projection.rfind("corrected", 0) == 0 &&
+        (basis->interpolates() ||
+         (!basis->coefficients_are_values() && options.projection.find("in=equation") == std::string::npos))) {
+        return false;
+    }
     const bool pairwise = options.transport.rfind("pairwise", 0) == 0;
     const bool more_points = options.projection.rfind("galerkin", 0) == 0 || options.projection.rfind("least", 0) == 0;
-    return !pairwise || (!more_points && options.first_bounce != "gathered");
+    return !pairwise || !more_points;
 }
 
 /// What the tables hold, by name, in order; numbers that are not known are absent.
@@ -135,7 +142,7 @@ std::string chart(const std::vector<Measurement>& measurements, const std::strin
 
 std::string method_of(const Measurement& m) {
     std::string method = m.options.basis;
-    method += m.options.projection == "natural" ? "" : ", " + m.options.projection;
+    method += m.options.projection.empty() || m.options.projection == "natural" ? "" : ", " + m.options.projection;
     method += m.options.transport == "gather" ? "" : ", " + m.options.transport;
     method += m.options.final_gather == 0 ? "" : ", final gather " + std::to_string(m.options.final_gather);
     return method;
@@ -154,14 +161,13 @@ std::vector<Measurement> run_study(const Registry& registry, const StudyPlan& pl
                         for (const std::size_t rays : plan.rays) {
                             for (const double spacing : spacings) {
                                 BakeOptions options = plan.common;
-                                options.correction = 0; // projections are judged by themselves
                                 options.transport = transport;
                                 options.basis = basis;
                                 options.projection = projection;
                                 options.final_gather = final_gather;
                                 options.rays = rays;
                                 options.spacing = spacing;
-                                if (possible(options)) {
+                                if (possible(registry, options)) {
                                     measurements.push_back(measure(registry, judge, options, plan.how, execution));
                                     tell(measurements.back());
                                 }
@@ -174,7 +180,7 @@ std::vector<Measurement> run_study(const Registry& registry, const StudyPlan& pl
     }
     if (measurements.empty()) {
         throw UsageError("none of these choices can be combined: projections that need light at more points than the "
-                         "sites, and --first-bounce gathered, are for --transport gather");
+                         "sites are for --transport gather, and corrected is for bases that smooth");
     }
     return measurements;
 }
@@ -208,7 +214,6 @@ std::string json_of(const std::vector<Measurement>& measurements) {
                    {"projection", m.options.projection},
                    {"transport", m.options.transport},
                    {"visibility", m.options.visibility},
-                   {"first_bounce", m.options.first_bounce},
                    {"seed", m.options.seed}};
         for (const Column& column : columns()) {
             const std::optional<double> value = column.value(m);

@@ -1,48 +1,83 @@
 #include <difusa/transport/pairwise.h>
 
+#include <difusa/algebra/sparse_rows.h>
+#include <difusa/core/error.h>
 #include <difusa/core/parallel.h>
+#include <difusa/transport/gathered.h>
 
-#include <algorithm>
 #include <cstdint>
+#include <utility>
 
 namespace difusa {
 
-Transport pairwise(const Scene& scene, const SiteSet& sites, const ElementIntegrals& integrals,
-                   const Visibility& visibility, const Kernel& kernel, const Execution& execution) {
-    const std::size_t n = sites.size();
-    Transport transport;
-    transport.S = SparseRows(n, n);
-    transport.L = SparseRows(n, scene.materials.size());
-    const bool any_uneven = integrals.uneven[0].rows() > 0;
-    if (any_uneven) {
-        transport.uneven.fill(transport.L);
+namespace {
+
+/// W = [S M, Y].
+class PairwiseOperator final : public LinearOperator {
+  public:
+    /// `Y`: of a gathered transport over the same surfels.
+    PairwiseOperator(SparseRows S, std::shared_ptr<const BasisAverages> P, Eigen::VectorXd surfel_area,
+                     Eigen::VectorXd inverse_area, std::shared_ptr<const LinearOperator> Y)
+        : S_(std::move(S)), P_(std::move(P)), surfel_area_(std::move(surfel_area)),
+          inverse_area_(std::move(inverse_area)), Y_(std::move(Y)) {}
+
+    std::size_t rows() const override { return S_.rows(); }
+    std::size_t columns() const override { return Y_->columns(); }
+
+    void apply(const Values& x, Values& y, const Execution& execution) const override {
+        DIFUSA_REQUIRE(static_cast<std::size_t>(x.rows()) == columns());
+        Values scaled = x.topRows(surfel_area_.size()), at_sites, from_pairs, sky = x;
+        scaled.array().colwise() *= surfel_area_.array();
+        P_->apply_transpose(scaled, at_sites, execution);
+        at_sites.array().colwise() *= inverse_area_.array();
+        S_.apply(at_sites, from_pairs, execution);
+        sky.topRows(surfel_area_.size()).setZero();
+        Y_->apply(sky, y, execution);
+        y += from_pairs;
     }
 
-    // Which pairs j < k exchange light: one segment a pair, whatever the kernel's asymmetry.
+    void apply_transpose(const Values& x, Values& y, const Execution& execution) const override {
+        Values at_sites, at_surfels;
+        S_.apply_transpose(x, at_sites, execution);
+        at_sites.array().colwise() *= inverse_area_.array();
+        P_->apply(at_sites, at_surfels, execution);
+        at_surfels.array().colwise() *= surfel_area_.array();
+        Y_->apply_transpose(x, y, execution);
+        y.topRows(surfel_area_.size()) = at_surfels;
+    }
+
+  private:
+    SparseRows S_;
+    std::shared_ptr<const BasisAverages> P_;
+    Eigen::VectorXd surfel_area_, inverse_area_;
+    std::shared_ptr<const LinearOperator> Y_;
+};
+
+/// Which pairs j < k exchange light: one segment a pair, whatever the kernel's asymmetry. Adds to `segments`.
+std::vector<std::vector<Index>> pairs_in_sight(const Tracer& tracer, const SiteSet& sites, std::size_t& segments,
+                                               const Execution& execution) {
+    const std::size_t n = sites.size();
     std::vector<std::vector<Index>> sees(n);
     std::vector<std::size_t> cast(n, 0);
     parallel_for(n, 4, execution, [&](std::size_t begin, std::size_t end, unsigned) {
-        std::vector<Segment> segments;
+        std::vector<Segment> ways;
         std::vector<Index> other;
         std::vector<std::uint8_t> blocked;
         for (std::size_t j = begin; j < end; ++j) {
-            segments.clear();
+            ways.clear();
             other.clear();
             const SurfacePoint& x = sites.points[j];
             for (std::size_t k = j + 1; k < n; ++k) {
                 const SurfacePoint& y = sites.points[k];
                 const Vec3 way = y.position - x.position;
                 if (x.normal.dot(way) > 0.0 && y.normal.dot(way) < 0.0) {
-                    segments.push_back({x.position, y.position, x.face, y.face});
+                    ways.push_back({x.position, y.position, x.face, y.face});
                     other.push_back(static_cast<Index>(k));
                 }
             }
-            blocked.assign(segments.size(), 0);
-            if (!scene.mesh.convex) {
-                visibility.occluded(segments, blocked);
-                cast[j] = segments.size();
-            }
-            for (std::size_t i = 0; i < segments.size(); ++i) {
+            blocked.resize(ways.size());
+            cast[j] = tracer.occluded_between(ways, blocked);
+            for (std::size_t i = 0; i < ways.size(); ++i) {
                 if (blocked[i] == 0) {
                     sees[j].push_back(other[i]);
                 }
@@ -50,8 +85,21 @@ Transport pairwise(const Scene& scene, const SiteSet& sites, const ElementIntegr
         }
     });
     for (const std::size_t count : cast) {
-        transport.segments += count;
+        segments += count;
     }
+    return sees;
+}
+
+} // namespace
+
+LightTransport pairwise(const Tracer& tracer, const Discretisation& discretisation, const Kernel& kernel,
+                        const Directions& directions, std::size_t rays, std::uint64_t seed,
+                        const Execution& execution) {
+    const SiteSet& sites = *discretisation.sites;
+    const Surfels& surfels = *discretisation.surfels;
+    const std::size_t n = sites.size();
+    LightTransport transport = gathered(tracer, sites.points, surfels, directions, rays, seed, execution);
+    std::vector<std::vector<Index>> sees = pairs_in_sight(tracer, sites, transport.segments, execution);
 
     // Row j: first the k < j, then the k > j. Lists of the former are gathered in order of k.
     std::vector<std::vector<Index>> seen_by(n);
@@ -60,36 +108,36 @@ Transport pairwise(const Scene& scene, const SiteSet& sites, const ElementIntegr
             seen_by[k].push_back(static_cast<Index>(j));
         }
     }
+    SparseRows S(n, n);
     parallel_for(n, 16, execution, [&](std::size_t begin, std::size_t end, unsigned) {
-        RowAccumulator lamps(scene.materials.size());
-        std::vector<RowAccumulator> uneven(3, lamps);
         for (std::size_t j = begin; j < end; ++j) {
-            SparseRows::Row& row = transport.S.row(j);
+            SparseRows::Row& row = S.row(j);
             row.column = std::move(seen_by[j]);
             row.column.insert(row.column.end(), sees[j].begin(), sees[j].end());
             row.value.reserve(row.column.size());
             for (const Index k : row.column) {
-                const double form_factor =
-                    kernel.form_factor(sites.points[j].position, sites.points[j].normal, sites.points[k].position,
-                                       sites.points[k].normal, sites.area[k]);
-                row.value.push_back(form_factor);
-                const SparseRows::Row& share = integrals.share.row(k);
-                for (std::size_t m = 0; m < share.column.size(); ++m) {
-                    lamps.add(share.column[m], form_factor * share.value[m]);
-                }
-                for (std::size_t c = 0; any_uneven && c < 3; ++c) {
-                    const SparseRows::Row& E = integrals.uneven[c].row(k);
-                    for (std::size_t m = 0; m < E.column.size(); ++m) {
-                        uneven[c].add(E.column[m], form_factor * E.value[m]);
-                    }
-                }
+                row.value.push_back(kernel.form_factor(sites.points[j].position, sites.points[j].normal,
+                                                       sites.points[k].position, sites.points[k].normal,
+                                                       sites.area[k]));
             }
-            lamps.take(transport.L.row(j));
-            for (std::size_t c = 0; any_uneven && c < 3; ++c) {
-                uneven[c].take(transport.uneven[c].row(j));
-            }
+            sees[j] = {};
         }
     });
+    // A_s / sigma_s, 0 where no basis function lives. Exactly A_s for a partition of unity.
+    Values sigma;
+    discretisation.averages->apply(Values::Ones(static_cast<Eigen::Index>(n), 1), sigma, execution);
+    Eigen::VectorXd surfel_area(static_cast<Eigen::Index>(surfels.size()));
+    for (Index s = 0; s < surfels.size(); ++s) {
+        surfel_area[s] = sigma(s, 0) > 0.0 ? surfels.area(s) / sigma(s, 0) : 0.0;
+    }
+    Eigen::VectorXd inverse_area(static_cast<Eigen::Index>(n));
+    for (std::size_t k = 0; k < n; ++k) {
+        const double A = discretisation.integrals[k];
+        inverse_area[static_cast<Eigen::Index>(k)] = A != 0.0 ? 1.0 / A : 0.0;
+    }
+    transport.bytes += S.bytes();
+    transport.W = std::make_shared<PairwiseOperator>(std::move(S), discretisation.averages, std::move(surfel_area),
+                                                     std::move(inverse_area), transport.W);
     return transport;
 }
 

@@ -1,21 +1,23 @@
-// Transport between pairs of sites (T 5.7): S_jk = V(x_j, x_k) F(x_j, x_k) A_k with a form-factor kernel. Costs
-// #S (#S - 1) / 2 visibility segments and memory for every pair that sees each other.
+// Transport between pairs of sites (T 5.7): a surfel's radiosity is handed to the basis functions that live on it, and
+// each of these acts as a patch at its site, with a form-factor kernel:
+//     D = S M,   S_jk = V(x_j, x_k) F(x_j, x_k) A_k,   M_ks = (P_sk / sigma_s) A_s / A_k,   sigma_s = sum_i P_si.
+// All of the surfel is handed on, once, also where the basis is no partition of unity and sigma is not 1.
+// Costs #S (#S - 1) / 2 visibility segments and memory for every pair that sees each other.
 //
 // Nothing bounds the row sums: where sites are closer than the kernel allows, or the areas are too large, their sum
 // exceeds 1 and the iteration may diverge. That is detected before solving (algebra/spectral_radius.h).
 #pragma once
 
-#include <difusa/discretisation/element_integrals.h>
-#include <difusa/discretisation/site_set.h>
-#include <difusa/rays/visibility.h>
+#include <difusa/discretisation/discretisation.h>
+#include <difusa/rays/directions.h>
+#include <difusa/rays/tracer.h>
 #include <difusa/transport/kernel.h>
-#include <difusa/transport/transport.h>
+#include <difusa/transport/light_transport.h>
 
 namespace difusa {
 
-/// Areas are those of the sites; `integrals.share` tells which part of an element emits. `sky` and `back` are left
-/// empty: pairs of sites cannot tell what escapes.
-Transport pairwise(const Scene& scene, const SiteSet& sites, const ElementIntegrals& integrals,
-                   const Visibility& visibility, const Kernel& kernel, const Execution& execution);
+/// Areas are those of the sites. Pairs of sites cannot tell what escapes: `rays` rays from each site measure that.
+LightTransport pairwise(const Tracer& tracer, const Discretisation& discretisation, const Kernel& kernel,
+                        const Directions& directions, std::size_t rays, std::uint64_t seed, const Execution& execution);
 
 } // namespace difusa

@@ -39,6 +39,30 @@ void tidy(std::vector<double>& places) {
 
 } // namespace
 
+template <class Longest>
+std::vector<BallOverDisc::Panel> BallOverDisc::divide(const std::vector<double>& ends, const Longest& longest) {
+    std::vector<Panel> panels;
+    for (std::size_t k = 0; k + 1 < ends.size(); ++k) {
+        std::vector<Panel> stack{{ends[k], ends[k + 1]}};
+        while (!stack.empty()) {
+            const Panel panel = stack.back();
+            stack.pop_back();
+            const double middle = 0.5 * (panel.from + panel.to);
+            if (panel.to - panel.from > longest(middle)) {
+                stack.push_back({middle, panel.to});
+                stack.push_back({panel.from, middle});
+            } else {
+                panels.push_back(panel);
+            }
+            if (panels.size() + stack.size() > most_unknowns / 8) {
+                throw NotConverged("ball over disc: the gap between ball and disc is too small a part of their "
+                                   "size for this method; raise the ball");
+            }
+        }
+    }
+    return panels;
+}
+
 double BallOverDisc::Row::of(const std::vector<double>& H) const {
     return std::inner_product(H.begin(), H.end(), indirect.begin(), direct);
 }
@@ -65,45 +89,26 @@ BallOverDisc::BallOverDisc(const BallOverDiscParameters& parameters, double tole
     tidy(on_ball);
     tidy(on_disc);
     // No panel longer than its distance from the other body.
-    const auto divide = [](const std::vector<double>& ends, const auto& longest) {
-        std::vector<Panel> panels;
-        for (std::size_t k = 0; k + 1 < ends.size(); ++k) {
-            std::vector<Panel> stack{{ends[k], ends[k + 1]}};
-            while (!stack.empty()) {
-                const Panel panel = stack.back();
-                stack.pop_back();
-                const double middle = 0.5 * (panel.from + panel.to);
-                if (panel.to - panel.from > longest(middle)) {
-                    stack.push_back({middle, panel.to});
-                    stack.push_back({panel.from, middle});
-                } else {
-                    panels.push_back(panel);
-                }
-                if (panels.size() + stack.size() > most_unknowns / 8) {
-                    throw NotConverged("ball over disc: the gap between ball and disc is too small a part of their "
-                                       "size for this method; raise the ball");
-                }
-            }
-        }
-        return panels;
-    };
     ball_.panels = divide(on_ball, [&](double alpha) { return (1.0 + r_ * std::sin(alpha)) / r_; });
     disc_.panels = divide(on_disc, [&](double u) { return std::hypot(u, 1.0) - r_; });
+    refine(tolerance);
+}
 
-    // At eight places a panel.
-    const auto samples = [&] {
-        std::vector<double> values;
-        const auto along = [&](const Side& side, const auto& irradiance) {
-            for (const Panel& panel : side.panels) {
-                for (int k = 0; k < 8; ++k) {
-                    values.push_back(irradiance(panel.from + (panel.to - panel.from) * (k + 0.5) / 8.0));
-                }
+std::vector<double> BallOverDisc::samples() const {
+    std::vector<double> values;
+    const auto along = [&](const Side& side, const auto& irradiance) {
+        for (const Panel& panel : side.panels) {
+            for (int k = 0; k < 8; ++k) {
+                values.push_back(irradiance(panel.from + (panel.to - panel.from) * (k + 0.5) / 8.0));
             }
-        };
-        along(ball_, [&](double alpha) { return from_disc(alpha).of(disc_.H); });
-        along(disc_, [&](double u) { return from_ball(u).of(ball_.H); });
-        return values;
+        }
     };
+    along(ball_, [&](double alpha) { return from_disc(alpha).of(disc_.H); });
+    along(disc_, [&](double u) { return from_ball(u).of(ball_.H); });
+    return values;
+}
+
+void BallOverDisc::refine(double tolerance) {
     std::size_t nodes = 6;
     solve(nodes);
     std::vector<double> coarse = samples();

@@ -94,8 +94,12 @@ class BallOverDisc final : public Reference {
             const Direct& direct) const;
     double direct_ball(double alpha) const;
     double direct_disc(double u) const;
+    /// Halves the pieces between `ends` until none is longer than what its middle allows.
+    template <class Longest> static std::vector<Panel> divide(const std::vector<double>& ends, const Longest& longest);
     void place_nodes(Side& side) const;
     void solve(std::size_t nodes);
+    std::vector<double> samples() const; ///< indirect irradiances, at eight places a panel
+    void refine(double tolerance);
 
     BallOverDiscParameters parameters_;
     double R_, r_; ///< in units of h

@@ -1,0 +1,39 @@
+// The choices of a bake as objects.
+#pragma once
+
+#include <difusa/bake/options.h>
+#include <difusa/discretisation/basis.h>
+#include <difusa/discretisation/projection.h>
+#include <difusa/discretisation/sampler.h>
+#include <difusa/plugin/registry.h>
+#include <difusa/rays/directions.h>
+#include <difusa/rays/visibility.h>
+#include <difusa/transport/kernel.h>
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace difusa {
+
+struct Choices {
+    std::shared_ptr<Basis> basis;
+    std::shared_ptr<Sampler> sampler;
+    std::shared_ptr<Visibility> engine;
+    std::shared_ptr<Directions> directions;
+    std::shared_ptr<Kernel> kernel; ///< null unless pairwise
+    std::shared_ptr<Solver> solver;
+    ProjectionChoice projection;
+    bool pairwise = false;
+    bool neighbour_areas = false;                             ///< of pairwise transport
+    bool direct_in_basis = false;                             ///< BakeOptions::direct is "interpolated"
+    std::string visibility;                                   ///< the engine that "auto" stands for
+    std::vector<std::string> notes;                           ///< on choices that could not be had
+    std::vector<std::pair<std::string, std::string>> plugins; ///< kind and choice with all parameters
+};
+
+/// Throws UsageError for what is unknown, contradicts itself or would do nothing.
+Choices make_choices(const Registry& registry, const BakeOptions& options);
+
+} // namespace difusa

@@ -1,0 +1,128 @@
+#include <difusa/bake/cost.h>
+
+#include <difusa/core/memory.h>
+#include <difusa/discretisation/discretisation.h>
+#include <difusa/mesh/output_mesh.h>
+#include <difusa/rays/tracer.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace difusa {
+
+namespace {
+
+constexpr double bytes_per_ray = 2.5;      ///< of a HitLists, an upper estimate
+constexpr double bytes_per_surfel = 250.0; ///< of surfels, averages and their light
+constexpr double pooled_directions = 32.0; ///< sets of directions in a DirectionPool
+constexpr double other_work = 1.25;        ///< over the time of rays
+
+/// How hard direct light is to evaluate.
+struct ShadowRays {
+    double samples;     ///< on a surfel
+    std::size_t rounds; ///< towards area lights, from a point
+};
+constexpr ShadowRays most{20.0, AreaLights::most_rounds}, usual{6.0, 2};
+constexpr std::size_t rays_of_round = 64;
+
+/// How many surfels there will be; an upper estimate.
+double surfels_of(const Mesh& mesh, double edge) {
+    double in_grids = 0.0, small = 0.0, small_area = 0.0;
+    for (Index t = 0; t < mesh.triangles.size(); ++t) {
+        double longest = 0.0;
+        for (int k = 0; k < 3; ++k) {
+            longest = std::max(longest, (mesh.corner(t, (k + 1) % 3) - mesh.corner(t, k)).norm());
+        }
+        if (longest > edge) {
+            // Half of the rectangle's squares, and those that the two other sides cross.
+            const double across = std::ceil(longest / edge), up = std::ceil(2.0 * mesh.areas[t] / longest / edge);
+            in_grids += std::min(across * up, 0.5 * across * up + across + up);
+        } else {
+            small += 1.0;
+            small_area += mesh.areas[t];
+        }
+    }
+    // A plane meets at most sqrt(3) cubes for the area of a square; curved surfaces turn sideways in some.
+    return in_grids + std::min(small, 3.0 * small_area / (edge * edge) + 1.0);
+}
+
+/// Visibility segments of a bake up to its field.
+std::size_t segments_for(std::size_t sites, const BakeResult& result, const Choices& choices, const DirectLight& lights,
+                         const ShadowRays& needed) {
+    const std::size_t points = gather_points(choices.projection, sites);
+    const double on_surfels = surfels_of(result.scene->mesh, Discretisation::surfel_edge(result.options.spacing)) *
+                              needed.samples * static_cast<double>(lights.rays_per_point(1));
+    std::size_t segments =
+        static_cast<std::size_t>(on_surfels) + points * lights.rays_per_point(needed.rounds * rays_of_round);
+    if (lights.any()) {
+        segments += points * ((result.options.rays + 1) / 2); // towards points drawn on bright surfels
+    }
+    return choices.pairwise ? segments + sites * (sites - 1) / 2 : segments;
+}
+
+} // namespace
+
+std::size_t gather_points(const ProjectionChoice& projection, std::size_t sites) {
+    const bool more = projection.kind == ProjectionKind::least_squares || projection.kind == ProjectionKind::galerkin;
+    return more ? sites + static_cast<std::size_t>((projection.points - 1.0) * static_cast<double>(sites)) : sites;
+}
+
+std::size_t error_points(const BakeOptions& options, std::size_t sites) {
+    return options.error_points.value_or(std::clamp<std::size_t>(sites / 8, 128, 4096));
+}
+
+BakeEstimate estimate_cost(const BakeResult& result, const Choices& choices, const DirectLight& lights,
+                           std::size_t sites, const Execution& execution) {
+    BakeEstimate estimate;
+    const std::size_t points = gather_points(choices.projection, sites);
+    const auto n = static_cast<double>(sites), rays = static_cast<double>(result.options.rays);
+    estimate.rays = points * result.options.rays;
+    estimate.segments = segments_for(sites, result, choices, lights, most);
+    estimate.transport_bytes =
+        static_cast<double>(points) * rays * bytes_per_ray +
+        surfels_of(result.scene->mesh, Discretisation::surfel_edge(result.options.spacing)) * bytes_per_surfel;
+    if (choices.pairwise) {
+        // Lists of who sees whom, then the matrix.
+        estimate.transport_bytes += n * n * (2.0 * sizeof(Index) + sizeof(double));
+    }
+    // Directions are pooled; each thread holds the rays and hits of one site.
+    const double scratch =
+        rays * (pooled_directions * 4.0 * sizeof(double) + execution.threads * (sizeof(Ray) + sizeof(Hit)));
+    require_memory(estimate.transport_bytes + scratch, "transport between " + std::to_string(sites) + " sites",
+                   choices.pairwise ? "give a larger --spacing, or use --transport gather"
+                                    : "give a larger --spacing, or fewer --rays");
+    return estimate;
+}
+
+void time_sample(BakeEstimate& estimate, const BakeResult& result, const Choices& choices, const DirectLight& lights,
+                 const SiteSet& sites, const Execution& execution) {
+    execution.phase("time a sample of rays");
+    const BakeOptions& options = result.options;
+    const DirectionPool pool(*choices.directions, std::min<std::size_t>(options.rays, 1024), options.seed);
+    const std::size_t sample = std::min<std::size_t>(sites.size(), 64);
+    Hemisphere around(Tracer(result.scene->mesh, *choices.engine), pool);
+    const auto begin = std::chrono::steady_clock::now();
+    for (std::size_t i = 0; i < sample; ++i) {
+        const std::size_t j = i * sites.size() / sample;
+        around.look(sites.points[j], j);
+    }
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+    const double each = took.count() / static_cast<double>(sample * pool.count() * execution.threads) * other_work;
+    estimate.seconds =
+        each * static_cast<double>(estimate.rays + segments_for(sites.size(), result, choices, lights, usual));
+    const auto gathered_twice = [&](std::size_t points, std::size_t half) {
+        const std::size_t shadow = lights.rays_per_point(1);
+        estimate.further_rays += 2 * points * half;
+        estimate.further_seconds += each * 2.0 * static_cast<double>(points) *
+                                    static_cast<double>(half * (1 + shadow) + lights.rays_per_point(64));
+    };
+    gathered_twice(error_points(options, sites.size()), std::max<std::size_t>(1, options.rays / 2));
+    if (options.final_gather > 0) {
+        const OutputMesh output = refine(result.scene->mesh, options.output_spacing, options.crease_angle,
+                                         available_memory() / 500, execution);
+        gathered_twice(output.vertices.size(), (options.final_gather + 1) / 2);
+    }
+}
+
+} // namespace difusa

@@ -1,0 +1,182 @@
+#include <difusa/bake/evaluation.h>
+
+#include <difusa/bake/cost.h>
+#include <difusa/core/error.h>
+#include <difusa/core/memory.h>
+#include <difusa/core/text.h>
+#include <difusa/mesh/nearest_surface.h>
+
+#include <cmath>
+
+namespace difusa {
+
+namespace {
+
+constexpr std::size_t bytes_of_triangle = 500; ///< of the output, with its share of vertices and arrays
+
+/// The centre of a triangle of the output; with the mean of its corners' normals.
+SurfacePoint centre_of(const BakeResult& result, std::size_t f) {
+    const Mesh& mesh = result.scene->mesh;
+    const Index face = result.mesh.face[f];
+    Vec3 position = Vec3::Zero(), normal = Vec3::Zero();
+    for (const Index v : result.mesh.triangles[f]) {
+        position += result.mesh.vertices[v].position / 3.0;
+        normal += result.mesh.vertices[v].normal;
+    }
+    const std::array<double, 3> weight =
+        nearest_on_triangle(position, mesh.corner(face, 0), mesh.corner(face, 1), mesh.corner(face, 2));
+    SurfacePoint centre = mesh.at(face, weight[1], weight[2]);
+    centre.normal = normal.norm() > 0.5 ? Vec3(normal.normalized()) : centre.normal;
+    return centre;
+}
+
+PointValues values_at(const BakeResult& result, const std::vector<SurfacePoint>& x, const std::string& purpose,
+                      const Execution& execution) {
+    PointValues values = result.field().at(x, result.options.final_gather, result.options.seed, purpose, execution);
+    execution.count("output rays", values.rays);
+    execution.count("output segments", values.segments);
+    execution.count("unobstructed points", values.clear);
+    return values;
+}
+
+/// One reflection leaves at most rho_max of the error; the noise of the rays comes on top. Returns the noise around
+/// each vertex, #V by 1, W/m².
+Values judge_gathered(BakeResult& result, const Execution& execution) {
+    const Values& noise = result.output.noise;
+    ErrorEstimate& error = *result.error;
+    const double rho = error.largest_reflectance;
+    // The difference of two halves may vanish by chance: the root mean square around a vertex does not.
+    ErrorEstimate measured;
+    measured.place = result.mesh.vertices;
+    for (Eigen::Index v = 0; v < noise.rows(); ++v) {
+        measured.squared.push_back(noise.row(v).squaredNorm());
+    }
+    Values around = spread_residual(measured, *result.system->discretisation().basis, result.mesh.vertices, execution);
+    error.noise = std::sqrt(noise.rowwise().squaredNorm().mean());
+    error.factor *= rho;
+    error.bound_rms = rho * error.bound_rms + error.noise;
+    error.bound_largest = rho * error.bound_largest + noise.rowwise().norm().maxCoeff();
+    return around;
+}
+
+void bound_error(BakeResult& result, const Execution& execution) {
+    const double bound = result.error->bound_largest; // of the field as its basis gives it, anywhere
+    const Values noise = result.options.final_gather > 0 ? judge_gathered(result, execution) : Values();
+    result.residual =
+        spread_residual(*result.error, *result.system->discretisation().basis, result.mesh.vertices, execution);
+    // What arrives may be wrong by the largest error anywhere, of which the point reflects rho; where rho is 0,
+    // nothing, even if there is no bound.
+    const Eigen::ArrayXd rho = result.output.rho.rowwise().maxCoeff().array();
+    const Eigen::ArrayXd reflected = (rho > 0.0).select(rho * bound, 0.0);
+    result.error_bound = (reflected + (result.options.final_gather == 0 ? result.residual : noise).array()).matrix();
+}
+
+/// The nearest surface points to a user's list of places.
+void evaluate_listed(BakeResult& result, const Execution& execution) {
+    const Mesh& mesh = result.scene->mesh;
+    const BakeOptions& options = result.options;
+    const NearestSurface surface(mesh.points, mesh.triangles);
+    std::size_t far = 0;
+    for (std::size_t i = 0; i < options.at.size(); ++i) {
+        const ListedPoint& wanted = options.at[i];
+        const Vec3& p = wanted.position;
+        // Without a normal, any: of a direction and its opposite every triangle faces one or the other.
+        NearestSurface::Place place;
+        for (const Vec3& n : wanted.normal ? std::vector<Vec3>{*wanted.normal}
+                                           : std::vector<Vec3>{Vec3(0.36, 0.48, 0.8), Vec3(-0.36, -0.48, -0.8)}) {
+            const NearestSurface::Place found = surface.nearest({p, n, p + n * options.spacing});
+            if (found.triangle != none && (place.triangle == none || found.distance < place.distance)) {
+                place = found;
+            }
+        }
+        if (place.triangle == none) {
+            throw InputError("--at: no surface faces the way of the normal of place " + std::to_string(i) +
+                             " (counting from 0): turn the normal, or leave it out");
+        }
+        result.listed.push_back(mesh.at(place.triangle, place.weight[1], place.weight[2]));
+        result.listed_distance.push_back(place.distance);
+        far += place.distance > options.spacing ? 1 : 0;
+    }
+    if (far > 0) {
+        execution.note(std::to_string(far) + " of the " + std::to_string(options.at.size()) +
+                       " places of --at are farther from the surface than the spacing of the sites: what is told is "
+                       "the light at the nearest surface point");
+    }
+    result.listed_values = values_at(result, result.listed, "listed", execution);
+}
+
+} // namespace
+
+void estimate_error_of(BakeResult& result, const Execution& execution) {
+    const std::size_t points = error_points(result.options, result.sites->size());
+    result.options.error_points = points;
+    if (points == 0) {
+        return;
+    }
+    execution.phase("estimate error");
+    result.error = estimate_error(result.field(), points, std::max<std::size_t>(1, result.options.rays / 2),
+                                  result.options.seed, execution);
+    if (!(result.error->largest_reflectance < 1.0)) {
+        execution.note("some surface absorbs nothing (reflectance 1): the residual is measured, but no bound of the "
+                       "error follows from it");
+    }
+}
+
+void evaluate_output(BakeResult& result, const Execution& execution) {
+    execution.phase("refine output");
+    const BakeOptions& options = result.options;
+    result.mesh = refine(result.scene->mesh, options.output_spacing, options.crease_angle,
+                         available_memory() / bytes_of_triangle, execution);
+    execution.phase("evaluate");
+    result.output = values_at(result, result.mesh.vertices, "output", execution);
+    if (result.error) {
+        bound_error(result, execution);
+    }
+    if (options.face_centres) {
+        std::vector<SurfacePoint> centres;
+        for (std::size_t f = 0; f < result.mesh.triangles.size(); ++f) {
+            centres.push_back(centre_of(result, f));
+        }
+        result.centres = values_at(result, centres, "centres", execution);
+    }
+    if (!options.at.empty()) {
+        evaluate_listed(result, execution);
+    }
+}
+
+void list_savings(const BakeResult& result, const Execution& execution) {
+    const Scene& scene = *result.scene;
+    const FieldParts& field = result.field().parts();
+    const auto points = static_cast<double>(result.system->discretisation().points.size());
+    const auto rays = static_cast<double>(result.system->transport().rays);
+    if (result.channels == 1) {
+        execution.save({"two of three channels", "all reflectances and lights are grey", "unknowns",
+                        2.0 * points * static_cast<double>(field.direct->sets().count())});
+    }
+    if (!field.direct->any()) {
+        execution.save({"direct light by shadow rays",
+                        scene.has_emitters() ? "there is no sun and no point light, and the faces that emit are too "
+                                               "large, or emit too unevenly, for area lights"
+                                             : "there is no sun, no point light and no area light",
+                        "rays", points});
+    }
+    if (field.bright && field.bright->bright_share() > BrightSurfels::broad) {
+        execution.save(
+            {"samples on bright surfaces",
+             text_of(100.0 * field.bright->bright_share()) + " % of the surface reflects most of the direct light",
+             "rays", 0.5 * rays});
+    }
+    if (!scene.has_sky()) {
+        execution.save({"sky", "it is dark", "values", points});
+    }
+    if (scene.mesh.convex && result.options.transport.rfind("pairwise", 0) == 0) {
+        execution.save(
+            {"shadow rays between sites", "the room is convex and empty", "rays", 0.5 * points * (points - 1.0)});
+    }
+    if (const std::size_t clear = execution.journal->count_of("unobstructed points"); clear > 0) {
+        execution.save({"shadow rays to area lights where nothing can come between", "all of the light is seen there",
+                        "rays", static_cast<double>(clear * field.shadow_rays_per_round)});
+    }
+}
+
+} // namespace difusa

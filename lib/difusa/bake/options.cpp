@@ -1,0 +1,80 @@
+#include <difusa/bake/options.h>
+
+#include <difusa/core/error.h>
+
+#include <cmath>
+
+namespace difusa {
+
+namespace {
+
+bool is_unit(const Vec3& v) {
+    return std::abs(v.norm() - 1.0) < 1e-6;
+}
+
+} // namespace
+
+bool is_light(const Rgb& c) {
+    return ((c >= 0.0) && (c < 1e300)).all(); // false for NaN
+}
+
+bool is_sound(const Sun& sun) {
+    return is_unit(sun.towards) && is_light(sun.irradiance);
+}
+
+bool is_sound(const PointLight& light) {
+    return light.position.allFinite() && is_unit(light.direction) && is_light(light.intensity) &&
+           light.cos_outer >= -1.0 && light.cos_outer <= light.cos_inner && light.cos_inner <= 1.0;
+}
+
+void check_options(const BakeOptions& options) {
+    const auto refuse = [](const std::string& option, const std::string& why) {
+        throw UsageError(option + ": " + why);
+    };
+    if (options.spacing < 0.0 || !std::isfinite(options.spacing)) {
+        refuse("--spacing", "must be a positive length");
+    }
+    if (options.spacing > 0.0 && options.sites > 0) {
+        refuse("--sites", "give either --spacing or --sites, not both");
+    }
+    if (options.neighbours < 1 || options.neighbours > 1000) {
+        refuse("--neighbours", "must be from 1 to 1000");
+    }
+    if (options.rays < 1 || options.rays > (std::size_t{1} << 24U)) {
+        refuse("--rays", "must be from 1 to 16777216");
+    }
+    if (options.error_points && *options.error_points != 0 &&
+        (*options.error_points < 16 || *options.error_points > (std::size_t{1} << 24U))) {
+        refuse("--error-points", "must be 0, for no estimate, or from 16 to 16777216");
+    }
+    if (options.final_gather > (std::size_t{1} << 24U)) {
+        refuse("--final-gather", "must be at most 16777216");
+    }
+    for (const Sun& sun : options.suns) {
+        if (!is_sound(sun)) {
+            refuse("--sun", "needs a direction, and an irradiance that is not negative");
+        }
+    }
+    for (const PointLight& light : options.point_lights) {
+        if (!is_sound(light)) {
+            refuse("--point-light", "needs a place, and an intensity that is not negative");
+        }
+    }
+    if (!(options.solve.tolerance > 0.0) || options.solve.tolerance >= 1.0) {
+        refuse("--tolerance", "must be above 0 and below 1");
+    }
+    if (options.solve.max_iterations < 0) {
+        refuse("--max-iterations", "must not be negative");
+    }
+    if (options.reflectance && !((*options.reflectance >= 0.0) && (*options.reflectance <= 1.0)).all()) {
+        refuse("--reflectance", "must be from 0 to 1");
+    }
+    if (options.sky && !is_light(*options.sky)) {
+        refuse("--sky", "must not be negative");
+    }
+    if (options.output_spacing < 0.0 || !std::isfinite(options.output_spacing)) {
+        refuse("--output-spacing", "must be a positive length");
+    }
+}
+
+} // namespace difusa

@@ -1,0 +1,68 @@
+// What a user may choose.
+#pragma once
+
+#include <difusa/algebra/solver.h>
+#include <difusa/scene/lights.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace difusa {
+
+/// A place where a user wants to know the light: the nearest point of the surface is evaluated.
+struct ListedPoint {
+    Vec3 position = Vec3::Zero();
+    std::optional<Vec3> normal; ///< only surface whose front turns from it by less than 90° counts; absent: all
+};
+
+/// What a user may choose. Plugins are named as on the command line, "name" or "name:parameter=value,...".
+struct BakeOptions {
+    std::string basis = "normalized-radial";
+    std::string sampler = "poisson-disk";
+    std::string transport = "gather"; ///< "gather", or "pairwise" with the parameter areas=integral|neighbours
+    std::string directions = "low-discrepancy";
+    std::string kernel;              ///< of pairwise transport; empty: "disc" there
+    std::string visibility = "auto"; ///< rays/visibility_choice.h
+    std::string solver = "krylov";
+    /// How coefficients follow from light (discretisation/projection.h); empty: the best for the basis.
+    std::string projection;
+    /// The light of suns, point lights and area lights: "exact", evaluated where it is wanted and after one reflection
+    /// on surfels, outside the linear system; or "interpolated", carried by the basis as in the dissertation.
+    std::string direct = "exact";
+
+    double spacing = 0.0;                    ///< unit of the scene; 0: from `sites`
+    std::size_t sites = 0;                   ///< wanted number; 0: 5000
+    int neighbours = 10;                     ///< m
+    std::size_t rays = 1024;                 ///< a site
+    SolveOptions solve;                      ///< tolerance, iterations
+    std::size_t final_gather = 0;            ///< rays from each output vertex; 0: the basis is evaluated
+    std::optional<std::size_t> error_points; ///< of the error estimate; 0: none; absent: #S / 8 in 128..4096
+    std::optional<Rgb> reflectance;          ///< of faces without a colour; absent: what the scene says, or else 0.5
+    std::optional<Rgb> sky; ///< irradiance of an unshaded surface, W/m²; absent: 1 if there is no other light, else 0
+    std::vector<Sun> suns;  ///< added to those of the scene
+    std::vector<PointLight> point_lights;     ///< likewise
+    bool light_groups = false;                ///< keep each group's contribution apart (scene/light_groups.h)
+    bool every_surface = false;               ///< sites also on surfaces that these lights do not reach, for a system
+                                              ///< that is to be lit otherwise
+    bool face_centres = false;                ///< evaluate at the centres of the output's triangles too
+    std::vector<ListedPoint> at;              ///< evaluate at these places too
+    double output_spacing = 0.0;              ///< longest edge of the output; 0: the site spacing
+    double crease_angle = 0.6981317007977318; ///< 40°: sharper edges are not shaded smoothly
+    std::uint64_t seed = 1;
+};
+
+/// Throws UsageError for a number out of its range or a light that is not sound.
+void check_options(const BakeOptions& options);
+
+/// True if it has a direction of unit length and an irradiance that is finite and not negative.
+bool is_sound(const Sun& sun);
+
+/// Likewise, with a cone that is not inside out.
+bool is_sound(const PointLight& light);
+
+/// True if it is finite and not negative.
+bool is_light(const Rgb& c);
+
+} // namespace difusa

@@ -1,0 +1,104 @@
+#include <difusa/bake/placing.h>
+
+#include <difusa/core/error.h>
+#include <difusa/core/memory.h>
+#include <difusa/core/text.h>
+#include <difusa/lighting/dark_regions.h>
+
+#include <algorithm>
+
+namespace difusa {
+
+namespace {
+
+constexpr std::size_t default_sites = 5000;
+constexpr std::size_t most_sites = std::size_t{1} << 30U;
+constexpr std::size_t bytes_of_site = 400; ///< while it is placed and bound
+
+/// The spacing for the wanted number of sites: those on dark surfaces will be left out.
+double spacing_for(const BakeResult& result, const Choices& choices, const LitSurface& lit, std::size_t limit,
+                   const Execution& execution) {
+    const Mesh& mesh = result.scene->mesh;
+    const std::size_t wanted = result.options.sites;
+    if (wanted > limit) {
+        throw ResourceError(std::to_string(wanted) + " sites are asked for, and memory is there for " +
+                            std::to_string(limit) + ": give fewer --sites");
+    }
+    constexpr double most = 50.0; // times the wanted number, on dark surfaces for the most part
+    const double more =
+        choices.sampler->needs_visibility() ? 1.0 : std::min(most, mesh.area / (mesh.area - lit.dark_area));
+    const double count = std::min(static_cast<double>(limit), more * static_cast<double>(wanted));
+    return spacing_for_count(*choices.sampler, mesh, choices.engine.get(), static_cast<std::size_t>(count),
+                             result.options.seed, execution);
+}
+
+} // namespace
+
+LitSurface lit_surface(const BakeResult& result, const DirectLight& lights, const Tracer& tracer,
+                       const Execution& execution) {
+    execution.phase("look for dark surfaces");
+    const Scene& scene = *result.scene;
+    const Mesh& mesh = scene.mesh;
+    LitSurface lit{dark_regions(scene, lights, tracer, result.options.seed, execution), 0.0};
+    std::size_t lost = 0; // triangles whose light goes nowhere
+    Index first_lost = none;
+    for (Index t = 0; t < mesh.triangles.size(); ++t) {
+        if (lit.dark[mesh.region[t]] == 0) {
+            continue;
+        }
+        lit.dark_area += mesh.areas[t];
+        if ((scene.materials[mesh.material[t]].emission > 0.0).any()) {
+            first_lost = lost++ == 0 ? t : first_lost;
+        }
+    }
+    const bool all_dark = std::find(lit.dark.begin(), lit.dark.end(), 0) == lit.dark.end();
+    if (lost > 0 && !all_dark) {
+        execution.note(std::to_string(lost) + " emitting triangles light nothing, the first of them of face " +
+                       std::to_string(mesh.original_face[first_lost]) + " (material " +
+                       scene.materials[mesh.material[first_lost]].name +
+                       "): their fronts face away from every surface; turn them over, or make the material "
+                       "double-sided");
+    }
+    if (all_dark || result.options.every_surface) {
+        lit.dark.assign(mesh.region_count, 0);
+        lit.dark_area = 0.0;
+    }
+    return lit;
+}
+
+std::shared_ptr<SiteSet> place_sites(BakeResult& result, const Choices& choices, const LitSurface& lit,
+                                     const Execution& execution) {
+    execution.phase("place sites");
+    const Mesh& mesh = result.scene->mesh;
+    BakeOptions& options = result.options;
+    const auto limit = std::min(most_sites, available_memory() / bytes_of_site);
+    if (options.spacing == 0.0) {
+        options.sites = options.sites == 0 ? default_sites : options.sites;
+        options.spacing = spacing_for(result, choices, lit, limit, execution);
+    }
+    std::vector<SurfacePoint> points = choices.sampler->sample(mesh, choices.engine.get(), options.spacing, limit,
+                                                               RandomStream(options.seed, "sites"), execution);
+    const std::size_t all = points.size();
+    std::erase_if(points, [&](const SurfacePoint& x) { return lit.dark[mesh.region[x.face]] != 0; });
+    if (points.empty()) {
+        throw InputError(result.file + ": the observer of the sampler " + options.sampler +
+                         " sees nothing but surface that no light reaches: turn it, or use --sampler poisson-disk");
+    }
+    if (points.size() < all) {
+        execution.save({"sites",
+                        text_of(100.0 * lit.dark_area / mesh.area) + " % of the surface sees nothing that "
+                                                                     "sends light",
+                        "sites", static_cast<double>(all - points.size())});
+    }
+    auto sites = std::make_shared<SiteSet>(
+        make_site_set(mesh, std::move(points), options.spacing, options.neighbours, execution));
+    if (lit.dark_area > 0.0) {
+        sites->dark = lit.dark;
+    }
+    if (options.output_spacing == 0.0) {
+        options.output_spacing = options.spacing;
+    }
+    return sites;
+}
+
+} // namespace difusa

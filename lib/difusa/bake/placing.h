@@ -1,0 +1,30 @@
+// Where the sites go.
+#pragma once
+
+#include <difusa/bake/choices.h>
+#include <difusa/bake/result.h>
+#include <difusa/lighting/direct_light.h>
+#include <difusa/rays/tracer.h>
+
+#include <memory>
+#include <vector>
+
+namespace difusa {
+
+/// Which regions of the surface the lights reach.
+struct LitSurface {
+    std::vector<char> dark; ///< #regions: 1 where no light comes; all 0 if none does anywhere, or sites are wanted
+                            ///< everywhere
+    double dark_area = 0.0;
+};
+
+/// Phase "look for dark surfaces". Notes emitters whose light goes nowhere.
+LitSurface lit_surface(const BakeResult& result, const DirectLight& lights, const Tracer& tracer,
+                       const Execution& execution);
+
+/// Sites on the lit surface, at BakeOptions::spacing, which is chosen for BakeOptions::sites if it is 0. Phase "place
+/// sites". Throws ResourceError, InputError.
+std::shared_ptr<SiteSet> place_sites(BakeResult& result, const Choices& choices, const LitSurface& lit,
+                                     const Execution& execution);
+
+} // namespace difusa

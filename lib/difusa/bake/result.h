@@ -1,0 +1,65 @@
+// Everything known about a finished bake.
+#pragma once
+
+#include <difusa/bake/options.h>
+#include <difusa/core/journal.h>
+#include <difusa/mesh/output_mesh.h>
+#include <difusa/radiosity/error_estimate.h>
+#include <difusa/radiosity/system.h>
+#include <difusa/repair/diagnosis.h>
+#include <difusa/scene/camera.h>
+#include <difusa/scene/scene.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace difusa {
+
+/// What a bake would take.
+struct BakeEstimate {
+    std::size_t rays = 0, segments = 0;
+    double transport_bytes = 0.0; ///< upper estimate
+    double seconds = 0.0;         ///< of the whole bake up to its field, from a sample of rays; 0 if not measured
+    std::size_t further_rays = 0; ///< those of the error estimate and of a final gather; 0 if not measured
+    double further_seconds = 0.0; ///< likewise, with their shadow rays
+};
+
+struct BakeResult {
+    Diagnosis diagnosis;
+    std::string file;
+    std::shared_ptr<Scene> scene;
+    std::shared_ptr<const SiteSet> sites;
+    BakeOptions options;                                      ///< with what was left open filled in
+    std::vector<std::pair<std::string, std::string>> plugins; ///< kind and choice with all parameters
+    bool dry_run = false;                                     ///< nothing below `estimate` is filled in
+    unsigned threads = 1;
+    std::optional<Camera> camera; ///< that of the scene's file
+    int channels = 3;             ///< 1 for a grey scene
+    Journal journal;              ///< times of the phases, notes, savings; counts "rays", "segments", "output rays",
+                                  ///< "output segments"
+
+    BakeEstimate estimate;
+    std::shared_ptr<const RadiositySystem> system; ///< what knows geometry alone; may be lit otherwise
+    Solution solution;
+    double constant_error = 0.0; ///< rms by which the basis misses the function 1 at random surface points
+    double mean_back = 0.0;      ///< share of the rays that met the back of a face
+    std::optional<ErrorEstimate> error;
+
+    OutputMesh mesh;
+    PointValues output;                  ///< at its vertices
+    std::optional<PointValues> centres;  ///< at the centres of its triangles
+    std::vector<SurfacePoint> listed;    ///< the surface points nearest to BakeOptions::at
+    std::vector<double> listed_distance; ///< from there to them
+    PointValues listed_values;
+    Values residual;    ///< #V by 1: rms of the residual around the vertex, W/m²; empty without an error estimate
+    Values error_bound; ///< #V by 1: estimated bound of the error of B there: residual + rho times the largest error
+                        ///< anywhere; of a gathered output noise + that; likewise
+
+    const Field& field() const { return *solution.field; }
+    bool has_groups() const { return options.light_groups; }
+};
+
+} // namespace difusa

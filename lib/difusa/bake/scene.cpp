@@ -1,0 +1,159 @@
+#include <difusa/bake/scene.h>
+
+#include <difusa/core/error.h>
+#include <difusa/core/text.h>
+#include <difusa/import/scene_file.h>
+#include <difusa/repair/diagnosis.h>
+#include <difusa/repair/texture_coordinates.h>
+
+#include <algorithm>
+
+namespace difusa {
+
+namespace {
+
+/// Refuses a scene made by a program that reading a file would not have let pass.
+void check_scene(const Scene& scene, const std::string& name) {
+    const auto refuse = [&](const std::string& why) { throw InputError(name + ": " + why); };
+    const Mesh& mesh = scene.mesh;
+    if (mesh.triangles.empty() || mesh.normals.size() != mesh.triangles.size() ||
+        mesh.material.size() != mesh.triangles.size()) {
+        refuse("the mesh is empty, not derived (Mesh::derive), or has no material for each triangle");
+    }
+    for (const Index material : mesh.material) {
+        if (material >= scene.materials.size()) {
+            refuse("a triangle has the material " + std::to_string(material) + " of " +
+                   std::to_string(scene.materials.size()));
+        }
+        if (is_textured(scene.materials[material]) && mesh.corner_texture.size() != mesh.triangles.size()) {
+            refuse("the material " + scene.materials[material].name +
+                   " has a texture, and the mesh no texture coordinates for each triangle");
+        }
+        if (scene.materials[material].vertex_colours && mesh.corner_reflectance.size() != mesh.triangles.size()) {
+            refuse("the material " + scene.materials[material].name +
+                   " is that of the vertices' colours, and the mesh has none for each triangle");
+        }
+    }
+    if (!is_light(scene.sky)) {
+        refuse("the sky's irradiance is negative or not finite");
+    }
+    for (const Material& material : scene.materials) {
+        if (!((material.reflectance >= 0.0) && (material.reflectance <= 1.0)).all() || !is_light(material.emission)) {
+            refuse("the material " + material.name +
+                   " has a reflectance outside [0,1], or an emission that is negative "
+                   "or not finite");
+        }
+        if (material.reflectance_texture &&
+            !(material.reflectance_texture->brightest() * material.reflectance <= 1.0).all()) {
+            refuse("the material " + material.name + " has a texture that makes its reflectance exceed 1");
+        }
+    }
+    for (const Sun& sun : scene.suns) {
+        if (!is_sound(sun)) {
+            refuse("a sun has a direction that is not of unit length, or an irradiance that is negative or not finite");
+        }
+    }
+    for (const PointLight& light : scene.point_lights) {
+        if (!is_sound(light)) {
+            refuse(
+                "a point light has a place that is not finite, an axis that is not of unit length, an intensity that "
+                "is negative or not finite, or an inner cone wider than the outer one");
+        }
+    }
+}
+
+std::string list(const Rgb& c) {
+    return text_of(c[0]) + "," + text_of(c[1]) + "," + text_of(c[2]);
+}
+
+/// Adds the lights of the options, and a sky if there would be no light at all.
+void add_lights(BakeResult& result, const Execution& execution) {
+    Scene& scene = *result.scene;
+    BakeOptions& options = result.options;
+    if (options.sky) { // in place of the scene's, with the suns taken out of that
+        std::erase_if(scene.suns, [](const Sun& sun) { return sun.of_sky; });
+    }
+    scene.suns.insert(scene.suns.end(), options.suns.begin(), options.suns.end());
+    scene.point_lights.insert(scene.point_lights.end(), options.point_lights.begin(), options.point_lights.end());
+    const bool sunny = std::any_of(scene.suns.begin(), scene.suns.end(),
+                                   [](const Sun& sun) { return (sun.irradiance > 0.0).any(); }) ||
+                       std::any_of(scene.point_lights.begin(), scene.point_lights.end(),
+                                   [](const PointLight& light) { return (light.intensity > 0.0).any(); });
+    if (options.sky) { // in place of the scene's
+        scene.sky = *options.sky;
+        scene.dome = nullptr;
+    } else if (!scene.has_emitters() && !sunny && !scene.has_sky()) {
+        scene.sky = Rgb::Ones();
+        execution.note("nothing emits light: a uniform sky of irradiance 1 W/m^2 is assumed (--sky)");
+    }
+    options.sky = scene.sky;
+    if (!scene.has_sky() && !scene.has_emitters() && !sunny) {
+        throw InputError(result.file + ": the scene has no light: give it a sky (--sky 1), a sun (--sun 0,0,1,1), "
+                                       "or some faces an emission (OBJ: Ke in the material)");
+    }
+    result.channels = scene.is_grey() ? 1 : 3;
+}
+
+/// Gives faces without a material the default one, or that of the colours in the file.
+void add_default_material(BakeResult& result, const PolygonSoup& soup, const Execution& execution) {
+    Scene& scene = *result.scene;
+    const auto number = static_cast<Index>(soup.materials.size());
+    if (std::find(scene.mesh.material.begin(), scene.mesh.material.end(), number) == scene.mesh.material.end()) {
+        return;
+    }
+    Material material;
+    material.name = soup.faces_are_painted() ? "vertex colours" : "default";
+    material.reflectance = result.options.reflectance.value_or(material.reflectance);
+    result.options.reflectance = material.reflectance;
+    material.vertex_colours = soup.faces_are_painted();
+    scene.materials.push_back(material);
+    if (!material.vertex_colours) {
+        execution.note("faces without a colour have the reflectance " + list(material.reflectance) +
+                       " (--reflectance)");
+    }
+}
+
+} // namespace
+
+void read_into(BakeResult& result, const Registry& registry, const std::filesystem::path& file,
+               const Execution& execution) {
+    execution.phase("read");
+    result.file = file.string();
+    const PolygonSoup soup = read_scene(registry, file);
+    execution.phase("diagnose");
+    DiagnosedMesh diagnosed = diagnose(soup);
+    result.diagnosis = std::move(diagnosed.diagnosis);
+    for (const std::string& what : soup.notes) {
+        execution.note(what);
+    }
+    for (const Finding& finding : result.diagnosis.findings) {
+        if (finding.repaired && execution.progress != nullptr) {
+            execution.progress->remark(finding.message());
+        }
+    }
+    result.scene = std::make_shared<Scene>();
+    Scene& scene = *result.scene;
+    scene.mesh = std::move(diagnosed.mesh);
+    scene.materials = soup.materials;
+    scene.suns = soup.lights.suns;
+    scene.point_lights = soup.lights.points;
+    scene.sky = soup.lights.sky.value_or(Rgb::Zero());
+    scene.dome = soup.lights.dome;
+    result.camera = soup.camera;
+    if (soup.default_reflectance && !result.options.reflectance) {
+        result.options.reflectance = soup.default_reflectance;
+    }
+    add_default_material(result, soup, execution);
+    add_lights(result, execution);
+}
+
+void adopt_into(BakeResult& result, Scene scene, const std::string& name, const Execution& execution) {
+    result.file = name;
+    result.diagnosis.file_faces = scene.mesh.triangles.size();
+    result.diagnosis.file_points = scene.mesh.points.size();
+    check_scene(scene, name);
+    result.scene = std::make_shared<Scene>(std::move(scene));
+    add_lights(result, execution);
+}
+
+} // namespace difusa

@@ -1,0 +1,58 @@
+// What a computation wrote down on its way: phases with their times, notes, savings and counts.
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace difusa {
+
+/// Something that the scene does not need and that was therefore not done.
+struct Saving {
+    std::string what;    ///< "shadow rays"
+    std::string because; ///< "the room is convex and empty"
+    std::string unit;    ///< "rays"
+    double amount = 0.0; ///< what it would have taken
+};
+
+/// Written by the thread that started the computation.
+class Journal {
+  public:
+    /// Ends the phase under way, if any, and begins one of that name.
+    void begin(std::string_view phase) {
+        end();
+        phase_ = phase;
+        began_ = std::chrono::steady_clock::now();
+    }
+    void end() {
+        if (!phase_.empty()) {
+            const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began_;
+            seconds_.emplace_back(phase_, took.count());
+            phase_.clear();
+        }
+    }
+    void note(std::string text) { notes_.push_back(std::move(text)); }
+    void save(Saving saving) { savings_.push_back(std::move(saving)); }
+    void count(const std::string& name, std::size_t amount) { counts_[name] += amount; }
+
+    const std::vector<std::pair<std::string, double>>& seconds() const { return seconds_; } ///< wall time, in order
+    const std::vector<std::string>& notes() const { return notes_; }
+    const std::vector<Saving>& savings() const { return savings_; }
+    std::size_t count_of(const std::string& name) const {
+        const auto found = counts_.find(name);
+        return found == counts_.end() ? 0 : found->second;
+    }
+
+  private:
+    std::string phase_;
+    std::chrono::steady_clock::time_point began_;
+    std::vector<std::pair<std::string, double>> seconds_;
+    std::vector<std::string> notes_;
+    std::vector<Saving> savings_;
+    std::map<std::string, std::size_t> counts_;
+};
+
+} // namespace difusa

@@ -1,0 +1,129 @@
+#include <difusa/discretisation/basis_averages.h>
+
+#include <difusa/algebra/transpose_sum.h>
+#include <difusa/core/error.h>
+#include <difusa/core/even_sequence.h>
+#include <difusa/core/parallel.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace difusa {
+
+namespace {
+
+constexpr double unit = 0x1p-28;
+constexpr std::size_t block = 1024;
+constexpr std::size_t points_of_cluster = 4;
+
+/// Points that stand for the surfel.
+void representatives(const Surfels& surfels, Index s, std::vector<Surfels::Piece>& pieces,
+                     std::vector<SurfacePoint>& points) {
+    points.clear();
+    points.push_back(surfels.centre(s, pieces));
+    if (pieces.size() == 1) {
+        return;
+    }
+    points.clear();
+    for (std::size_t i = 0; i < points_of_cluster; ++i) {
+        const double share = (static_cast<double>(i) + 0.5) / points_of_cluster;
+        points.push_back(surfels.point_on(pieces, share, fraction(0.5 + static_cast<double>(i) * even_steps<2>[0])));
+    }
+}
+
+} // namespace
+
+BasisAverages::BasisAverages(const Basis& basis, const Surfels& surfels, const Execution& execution)
+    : columns_(basis.size()), first_(surfels.size() + 1, 0) {
+    const std::size_t blocks = (surfels.size() + block - 1) / block;
+    std::vector<std::vector<Entry>> parts(blocks);
+    parallel_for(blocks, 1, execution, [&](std::size_t begin, std::size_t end, unsigned) {
+        std::vector<Surfels::Piece> pieces;
+        std::vector<SurfacePoint> points;
+        std::vector<BasisRow> rows;
+        std::vector<std::pair<Index, double>> sums;
+        for (std::size_t b = begin; b < end; ++b) {
+            for (std::size_t s = b * block; s < std::min((b + 1) * block, surfels.size()); ++s) {
+                representatives(surfels, static_cast<Index>(s), pieces, points);
+                rows.resize(points.size());
+                basis.evaluate(points, rows);
+                sums.clear();
+                for (std::size_t p = 0; p < points.size(); ++p) {
+                    for (std::size_t i = 0; i < rows[p].element.size(); ++i) {
+                        sums.emplace_back(rows[p].element[i], rows[p].weight[i] / static_cast<double>(points.size()));
+                    }
+                }
+                std::sort(sums.begin(), sums.end());
+                const std::size_t begin_of_row = parts[b].size();
+                double exact = 0.0;
+                std::int64_t sum = 0;
+                for (std::size_t i = 0; i < sums.size();) {
+                    const Index site = sums[i].first;
+                    double weight = 0.0;
+                    for (; i < sums.size() && sums[i].first == site; ++i) {
+                        weight += sums[i].second;
+                    }
+                    exact += weight;
+                    DIFUSA_REQUIRE(std::abs(weight) < 7.0, "a basis function of " + std::to_string(weight));
+                    const auto units = static_cast<std::int32_t>(std::lround(weight / unit));
+                    if (units != 0) {
+                        parts[b].push_back({site, units});
+                        sum += units;
+                    }
+                }
+                if (std::abs(exact - 1.0) < 1e-9 && parts[b].size() > begin_of_row) {
+                    // What rounding has taken or given goes to the largest weight.
+                    const auto largest =
+                        std::max_element(parts[b].begin() + static_cast<std::ptrdiff_t>(begin_of_row), parts[b].end(),
+                                         [](const Entry& x, const Entry& y) { return x.weight < y.weight; });
+                    largest->weight += static_cast<std::int32_t>((std::int64_t{1} << 28U) - sum);
+                }
+                first_[s + 1] = static_cast<std::uint32_t>(parts[b].size());
+            }
+        }
+    });
+    std::size_t total = 0;
+    for (std::size_t b = 0; b < blocks; ++b) {
+        for (std::size_t s = b * block; s < std::min((b + 1) * block, surfels.size()); ++s) {
+            first_[s + 1] += static_cast<std::uint32_t>(total);
+        }
+        total += parts[b].size();
+        DIFUSA_REQUIRE(total <= std::numeric_limits<std::uint32_t>::max());
+    }
+    entries_.reserve(total);
+    for (std::vector<Entry>& part : parts) {
+        entries_.insert(entries_.end(), part.begin(), part.end());
+        part = {};
+    }
+}
+
+void BasisAverages::apply(const Values& x, Values& y, const Execution& execution) const {
+    DIFUSA_REQUIRE(static_cast<std::size_t>(x.rows()) == columns_);
+    const Eigen::Index width = x.cols();
+    y.resize(static_cast<Eigen::Index>(rows()), width);
+    parallel_for(rows(), 1024, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
+        for (std::size_t s = begin; s < end; ++s) {
+            double* const out = y.data() + static_cast<Eigen::Index>(s) * width;
+            std::fill(out, out + width, 0.0);
+            for (std::size_t k = first_[s]; k < first_[s + 1]; ++k) {
+                const double weight = unit * entries_[k].weight;
+                const double* const source = x.data() + static_cast<Eigen::Index>(entries_[k].site) * width;
+                for (Eigen::Index c = 0; c < width; ++c) {
+                    out[c] += weight * source[c];
+                }
+            }
+        }
+    });
+}
+
+void BasisAverages::apply_transpose(const Values& x, Values& y, const Execution& execution) const {
+    DIFUSA_REQUIRE(static_cast<std::size_t>(x.rows()) == rows());
+    sum_transposed(rows(), columns_, x.cols(), y, execution, [&](std::size_t s, Values& sum) {
+        for (std::size_t k = first_[s]; k < first_[s + 1]; ++k) {
+            sum.row(entries_[k].site) += unit * entries_[k].weight * x.row(static_cast<Eigen::Index>(s));
+        }
+    });
+}
+
+} // namespace difusa

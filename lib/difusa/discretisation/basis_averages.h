@@ -1,0 +1,43 @@
+// The basis averaged over surfels: P_si = mean of phi_i over surfel s. It takes the coefficients of a function to its
+// means over the surfels.
+#pragma once
+
+#include <difusa/algebra/linear_operator.h>
+#include <difusa/discretisation/basis.h>
+#include <difusa/discretisation/surfels.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace difusa {
+
+/// #surfels by #S, kept in 8 bytes an entry: weights are multiples of 2^-28, and where a basis sums to one its rows do
+/// so exactly, so that constants come through without rounding. A surfel in one plane is represented by its centroid
+/// (exact for functions that are linear over it), one of many triangles by a few points of equal area.
+class BasisAverages final : public LinearOperator {
+  public:
+    BasisAverages(const Basis& basis, const Surfels& surfels, const Execution& execution);
+
+    std::size_t rows() const override { return first_.size() - 1; }
+    std::size_t columns() const override { return columns_; }
+
+    /// True if no basis function lives on the surfel.
+    bool is_empty(Index s) const { return first_[s] == first_[s + 1]; }
+
+    /// Bytes taken.
+    std::size_t bytes() const { return first_.size() * sizeof(std::uint32_t) + entries_.size() * sizeof(Entry); }
+
+    void apply(const Values& x, Values& y, const Execution& execution) const override;
+    void apply_transpose(const Values& x, Values& y, const Execution& execution) const override;
+
+  private:
+    struct Entry {
+        Index site;
+        std::int32_t weight; ///< in units of 2^-28
+    };
+    std::size_t columns_;
+    std::vector<std::uint32_t> first_; ///< #surfels + 1
+    std::vector<Entry> entries_;
+};
+
+} // namespace difusa

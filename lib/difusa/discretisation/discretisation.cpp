@@ -1,0 +1,59 @@
+#include <difusa/discretisation/discretisation.h>
+
+namespace difusa {
+
+namespace {
+
+/// A_i = sum over the surfels of A_s P_si.
+std::vector<double> integrate(const Surfels& surfels, const BasisAverages& averages, const Execution& execution) {
+    Values area(static_cast<Eigen::Index>(surfels.size()), 1), integrals;
+    for (Index s = 0; s < surfels.size(); ++s) {
+        area(s, 0) = surfels.area(s);
+    }
+    averages.apply_transpose(area, integrals, execution);
+    return {integrals.data(), integrals.data() + integrals.size()};
+}
+
+} // namespace
+
+std::vector<double> element_integrals(const Mesh& mesh, const Basis& basis, double spacing,
+                                      const Execution& execution) {
+    const Surfels surfels(mesh, Discretisation::surfel_edge(spacing), execution);
+    return integrate(surfels, BasisAverages(basis, surfels, execution), execution);
+}
+
+Discretisation discretise(const Mesh& mesh, std::shared_ptr<SiteSet> sites, std::shared_ptr<Basis> basis,
+                          const ProjectionChoice& projection, bool neighbour_areas, std::uint64_t seed,
+                          const Execution& execution) {
+    Discretisation result;
+    result.sites = sites;
+    result.basis = basis;
+    execution.phase("bind basis");
+    basis->bind(mesh, *sites);
+
+    execution.phase("divide surface");
+    result.surfels = std::make_shared<Surfels>(mesh, Discretisation::surfel_edge(sites->spacing), execution);
+    result.averages = std::make_shared<BasisAverages>(*basis, *result.surfels, execution);
+    result.integrals = integrate(*result.surfels, *result.averages, execution);
+    for (Index s = 0; s < result.surfels->size(); ++s) {
+        result.uncovered += result.averages->is_empty(s) ? result.surfels->area(s) : 0.0;
+    }
+    if (!neighbour_areas) {
+        sites->area = result.integrals;
+    }
+
+    execution.phase("project");
+    result.points = projection_points(projection, mesh, *sites, seed);
+    const auto project = [&](const ProjectionChoice& choice) {
+        return std::make_shared<Projection>(*basis, *sites, choice, result.points, result.integrals, execution);
+    };
+    ProjectionChoice equation = projection;
+    if (projection.kind == ProjectionKind::corrected && !projection.in_equation) {
+        equation.kind = ProjectionKind::natural;
+    }
+    result.projection = project(equation);
+    result.evaluation = equation.kind == projection.kind ? result.projection : project(projection);
+    return result;
+}
+
+} // namespace difusa

@@ -1,0 +1,23 @@
+// Where walls stand on the regions they part.
+#pragma once
+
+#include <difusa/core/progress.h>
+#include <difusa/mesh/mesh.h>
+
+#include <vector>
+
+namespace difusa {
+
+/// The segment along which a separator (separators.h) touches or crosses a triangle of the region that it parts.
+struct WallSection {
+    Index wall = none, triangle = none;
+    Vec3 from = Vec3::Zero(), to = Vec3::Zero();
+};
+
+/// How far from a plane coordinates count as lying in it: what single precision can tell.
+double wall_rounding(const Mesh& mesh);
+
+/// All of them, by region, wall and triangle.
+std::vector<WallSection> wall_sections(const Mesh& mesh, const Execution& execution);
+
+} // namespace difusa

@@ -1,0 +1,248 @@
+#include <difusa/import/gltf_materials.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace difusa {
+
+std::shared_ptr<const Image> GltfMaterials::image(const JsonValue& texture, PixelEncoding encoding) {
+    const JsonValue* source = texture.find("source");
+    if (source == nullptr) {
+        input_.note("textures of kinds that are not read (KTX2, WebP)", "export pictures in PNG or JPEG");
+        return nullptr;
+    }
+    const JsonValue& from = input_.file().entry("images", *source);
+    const auto key = std::pair(static_cast<std::size_t>(source->number), encoding);
+    if (const auto known = images_.find(key); known != images_.end()) {
+        return known->second;
+    }
+    const std::string name = input_.checks().file() + ", image " + std::to_string(key.first);
+    std::shared_ptr<const Image>& result = images_[key];
+    std::vector<std::string> notes;
+    if (const JsonValue* view = from.find("bufferView")) {
+        result = std::make_shared<const Image>(decode_image(input_.file().bytes(*view), name, encoding, notes));
+    } else {
+        const JsonValue& uri = input_.checks().required(from, "an image", "uri");
+        if (const std::optional<std::string> content = input_.file().embedded(uri)) {
+            result = std::make_shared<const Image>(decode_image(*content, name, encoding, notes));
+        } else if (const std::filesystem::path path = input_.file().beside(uri); !path.empty()) {
+            result = std::make_shared<const Image>(read_image(path, encoding, notes));
+        } else {
+            input_.note("pictures of textures that are not there",
+                        "factors alone count; put the pictures beside the file");
+        }
+    }
+    input_.soup().notes.insert(input_.soup().notes.end(), notes.begin(), notes.end());
+    return result;
+}
+
+Texture::Wrap GltfMaterials::wrap(std::size_t mode) {
+    return mode == 33071 ? Texture::Wrap::clamp : mode == 33648 ? Texture::Wrap::mirror : Texture::Wrap::repeat;
+}
+
+TexturePlacement GltfMaterials::placement(const JsonValue& transform) const {
+    const auto pair = [&](const char* name, double otherwise) {
+        const JsonValue* value = transform.find(name);
+        const std::vector<double> v =
+            value == nullptr ? std::vector<double>(2, otherwise) : input_.checks().numbers(*value, quoted(name), 2);
+        return Eigen::Vector2d(v[0], v[1]);
+    };
+    const Eigen::Vector2d offset = pair("offset", 0.0), scale = pair("scale", 1.0);
+    const double angle = input_.number(transform, "rotation", 0.0), c = std::cos(angle), s = std::sin(angle);
+    Eigen::Matrix2d linear; // with v downwards
+    linear << c * scale[0], s * scale[1], -s * scale[0], c * scale[1];
+    // v = 1 - w and v' = 1 - w'.
+    TexturePlacement result;
+    result << linear(0, 0), -linear(0, 1), offset[0] + linear(0, 1), //
+        -linear(1, 0), linear(1, 1), 1.0 - offset[1] - linear(1, 1);
+    return result;
+}
+
+GltfMaterials::Map GltfMaterials::map(const JsonValue& from) {
+    input_.checks().object(from, "a texture of a material");
+    const JsonValue& index = input_.checks().required(from, "a texture of a material", "index");
+    const JsonValue& texture = input_.file().entry("textures", index);
+    const JsonValue* set = from.find("texCoord");
+    TexturePlacement place = TexturePlacement::Identity();
+    if (const JsonValue* transform = input_.extension(from, "KHR_texture_transform")) {
+        place = placement(*transform);
+        set = transform->find("texCoord") != nullptr ? transform->find("texCoord") : set;
+    }
+    Map result{nullptr, set == nullptr ? 0 : input_.checks().whole(*set, quoted("texCoord"))};
+    const std::shared_ptr<const Image> picture = image(texture, PixelEncoding::srgb);
+    if (!picture) {
+        return result;
+    }
+    std::size_t modes[2] = {10497, 10497};
+    if (const JsonValue* sampler = texture.find("sampler")) {
+        const JsonValue& modes_from = input_.file().entry("samplers", *sampler);
+        modes[0] = static_cast<std::size_t>(input_.number(modes_from, "wrapS", 10497.0));
+        modes[1] = static_cast<std::size_t>(input_.number(modes_from, "wrapT", 10497.0));
+    }
+    std::vector<std::pair<TexturePlacement, std::shared_ptr<const Texture>>>& made =
+        textures_[static_cast<std::size_t>(index.number)];
+    for (const auto& [known, same] : made) {
+        if (known == place) {
+            result.texture = same;
+            return result;
+        }
+    }
+    result.texture = std::make_shared<const Texture>(picture, wrap(modes[0]), wrap(modes[1]), place);
+    made.emplace_back(place, result.texture);
+    return result;
+}
+
+std::shared_ptr<const Image> GltfMaterials::image_of(const JsonValue& from, PixelEncoding encoding) {
+    input_.checks().object(from, "a texture of a material");
+    return image(input_.file().entry("textures", input_.checks().required(from, "a texture of a material", "index")),
+                 encoding);
+}
+
+double GltfMaterials::metallic(const JsonValue& pbr, const std::string& name) {
+    double factor = std::clamp(input_.number(pbr, "metallicFactor", 1.0), 0.0, 1.0);
+    if (const JsonValue* from = pbr.find("metallicRoughnessTexture"); from != nullptr && factor > 0.0) {
+        if (const std::shared_ptr<const Image> picture = image_of(*from, PixelEncoding::linear)) {
+            double sum = 0.0;
+            for (const std::array<float, 3>& pixel : picture->pixels) {
+                sum += static_cast<double>(pixel[2]);
+            }
+            factor *= std::min(sum / static_cast<double>(picture->pixels.size()), 1.0);
+        }
+        input_.note("materials whose metal is painted by a texture", "its mean counts everywhere", name);
+    } else if (pbr.find("metallicFactor") == nullptr) {
+        input_.note("materials without \"metallicFactor\"",
+                    "glTF then means metal, which has no diffuse part and is black here; for paint export "
+                    "\"metallicFactor\": 0",
+                    name);
+        return 1.0;
+    }
+    note_mirror(factor, name);
+    return factor;
+}
+
+double GltfMaterials::specular(const JsonValue& gloss, const std::string& name) {
+    const Rgb factor = input_.vector(gloss, "specularFactor", Vec3::Ones()).array().max(0.0).min(1.0);
+    double largest = factor.maxCoeff();
+    if (const JsonValue* from = gloss.find("specularGlossinessTexture"); from != nullptr && largest > 0.0) {
+        if (const std::shared_ptr<const Image> picture = image_of(*from, PixelEncoding::srgb)) {
+            double sum = 0.0;
+            for (const std::array<float, 3>& pixel : picture->pixels) {
+                sum += (factor * Rgb(pixel[0], pixel[1], pixel[2])).maxCoeff();
+            }
+            largest = std::min(sum / static_cast<double>(picture->pixels.size()), 1.0);
+        }
+        input_.note("materials whose specular colour is painted by a texture", "its mean counts everywhere", name);
+    }
+    note_mirror(largest, name);
+    return largest;
+}
+
+void GltfMaterials::note_mirror(double share, const std::string& name) {
+    if (share == 1.0) {
+        input_.note("materials of metal", "they have no diffuse part and are black here; mirrors are not computed",
+                    name);
+    }
+}
+
+Rgb GltfMaterials::colour(const JsonValue& object, const char* member) const {
+    const JsonValue* factor = object.find(member);
+    const std::vector<double> c =
+        factor == nullptr ? std::vector<double>(4, 1.0) : input_.checks().numbers(*factor, quoted(member), 4);
+    return {c[0], c[1], c[2]};
+}
+
+GltfMaterials::Surface GltfMaterials::surface(const JsonValue& from, std::size_t index) {
+    Surface result;
+    Material& material = result.material;
+    material.name = input_.text(from, "name", "");
+    material.name = material.name.empty() ? "material " + std::to_string(index) : material.name;
+    const std::string name = quoted(std::string_view(material.name));
+    const JsonValue nothing;
+    const JsonValue* given = from.find("pbrMetallicRoughness");
+    const JsonValue& pbr = given == nullptr ? nothing : *given;
+    const JsonValue* gloss = input_.extension(from, "KHR_materials_pbrSpecularGlossiness");
+    const JsonValue* base_texture = nullptr;
+    if (input_.extension(from, "KHR_materials_unlit") != nullptr) {
+        material.reflectance = colour(pbr, "baseColorFactor");
+        base_texture = pbr.find("baseColorTexture");
+        input_.note("unlit materials", "what they show counts as reflectance: light is computed here", name);
+    } else if (gloss != nullptr) {
+        material.reflectance = colour(*gloss, "diffuseFactor") * (1.0 - specular(*gloss, name));
+        base_texture = gloss->find("diffuseTexture");
+    } else {
+        material.reflectance = colour(pbr, "baseColorFactor") * (1.0 - metallic(pbr, name));
+        base_texture = pbr.find("baseColorTexture");
+    }
+    Map base_map, emission_map;
+    if (base_texture != nullptr) {
+        base_map = map(*base_texture);
+        material.reflectance_texture = base_map.texture;
+    }
+    const JsonValue* strength = input_.extension(from, "KHR_materials_emissive_strength");
+    const double luminance = strength == nullptr ? 1.0 : input_.number(*strength, "emissiveStrength", 1.0);
+    material.emission = input_.vector(from, "emissiveFactor", Vec3::Zero()).array() *
+                        (luminance * std::numbers::pi / gltf_lumens_per_watt);
+    if (const JsonValue* texture = from.find("emissiveTexture")) {
+        emission_map = map(*texture);
+        material.emission_texture = emission_map.texture;
+    }
+    result.texture_set = base_map.texture ? base_map.set : emission_map.set;
+    if (base_map.texture && emission_map.texture && base_map.set != emission_map.set) {
+        input_.note("materials whose textures use different coordinates", "the mean of the emission's counts", name);
+        material.emission *= emission_map.texture->mean();
+        material.emission_texture = nullptr;
+    }
+    if (const JsonValue* both = from.find("doubleSided")) {
+        material.double_sided = input_.checks().truth(*both, quoted("doubleSided"));
+    }
+    if (input_.text(from, "alphaMode", "OPAQUE") != "OPAQUE") {
+        input_.note("materials that are not opaque", "transparency is not read, every face is opaque", name);
+    }
+    if (from.find("normalTexture") != nullptr) {
+        input_.note("materials with normal textures", "they are not read: the shape is that of the triangles", name);
+    }
+    if (from.find("occlusionTexture") != nullptr) {
+        input_.note("materials with occlusion textures", "they are not read: shade is computed", name);
+    }
+    if (const JsonValue* extensions = from.find("extensions")) {
+        input_.checks().object(*extensions, quoted("extensions"));
+        for (const std::string& each : extensions->names) {
+            if (!is_known_gltf_extension(each)) {
+                input_.note("materials with " + each, "it is not read, the rest of them counts", name);
+            }
+        }
+    }
+    return result;
+}
+
+const GltfMaterials::Surface& GltfMaterials::surface(const JsonValue& index) {
+    const JsonValue& from = input_.file().entry("materials", index);
+    const auto number_of = static_cast<std::size_t>(index.number);
+    const auto known = surfaces_.find(number_of);
+    return known != surfaces_.end() ? known->second
+                                    : surfaces_.emplace(number_of, surface(from, number_of)).first->second;
+}
+
+Index GltfMaterials::material(const JsonValue* index, bool painted) {
+    if (index == nullptr && !painted) {
+        return none;
+    }
+    const std::size_t of_file =
+        index == nullptr ? static_cast<std::size_t>(none) : static_cast<std::size_t>(index->number);
+    const auto [place, is_new] =
+        numbers_.try_emplace({of_file, painted}, static_cast<Index>(input_.soup().materials.size()));
+    if (is_new) {
+        Material made;
+        made.name = "vertex colours";
+        if (index != nullptr) {
+            made = surface(*index).material;
+        }
+        made.vertex_colours = painted;
+        input_.soup().materials.push_back(std::move(made));
+    }
+    return place->second;
+}
+
+} // namespace difusa

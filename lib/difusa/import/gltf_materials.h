@@ -1,0 +1,62 @@
+// Materials of glTF files, with their textures.
+#pragma once
+
+#include <difusa/import/gltf_input.h>
+#include <difusa/import/image_file.h>
+
+#include <map>
+#include <memory>
+#include <utility>
+
+namespace difusa {
+
+class GltfMaterials {
+  public:
+    struct Surface {
+        Material material;
+        std::size_t texture_set = 0;
+    };
+
+    /// `input` must outlive the object.
+    explicit GltfMaterials(GltfInput& input) : input_(input) {}
+
+    /// Material `index` of the file, read once.
+    const Surface& surface(const JsonValue& index);
+
+    /// The number in the soup of a material of the file (or of none), with the colours of vertices or without.
+    Index material(const JsonValue* index, bool painted);
+
+  private:
+    /// A picture on a material, and which of a vertex' coordinates place it.
+    struct Map {
+        std::shared_ptr<const Texture> texture;
+        std::size_t set = 0;
+    };
+    /// Decoded once. Null, with a note, for a picture that is not there or not of a kind that glTF has by itself.
+    std::shared_ptr<const Image> image(const JsonValue& texture, PixelEncoding encoding);
+    static Texture::Wrap wrap(std::size_t mode);
+    /// KHR_texture_transform, with v upwards as textures have it here: u' = offset + R scale u, where R turns
+    /// counterclockwise on the picture.
+    TexturePlacement placement(const JsonValue& transform) const;
+    /// A "textureInfo" of the file.
+    Map map(const JsonValue& from);
+    /// The image of a "textureInfo"; null as in image().
+    std::shared_ptr<const Image> image_of(const JsonValue& from, PixelEncoding encoding);
+    /// Metals have no diffuse part. Of a texture its mean counts.
+    double metallic(const JsonValue& pbr, const std::string& name);
+    /// The part that KHR_materials_pbrSpecularGlossiness mirrors, which is not diffuse: the largest channel of the
+    /// specular colour. Of a texture its mean counts.
+    double specular(const JsonValue& gloss, const std::string& name);
+    void note_mirror(double share, const std::string& name);
+    /// Four numbers, of which the last, opacity, does not count.
+    Rgb colour(const JsonValue& object, const char* member) const;
+    Surface surface(const JsonValue& from, std::size_t index);
+
+    GltfInput& input_;
+    std::map<std::pair<std::size_t, PixelEncoding>, std::shared_ptr<const Image>> images_;
+    std::map<std::size_t, std::vector<std::pair<TexturePlacement, std::shared_ptr<const Texture>>>> textures_;
+    std::map<std::size_t, Surface> surfaces_;
+    std::map<std::pair<std::size_t, bool>, Index> numbers_; ///< of materials in the soup
+};
+
+} // namespace difusa

@@ -1,0 +1,308 @@
+#include <difusa/lighting/area_lights.h>
+
+#include <difusa/core/even_sequence.h>
+#include <difusa/lighting/lambert.h>
+#include <difusa/mesh/surface_sampling.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+namespace difusa {
+
+namespace {
+
+constexpr double largest_share = 0.1;
+constexpr double contrast = 4.0;
+
+/// AreaLights up to so many are all evaluated; more of them stand for each other where they are seen under this angle.
+constexpr std::size_t few = 32;
+constexpr double opening = 0.15;
+
+/// Up to so many lamps the one for a single ray is chosen by form factors.
+constexpr std::size_t few_chosen = 4;
+
+/// Places on a lamp of which one is chosen for a single ray.
+constexpr std::size_t candidates = 4;
+
+/// Up to so many lamps it is asked whether anything can hide them; for more of them that costs more than rays.
+constexpr std::size_t few_shafts = 8;
+
+} // namespace
+
+std::vector<char> area_light_materials(const Scene& scene) {
+    const std::vector<char> emits = emitting_materials(scene);
+    std::vector<double> area(scene.materials.size(), 0.0);
+    for (Index t = 0; t < scene.mesh.triangles.size(); ++t) {
+        area[scene.mesh.material[t]] += scene.mesh.areas[t];
+    }
+    std::vector<std::size_t> even;
+    for (std::size_t m = 0; m < scene.materials.size(); ++m) {
+        if (emits[m] != 0 && area[m] > 0.0 && !scene.materials[m].emits_unevenly()) {
+            even.push_back(m);
+        }
+    }
+    std::stable_sort(even.begin(), even.end(), [&](std::size_t a, std::size_t b) { return area[a] < area[b]; });
+    std::vector<char> lamps(scene.materials.size(), 0);
+    double small = 0.0;
+    for (const std::size_t m : even) {
+        small += area[m];
+        lamps[m] = small <= largest_share * scene.mesh.area ? 1 : 0;
+    }
+    const auto brightness = [&](std::size_t m) {
+        const Material& material = scene.materials[m];
+        const Rgb factor = material.emission_texture ? material.emission_texture->mean() : Rgb(Rgb::Ones());
+        return (factor * material.emission).mean();
+    };
+    double rest = 0.0, light = 0.0;
+    for (std::size_t m = 0; m < lamps.size(); ++m) {
+        rest += lamps[m] != 0 ? 0.0 : area[m];
+        light += lamps[m] != 0 ? 0.0 : area[m] * brightness(m);
+    }
+    for (std::size_t m = 0; m < lamps.size(); ++m) {
+        lamps[m] = lamps[m] != 0 && brightness(m) * rest > contrast * light ? 1 : 0;
+    }
+    return lamps;
+}
+
+AreaLights::AreaLights(const Scene& scene, std::vector<Index> triangles, const Tracer& tracer,
+                       std::shared_ptr<const Shafts> shafts)
+    : scene_(scene), tracer_(tracer), triangles_(std::move(triangles)), shafts_(std::move(shafts)) {
+    if (triangles_.empty()) {
+        return;
+    }
+    std::vector<double> power;
+    power.reserve(triangles_.size());
+    for (const Index t : triangles_) {
+        power.push_back(scene.mesh.areas[t] * emission(t).mean());
+    }
+    tree_.emplace(scene.mesh, triangles_, power);
+}
+
+/// 0 where it is no more than the rounding of the angles it is a sum of.
+double AreaLights::form_factor(const SurfacePoint& x, Index t) const {
+    if (t == x.face) {
+        return 0.0;
+    }
+    const Mesh& mesh = scene_.mesh;
+    const double F = lambert_form_factor(x.position, x.normal, mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2));
+    return F > 0x1p-48 ? F : 0.0;
+}
+
+/// The lamps that send light to x as if nothing blocked, each with what it stands for.
+void AreaLights::collect(const SurfacePoint& x, RandomStream& stream, Worker& worker) const {
+    worker.parts.clear();
+    worker.shares.clear();
+    double mean = 0.0;
+    const auto add = [&](Index triangle, double weight) {
+        const double F = form_factor(x, triangle);
+        if (F > 0.0) {
+            mean += weight * F * emission(triangle).mean();
+            const Index material = scene_.mesh.material[triangle];
+            const auto known = std::find_if(worker.shares.begin(), worker.shares.end(),
+                                            [&](const Worker::Share& share) { return share.material == material; });
+            const auto share = static_cast<std::size_t>(known - worker.shares.begin());
+            if (known == worker.shares.end()) {
+                worker.shares.push_back({material});
+            }
+            worker.shares[share].unblocked += weight * F * emission(triangle);
+            worker.parts.push_back({triangle, F, weight, mean, share});
+        }
+    };
+    if (triangles_.size() <= few) {
+        for (const Index triangle : triangles_) {
+            add(triangle, 1.0);
+        }
+        return;
+    }
+    tree_->cut(x.position, x.normal, opening, worker.nodes);
+    for (const Index node : worker.nodes) {
+        if (const auto pick = tree_->pick(node, x.position, x.normal, stream.uniform())) {
+            add(triangles_[pick->light], 1.0 / pick->probability);
+        }
+    }
+}
+
+bool AreaLights::may_be_hidden(const SurfacePoint& x, const Worker& worker) const {
+    if (!shafts_) {
+        return false;
+    }
+    return worker.parts.size() > few_shafts ||
+           std::any_of(worker.parts.begin(), worker.parts.end(),
+                       [&](const Worker::Part& part) { return shafts_->may_be_blocked(x, part.triangle); });
+}
+
+/// Sample s goes to the light that holds the share (s + shift) / samples of the irradiance, to an even place on it.
+/// Returns the share of the light that got through.
+double AreaLights::cast_round(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker) const {
+    worker.segments.clear();
+    worker.light.clear();
+    worker.owner.clear();
+    const double whole = worker.parts.back().mean_below;
+    const double shift = stream.uniform();
+    const std::array<double, 2> place_shift{stream.uniform(), stream.uniform()};
+    auto part = worker.parts.begin();
+    for (std::size_t s = 0; s < samples; ++s) {
+        const double share = whole * (static_cast<double>(s) + shift) / static_cast<double>(samples);
+        while (part + 1 != worker.parts.end() && part->mean_below <= share) {
+            ++part;
+        }
+        const auto [u, v] = even_point<2>(s, place_shift);
+        const SurfacePoint y = uniform_point(scene_.mesh, part->triangle, u, v);
+        const Vec3 way = y.position - x.position;
+        const double cosine = x.normal.dot(way), cosines = cosine * -y.normal.dot(way);
+        const double r2 = way.squaredNorm();
+        if (cosine > 0.0 && cosines > 0.0) {
+            // Lights are chosen by their mean irradiance, places on them by area; the kernel varies over the light.
+            const double kernel = cosines / (r2 * r2) * scene_.mesh.areas[y.face] / part->form_factor;
+            worker.segments.push_back({x.position, y.position, x.face, y.face});
+            worker.light.emplace_back(kernel / emission(y.face).mean() * emission(y.face));
+            worker.owner.push_back(part->share);
+        }
+    }
+    worker.blocked.resize(worker.segments.size());
+    worker.cast += tracer_.occluded(worker.segments, worker.blocked);
+    double all = 0.0, seen = 0.0;
+    for (std::size_t s = 0; s < worker.segments.size(); ++s) {
+        Worker::Share& share = worker.shares[worker.owner[s]];
+        share.sampled += worker.light[s];
+        all += worker.light[s].sum();
+        if (worker.blocked[s] == 0) {
+            share.seen += worker.light[s];
+            seen += worker.light[s].sum();
+        }
+    }
+    return all > 0.0 ? seen / all : 1.0;
+}
+
+void AreaLights::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
+                            std::span<const Index> set_of, std::span<Rgb> H) const {
+    if (triangles_.empty()) {
+        return;
+    }
+    collect(x, stream, worker);
+    if (worker.parts.empty()) {
+        return;
+    }
+    const SurfacePoint from = inset(scene_.mesh, x);
+    if (!may_be_hidden(from, worker)) {
+        ++worker.clear;
+        for (const Worker::Share& share : worker.shares) {
+            H[set_of[share.material]] += share.unblocked;
+        }
+        return;
+    }
+    double sum = 0.0, squares = 0.0;
+    for (int round = 1; round <= static_cast<int>(most_rounds); ++round) {
+        const double share = cast_round(from, samples, stream, worker);
+        sum += share;
+        squares += share * share;
+        const double n = round;
+        if (round > 1 && (squares - sum * sum / n) / (n * (n - 1.0)) <= settled * settled) {
+            break;
+        }
+    }
+    Rgb seen = Rgb::Zero(), sampled = Rgb::Zero();
+    for (const Worker::Share& share : worker.shares) {
+        seen += share.seen;
+        sampled += share.sampled;
+    }
+    constexpr double least = std::numeric_limits<double>::min();
+    // Grazing: every sample may have fallen below the horizon. A material without a sample of its own is seen as all
+    // others are.
+    const Rgb mean = (sampled > 0.0).select(seen / sampled.max(least), Rgb::Ones());
+    for (const Worker::Share& share : worker.shares) {
+        H[set_of[share.material]] +=
+            share.unblocked * (share.sampled > 0.0).select(share.seen / share.sampled.max(least), mean);
+    }
+}
+
+/// One lamp for x, with what it sends there as if nothing blocked over the probability of choosing it. Few lamps are
+/// chosen by just that, so that the choice adds no noise; more of them by the tree.
+AreaLights::Choice AreaLights::choose(const SurfacePoint& x, double u, Worker& worker) const {
+    if (triangles_.size() > few_chosen) {
+        const auto pick = tree_->pick(LightTree::root, x.position, x.normal, u);
+        if (!pick) {
+            return {};
+        }
+        const Index triangle = triangles_[pick->light];
+        return {triangle, 1.0 / pick->probability, form_factor(x, triangle)};
+    }
+    worker.parts.clear();
+    double mean = 0.0;
+    for (const Index triangle : triangles_) {
+        const double F = form_factor(x, triangle);
+        if (F > 0.0) {
+            const double own = F * emission(triangle).mean();
+            mean += own;
+            worker.parts.push_back({triangle, F, 0.0, mean, 0});
+        }
+    }
+    double before = 0.0;
+    for (const Worker::Part& part : worker.parts) {
+        if (u * mean < part.mean_below || &part == &worker.parts.back()) {
+            return {part.triangle, mean / (part.mean_below - before), part.form_factor};
+        }
+        before = part.mean_below;
+    }
+    return {};
+}
+
+AreaLights::Sample AreaLights::sample(const SurfacePoint& x, const std::array<double, 4>& u, Worker& worker) const {
+    const Choice choice = choose(x, u[0], worker);
+    if (choice.triangle == none || !(choice.form_factor > 0.0)) {
+        return {};
+    }
+    if (shafts_) {
+        const SurfacePoint from = inset(scene_.mesh, x);
+        const Vec3 to = place_on(from, choice.triangle, {u[1], u[2], u[3]});
+        const Segment segment{from.position, to, from.face, choice.triangle};
+        std::uint8_t blocked = 0;
+        worker.cast += tracer_.occluded({&segment, 1}, {&blocked, 1});
+        if (blocked != 0) {
+            return {};
+        }
+    }
+    return {scene_.mesh.material[choice.triangle], choice.weight * choice.form_factor * emission(choice.triangle)};
+}
+
+/// A place on the triangle: of some spread over it one in proportion to what it sends to x, so that being seen or not
+/// counts for as much as it should. Where all of them are below the horizon, one that a few steps to the highest corner
+/// lift above it.
+Vec3 AreaLights::place_on(const SurfacePoint& x, Index triangle, const std::array<double, 3>& u) const {
+    const Mesh& mesh = scene_.mesh;
+    std::array<Vec3, candidates> place;
+    std::array<double, candidates> below{};
+    double sum = 0.0;
+    for (std::size_t i = 0; i < candidates; ++i) {
+        const auto [place_u, place_v] = even_point<2>(i, {u[0], u[1]});
+        place[i] = uniform_point(mesh, triangle, place_u, place_v).position;
+        const Vec3 way = place[i] - x.position;
+        const double r2 = way.squaredNorm();
+        sum += std::max(0.0, x.normal.dot(way)) * std::max(0.0, -mesh.normals[triangle].dot(way)) / (r2 * r2);
+        below[i] = sum;
+    }
+    const double wanted = u[2] * sum;
+    for (std::size_t i = 0; i < candidates; ++i) {
+        if (wanted < below[i]) {
+            return place[i];
+        }
+    }
+    Index top = 0;
+    double highest = -std::numeric_limits<double>::infinity();
+    for (Index k = 0; k < 3; ++k) {
+        const double height = x.normal.dot(mesh.corner(triangle, static_cast<int>(k)) - x.position);
+        if (height > highest) {
+            highest = height;
+            top = k;
+        }
+    }
+    Vec3 at = place[0];
+    for (int step = 0; step < 8 && !(x.normal.dot(at - x.position) > 0.0); ++step) {
+        at = 0.5 * (at + mesh.corner(triangle, static_cast<int>(top)));
+    }
+    return at;
+}
+
+} // namespace difusa

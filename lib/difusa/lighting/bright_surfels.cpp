@@ -1,0 +1,189 @@
+#include <difusa/lighting/bright_surfels.h>
+
+#include <difusa/core/even_sequence.h>
+#include <difusa/mesh/surface_sampling.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace difusa {
+
+namespace {
+
+/// Surfels whose centre is nearer than so many of their edges are left to the rays: within them the kernel varies too
+/// much for the density at the centre to stand for it.
+constexpr double near = 4.0;
+
+bool is_dark(const Rgb& light) {
+    return !(light > 0.0).any();
+}
+
+} // namespace
+
+BrightSurfels::BrightSurfels(const Scene& scene, const Tracer& tracer, const Surfels& surfels,
+                             const DirectLight& sources, const SurfelLight& light)
+    : scene_(scene), tracer_(tracer), surfels_(surfels), sources_(sources) {
+    const Values first_bounce = light.first_bounce();
+    std::vector<double> below(surfels.size() + 1, 0.0);
+    double squares = 0.0;
+    for (std::size_t s = 0; s < surfels.size(); ++s) {
+        const double area = surfels.area(static_cast<Index>(s));
+        const double q = area * first_bounce.row(static_cast<Eigen::Index>(s)).sum();
+        below[s + 1] = below[s] + q;
+        squares += area > 0.0 ? q * q / area : 0.0;
+    }
+    if (!(below.back() > 0.0)) {
+        return;
+    }
+    bright_share_ = below.back() * below.back() / (squares * scene.mesh.area);
+    if (bright_share_ > broad) {
+        return;
+    }
+    below_ = std::move(below);
+    centre_.assign(surfels.size(), none);
+    std::vector<Surfels::Piece> pieces;
+    for (Index s = 0; s < surfels.size(); ++s) {
+        if (below_[s + 1] > below_[s]) {
+            const SurfacePoint centre = surfels.centre(s, pieces);
+            centre_[s] = static_cast<Index>(centres_.size());
+            centres_.emplace_back(centre.position, centre.normal);
+        }
+    }
+}
+
+/// Probability density, by area, with which a point on the surfel is drawn.
+double BrightSurfels::density(Index s) const {
+    const double area = surfels_.area(s);
+    return area > 0.0 ? (below_[s + 1] - below_[s]) / below_.back() / area : 0.0;
+}
+
+/// Probability density, by area, with which a ray from x goes towards y: cosine over pi by solid angle, the directions
+/// below the plane of the face mirrored to above it (Hemisphere::look). It is also the kernel of irradiance.
+double BrightSurfels::ray_density(const SurfacePoint& x, const Vec3& y, const Vec3& n_y) const {
+    const Vec3 way = y - x.position;
+    const Vec3& n = scene_.mesh.normals[x.face];
+    const double r2 = way.squaredNorm(), up = n.dot(way), at_y = -n_y.dot(way);
+    if (!(up > 0.0) || !(at_y > 0.0)) {
+        return 0.0;
+    }
+    const double at_x = std::max(0.0, x.normal.dot(way)) + std::max(0.0, x.normal.dot(way - 2.0 * up * n));
+    return at_x * at_y / (std::numbers::pi * r2 * r2);
+}
+
+/// Points on bright surfels that x, where rays start, sees.
+void BrightSurfels::draw(const SurfacePoint& x, std::size_t count, RandomStream& stream, Worker& worker) const {
+    worker.places.clear();
+    worker.surfel.clear();
+    worker.segments.clear();
+    const double along = stream.uniform();
+    const std::array<double, 2> shift{stream.uniform(), stream.uniform()};
+    auto after = below_.begin();
+    Index at_hand = none;
+    for (std::size_t k = 0; k < count; ++k) {
+        const double light = (static_cast<double>(k) + along) / static_cast<double>(count) * below_.back();
+        after = std::upper_bound(after, below_.end() - 1, light);
+        const auto s = static_cast<Index>(std::distance(below_.begin(), after) - 1);
+        if (s != at_hand) {
+            surfels_.pieces(s, worker.pieces);
+            at_hand = s;
+        }
+        const auto [u, v] = even_point<2>(k, shift);
+        const SurfacePoint y = surfels_.point_on(worker.pieces, u, v);
+        if (ray_density(x, y.position, y.normal) > 0.0) {
+            worker.places.push_back(y);
+            worker.surfel.push_back(s);
+            worker.segments.push_back({x.position, y.position, x.face, y.face});
+        }
+    }
+    worker.blocked.resize(worker.places.size());
+    worker.light.cast += tracer_.occluded_between(worker.segments, worker.blocked);
+    std::size_t seen = 0;
+    for (std::size_t k = 0; k < worker.places.size(); ++k) {
+        if (worker.blocked[k] == 0) {
+            worker.places[seen] = worker.places[k];
+            worker.surfel[seen++] = worker.surfel[k];
+        }
+    }
+    worker.places.resize(seen);
+    worker.surfel.resize(seen);
+}
+
+Eigen::RowVectorXd BrightSurfels::gather(const SurfacePoint& x, std::span<const Index> hit,
+                                         std::span<const double> weight, std::size_t rays, const Values& first_bounce,
+                                         RandomStream& stream, Worker& worker) const {
+    Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(first_bounce.cols());
+    const SurfacePoint from = inset(scene_.mesh, x); // where the rays started
+    const std::size_t count = places(rays);
+    const auto by_rays = static_cast<double>(rays), by_places = static_cast<double>(count);
+    const double reach = near * surfels_.edge();
+    // Of the samples that land on a surfel, the density of both kinds together, as far as its centre tells; 0 for near
+    // surfels, which are left to the rays.
+    const auto density_of_both = [&](Index s, double& of_rays) {
+        const auto& [centre, normal] = centres_[centre_[s]];
+        of_rays = by_rays * ray_density(from, centre, normal);
+        return (centre - from.position).squaredNorm() < reach * reach ? 0.0 : of_rays + by_places * density(s);
+    };
+    for (std::size_t k = 0; k < hit.size(); ++k) {
+        const Index s = hit[k];
+        if (s >= centre_.size() || centre_[s] == none) {
+            continue;
+        }
+        double of_rays = 0.0;
+        const double both = density_of_both(s, of_rays);
+        sum += (both > 0.0 ? of_rays / both : 1.0) * weight[k] * first_bounce.row(s);
+    }
+    draw(from, count, stream, worker);
+    for (std::size_t k = 0; k < worker.places.size(); ++k) {
+        double of_rays = 0.0;
+        const double both = density_of_both(worker.surfel[k], of_rays);
+        if (both > 0.0) {
+            const SurfacePoint& y = worker.places[k];
+            sum += ray_density(from, y.position, y.normal) / both * first_bounce.row(worker.surfel[k]);
+        }
+    }
+    return sum;
+}
+
+void BrightSurfels::gather_exactly(const SurfacePoint& x, std::span<const SurfacePoint> met,
+                                   std::span<const double> weight, std::size_t rays, RandomStream& stream,
+                                   Worker& worker, std::span<Rgb> H) const {
+    std::fill(H.begin(), H.end(), Rgb(Rgb::Zero()));
+    const SurfacePoint from = inset(scene_.mesh, x);
+    const std::size_t count = places(rays), sets = H.size();
+    const auto by_rays = static_cast<double>(rays), by_places = static_cast<double>(count);
+    const auto add = [&](const SurfacePoint& y, std::size_t at, double factor) {
+        const Rgb rho = factor * scene_.reflectance(y);
+        for (std::size_t set = 0; set < sets; ++set) {
+            H[set] += rho * worker.H[at * sets + set];
+        }
+    };
+    worker.H.resize(met.size() * sets);
+    sources_.sample(met, stream, worker.H, worker.light);
+    for (std::size_t p = 0; p < met.size(); ++p) {
+        if (std::all_of(&worker.H[p * sets], &worker.H[p * sets] + sets, is_dark)) {
+            continue;
+        }
+        double share = 1.0;
+        if (count > 0) {
+            const double other = by_places * density(surfels_.at(met[p].face, met[p].u, met[p].v));
+            const double own = other > 0.0 ? by_rays * ray_density(from, met[p].position, met[p].normal) : 1.0;
+            share = own / (own + other);
+        }
+        add(met[p], p, weight[p] * share);
+    }
+    if (count == 0) {
+        return;
+    }
+    draw(from, count, stream, worker);
+    worker.H.resize(worker.places.size() * sets);
+    sources_.sample(worker.places, stream, worker.H, worker.light);
+    for (std::size_t k = 0; k < worker.places.size(); ++k) {
+        const SurfacePoint& y = worker.places[k];
+        const double own = ray_density(from, y.position, y.normal);
+        add(y, k, own / (by_rays * own + by_places * density(worker.surfel[k])));
+    }
+}
+
+} // namespace difusa

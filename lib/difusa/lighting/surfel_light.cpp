@@ -1,0 +1,165 @@
+#include <difusa/lighting/surfel_light.h>
+
+#include <difusa/core/even_sequence.h>
+#include <difusa/core/parallel.h>
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+namespace difusa {
+
+namespace {
+
+constexpr std::size_t grain = 256;
+constexpr std::size_t few = 4, more = 16;
+constexpr double uneven = 0.1;
+
+/// Points spread evenly over a surfel.
+void spread(const Surfels& surfels, const std::vector<Surfels::Piece>& pieces, std::size_t count,
+            const std::array<double, 2>& shift, std::vector<SurfacePoint>& points) {
+    points.clear();
+    for (std::size_t i = 0; i < count; ++i) {
+        const double along = (static_cast<double>(i) + shift[0]) / static_cast<double>(count);
+        points.push_back(
+            surfels.point_on(pieces, along, fraction(shift[1] + static_cast<double>(i) * even_steps<2>[0])));
+    }
+}
+
+/// One surfel after another; scratch of a thread.
+class Averages {
+  public:
+    Averages(const Scene& scene, const Surfels& surfels, const DirectLight& light, int channels)
+        : scene_(scene), surfels_(surfels), light_(light), channels_(channels), H_(light.sets().count()) {}
+
+    std::size_t cast() const { return worker_.cast + worker_.area_lights.cast; }
+
+    void add(Index s, RandomStream stream, SurfelLight& result) {
+        surfels_.pieces(s, pieces_);
+        average_materials(s, result);
+        if (light_.any()) {
+            average_direct(s, stream, result);
+        }
+    }
+
+  private:
+    auto columns(Values& values, Index s, Index set) const {
+        return values.row(s).segment(static_cast<Eigen::Index>(set) * channels_, channels_);
+    }
+
+    void add_material(Index s, const SurfacePoint& x, double share, SurfelLight& result) const {
+        const Index material = scene_.mesh.material[x.face];
+        result.reflectance.row(s) += share * scene_.reflectance(x).head(channels_).matrix().transpose();
+        result.all_emission.row(s) += share * scene_.emission(x).head(channels_).matrix().transpose();
+        if (light_.area_light_materials()[material] == 0) {
+            columns(result.emission, s, light_.sets().material[material]) +=
+                share * scene_.emission(x).head(channels_).matrix().transpose();
+        }
+    }
+
+    bool is_uneven(const Surfels::Piece& piece) const {
+        const Material& material = scene_.materials[scene_.mesh.material[piece.triangle]];
+        return material.reflectance_texture || material.vertex_colours ||
+               (material.emits_unevenly() && (material.emission > 0.0).any());
+    }
+
+    void average_materials(Index s, SurfelLight& result) {
+        if (std::any_of(pieces_.begin(), pieces_.end(),
+                        [&](const Surfels::Piece& piece) { return is_uneven(piece); })) {
+            spread(surfels_, pieces_, more, {0.5, 0.5}, points_);
+            for (const SurfacePoint& x : points_) {
+                add_material(s, x, 1.0 / more, result);
+            }
+            return;
+        }
+        double area = 0.0;
+        for (const Surfels::Piece& piece : pieces_) {
+            area += piece.area;
+        }
+        for (const Surfels::Piece& piece : pieces_) {
+            SurfacePoint x;
+            x.face = piece.triangle;
+            add_material(s, x, area > 0.0 ? piece.area / area : 1.0 / static_cast<double>(pieces_.size()), result);
+        }
+    }
+
+    /// Adds the light at `count` points to `H_`; says whether it is about the same at all of them.
+    bool sample(std::size_t count, RandomStream& stream) {
+        const std::array<double, 2> shift{stream.uniform(), stream.uniform()};
+        spread(surfels_, pieces_, count, shift, points_);
+        at_points_.resize(count * H_.size());
+        light_.sample(points_, stream, at_points_, worker_, &outside_);
+        double least = std::numeric_limits<double>::infinity(), most = 0.0;
+        for (std::size_t i = 0; i < count; ++i) {
+            double sum = 0.0;
+            for (std::size_t set = 0; set < H_.size(); ++set) {
+                H_[set] += at_points_[i * H_.size() + set];
+                sum += at_points_[i * H_.size() + set].sum();
+            }
+            least = std::min(least, sum);
+            most = std::max(most, sum);
+        }
+        return most - least <= uneven * most;
+    }
+
+    void average_direct(Index s, RandomStream& stream, SurfelLight& result) {
+        std::fill(H_.begin(), H_.end(), Rgb(Rgb::Zero()));
+        outside_ = Rgb::Zero();
+        std::size_t count = few;
+        if (!sample(few, stream)) {
+            sample(more, stream);
+            count += more;
+        }
+        result.from_outside.row(s) = (outside_ / static_cast<double>(count)).head(channels_).matrix().transpose();
+        for (std::size_t set = 0; set < H_.size(); ++set) {
+            columns(result.direct, s, static_cast<Index>(set)) =
+                (H_[set] / static_cast<double>(count)).head(channels_).matrix().transpose();
+        }
+    }
+
+    const Scene& scene_;
+    const Surfels& surfels_;
+    const DirectLight& light_;
+    int channels_;
+    DirectLight::Worker worker_;
+    std::vector<Surfels::Piece> pieces_;
+    std::vector<SurfacePoint> points_;
+    std::vector<Rgb> at_points_, H_;
+    Rgb outside_ = Rgb::Zero(); ///< of suns and point lights
+};
+
+} // namespace
+
+Values SurfelLight::first_bounce() const {
+    Values product = direct;
+    for (Eigen::Index c = 0; c < product.cols(); ++c) {
+        product.col(c) = product.col(c).cwiseProduct(reflectance.col(c % reflectance.cols()));
+    }
+    return product;
+}
+
+SurfelLight light_on_surfels(const Scene& scene, const Surfels& surfels, const DirectLight& light, int channels,
+                             std::uint64_t seed, const Execution& execution) {
+    const auto count = static_cast<Eigen::Index>(surfels.size());
+    const auto columns = static_cast<Eigen::Index>(light.sets().count()) * channels;
+    SurfelLight result;
+    result.reflectance.setZero(count, channels);
+    result.emission.setZero(count, columns);
+    result.direct.setZero(count, columns);
+    result.all_emission.setZero(count, channels);
+    result.from_outside.setZero(count, channels);
+    std::vector<std::size_t> cast((surfels.size() + grain - 1) / grain, 0);
+    parallel_for(surfels.size(), grain, execution, [&](std::size_t begin, std::size_t end, unsigned) {
+        Averages averages(scene, surfels, light, channels);
+        for (std::size_t s = begin; s < end; ++s) {
+            averages.add(static_cast<Index>(s), RandomStream(seed, "light on surfels", s), result);
+        }
+        cast[begin / grain] = averages.cast();
+    });
+    for (const std::size_t each : cast) {
+        result.segments += each;
+    }
+    return result;
+}
+
+} // namespace difusa

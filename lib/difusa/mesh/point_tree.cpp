@@ -1,0 +1,76 @@
+#include <difusa/mesh/point_tree.h>
+
+#include <difusa/core/error.h>
+
+#include <nanoflann.hpp>
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+namespace difusa {
+
+namespace {
+
+/// The points as nanoflann wants to see them.
+struct Cloud {
+    std::span<const SurfacePoint> points;
+    std::vector<Index> members;
+
+    std::size_t kdtree_get_point_count() const { return members.size(); }
+    double kdtree_get_pt(std::size_t i, std::size_t axis) const {
+        return points[members[i]].position[static_cast<Eigen::Index>(axis)];
+    }
+    template <class Box> bool kdtree_get_bbox(Box& /*box*/) const { return false; }
+};
+
+std::vector<Index> numbers_to(std::size_t count) {
+    std::vector<Index> numbers(count);
+    std::iota(numbers.begin(), numbers.end(), Index{0});
+    return numbers;
+}
+
+} // namespace
+
+struct PointTree::Tree {
+    Tree(std::span<const SurfacePoint> points, std::vector<Index> members)
+        : cloud{points, std::move(members)}, index(3, cloud) {}
+
+    Cloud cloud;
+    nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Cloud>, Cloud, 3> index;
+};
+
+PointTree::PointTree(std::span<const SurfacePoint> points, std::vector<Index> members)
+    : tree_(std::make_unique<Tree>(points, std::move(members))) {}
+
+PointTree::PointTree(std::span<const SurfacePoint> points) : PointTree(points, numbers_to(points.size())) {}
+
+PointTree::~PointTree() = default;
+PointTree::PointTree(PointTree&&) noexcept = default;
+PointTree& PointTree::operator=(PointTree&&) noexcept = default;
+
+std::size_t PointTree::size() const {
+    return tree_->cloud.members.size();
+}
+
+std::size_t PointTree::nearest(const Vec3& p, std::span<Index> numbers, std::span<double> squared) const {
+    const std::size_t room = std::min({numbers.size(), squared.size(), size()});
+    if (room == 0) {
+        return 0; // nanoflann writes to the last place in any case
+    }
+    const std::size_t count = tree_->index.knnSearch(p.data(), room, numbers.data(), squared.data());
+    for (Index& number : numbers.first(count)) {
+        number = tree_->cloud.members[number];
+    }
+    return count;
+}
+
+Index PointTree::nearest(const Vec3& p) const {
+    DIFUSA_REQUIRE(size() > 0);
+    Index number = none;
+    double squared = 0.0;
+    nearest(p, std::span(&number, 1), std::span(&squared, 1));
+    return number;
+}
+
+} // namespace difusa

@@ -1,0 +1,39 @@
+// The nearest of some points of a surface, by Euclidean distance.
+#pragma once
+
+#include <difusa/mesh/mesh.h>
+
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace difusa {
+
+class PointTree {
+  public:
+    /// Of the points with the numbers `members`. `points` must outlive the tree.
+    PointTree(std::span<const SurfacePoint> points, std::vector<Index> members);
+
+    /// Of all points.
+    explicit PointTree(std::span<const SurfacePoint> points);
+
+    ~PointTree();
+    PointTree(PointTree&&) noexcept;
+    PointTree& operator=(PointTree&&) noexcept;
+
+    std::size_t size() const;
+
+    /// Fills in the numbers of the points nearest to p with their squared distances, the nearest first: as many as
+    /// `numbers` and `squared` have room for, but no more than there are. Returns how many that is; what
+    /// is beyond is left as it is.
+    std::size_t nearest(const Vec3& p, std::span<Index> numbers, std::span<double> squared) const;
+
+    /// The number of the nearest point; the tree must not be empty.
+    Index nearest(const Vec3& p) const;
+
+  private:
+    struct Tree;
+    std::unique_ptr<Tree> tree_;
+};
+
+} // namespace difusa

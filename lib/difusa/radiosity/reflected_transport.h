@@ -1,0 +1,30 @@
+// The operator of the radiosity equation: irradiance at the points -> what the surface reflects of it -> irradiance at
+// the points.
+#pragma once
+
+#include <difusa/algebra/linear_operator.h>
+#include <difusa/discretisation/discretisation.h>
+#include <difusa/transport/light_transport.h>
+
+namespace difusa {
+
+/// T = D diag(rho) P Π. Column c of an operand is reflected by column c modulo #channels of rho.
+class ReflectedTransport final : public LinearOperator {
+  public:
+    /// `reflectance`: #surfels by #channels. Keeps references.
+    ReflectedTransport(const Discretisation& discretisation, const LightTransport& transport, const Values& reflectance)
+        : discretisation_(discretisation), transport_(transport), reflectance_(reflectance) {}
+
+    std::size_t rows() const override { return transport_.points(); }
+    std::size_t columns() const override { return transport_.points(); }
+    void apply(const Values& h, Values& y, const Execution& execution) const override;
+    void apply_transpose(const Values& x, Values& y, const Execution& execution) const override;
+
+  private:
+    void reflect(Values& b) const;
+    const Discretisation& discretisation_;
+    const LightTransport& transport_;
+    const Values& reflectance_;
+};
+
+} // namespace difusa

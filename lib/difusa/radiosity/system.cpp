@@ -1,0 +1,286 @@
+#include <difusa/radiosity/system.h>
+
+#include <difusa/algebra/hit_lists.h>
+#include <difusa/algebra/sparse_rows.h>
+#include <difusa/algebra/spectral_radius.h>
+#include <difusa/core/parallel.h>
+#include <difusa/core/text.h>
+#include <difusa/radiosity/reflected_transport.h>
+#include <difusa/scene/sky_parts.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace difusa {
+
+namespace {
+
+/// A spectral radius that is not below 1 by more than rounding counts as 1.
+constexpr double contraction = 1.0 - 1e-9;
+constexpr int arnoldi_steps = 40;
+
+/// The rows of D and Y as lists of bins with weights.
+class Rows {
+  public:
+    explicit Rows(const LinearOperator& W) : lists_(dynamic_cast<const HitLists*>(&W)), entries_(W.entries()) {}
+
+    bool any() const { return lists_ != nullptr || entries_ != nullptr; }
+
+    void row(std::size_t j, std::vector<Index>& bins, std::vector<double>& weights) const {
+        if (lists_ != nullptr) {
+            lists_->row(j, bins);
+            weights.assign(bins.size(), 1.0 / static_cast<double>(lists_->rays()));
+        } else {
+            bins = entries_->row(j).column;
+            weights = entries_->row(j).value;
+        }
+    }
+
+  private:
+    const HitLists* lists_;
+    const SparseRows* entries_;
+};
+
+/// One call of RadiositySystem::solve.
+class Solving {
+  public:
+    Solving(const RadiositySystem& system, std::shared_ptr<const Scene> scene, const LightingOptions& options,
+            const Execution& execution)
+        : system_(system), discretisation_(system.discretisation()), transport_(system.transport()), scene_(scene),
+          options_(options), execution_(execution), channels_(scene->is_grey() ? 1 : 3),
+          sources_(std::make_shared<DirectLight>(*scene, system.tracer(), options.sets)) {}
+
+    Solution run(std::shared_ptr<const RadiositySystem> owner) {
+        light_surfels();
+        direct_light();
+        execution_.phase("check convergence");
+        check_contraction();
+        execution_.phase("solve");
+        solve({discretisation_, transport_, result_.light.reflectance});
+        make_field(std::move(owner));
+        balance();
+        return std::move(result_);
+    }
+
+  private:
+    std::size_t set_count() const { return options_.sets.count(); }
+    Eigen::Index columns() const { return static_cast<Eigen::Index>(set_count()) * channels_; }
+
+    void light_surfels() {
+        execution_.phase("light surfels");
+        result_.area_lights = sources_->area_light_count();
+        result_.light =
+            light_on_surfels(*scene_, *discretisation_.surfels, *sources_, channels_, system_.parts().seed, execution_);
+        execution_.count("segments", result_.light.segments);
+        if (sources_->any()) {
+            bright_ = std::make_shared<BrightSurfels>(*scene_, system_.tracer(), *discretisation_.surfels, *sources_,
+                                                      result_.light);
+        }
+    }
+
+    /// What arrives before the surface has reflected anything (`soft_`, `sharp_`), and the first bounce of the latter.
+    void direct_light() {
+        execution_.phase("direct light");
+        Values sky = Values::Zero(SkyParts::count, columns());
+        if (scene_->has_sky()) {
+            sky.middleCols(static_cast<Eigen::Index>(options_.sets.sky) * channels_, channels_) =
+                sky_radiosity(*scene_, channels_);
+        }
+        transport_.gather(result_.light.emission, sky, soft_, execution_);
+        transport_.gather(Values::Zero(static_cast<Eigen::Index>(transport_.surfels), channels_),
+                          scene_->has_sky() ? sky_radiosity(*scene_, channels_) : Values(), from_sky_, execution_);
+        DirectLight::Effort effort;
+        const bool in_basis = options_.direct_in_basis;
+        const std::size_t count = in_basis ? discretisation_.points.size() : discretisation_.sites->size();
+        sharp_ = sources_->irradiance(std::span(discretisation_.points).first(count), channels_,
+                                      options_.shadow_rays_per_round, system_.parts().seed, "direct light", execution_,
+                                      effort);
+        execution_.count("segments", effort.segments);
+        execution_.count("unobstructed points", effort.clear);
+        if (!((soft_.size() > 0 && soft_.maxCoeff() > 0.0) || (sharp_.size() > 0 && sharp_.maxCoeff() > 0.0) ||
+              result_.light.direct.maxCoeff() > 0.0)) {
+            if (!scene_->has_emitters()) {
+                throw InputError("no light reaches the front of any face: the sky is shut out, no sun shines in and "
+                                 "nothing emits. Give some faces an emission (OBJ: Ke in the material), open the mesh, "
+                                 "or turn its faces towards the light");
+            }
+            execution_.note("the faces that emit light no other surface: they face away from everything");
+        }
+        g_ = soft_;
+        if (in_basis) {
+            g_ += sharp_;
+        } else if (sources_->any()) {
+            g_ += first_bounce();
+        }
+    }
+
+    /// D (rho ∘ H), with points drawn on bright surfels where these are few.
+    Values first_bounce() {
+        const Values reflected = result_.light.first_bounce();
+        const Rows rows(*transport_.W);
+        Values h;
+        if (!rows.any() || bright_->places(1) == 0) {
+            transport_.gather(reflected, {}, h, execution_);
+            return h;
+        }
+        const std::vector<SurfacePoint>& points = discretisation_.points;
+        const std::size_t rays = transport_.rays / std::max<std::size_t>(1, points.size());
+        h.resize(static_cast<Eigen::Index>(points.size()), columns());
+        std::vector<std::size_t> cast(points.size(), 0);
+        parallel_for(points.size(), 16, execution_, [&](std::size_t begin, std::size_t end, unsigned) {
+            BrightSurfels::Worker worker;
+            std::vector<Index> bins;
+            std::vector<double> weights;
+            for (std::size_t j = begin; j < end; ++j) {
+                rows.row(j, bins, weights);
+                RandomStream stream(system_.parts().seed, "first bounce", j);
+                h.row(static_cast<Eigen::Index>(j)) =
+                    bright_->gather(points[j], bins, weights, rays, reflected, stream, worker);
+            }
+            cast[begin] = worker.light.cast;
+        });
+        for (const std::size_t each : cast) {
+            execution_.count("segments", each);
+        }
+        return h;
+    }
+
+    /// Refuses an equation whose series of bounces does not converge (T has a spectral radius of 1 or more): a solver
+    /// may still return numbers, but they mean nothing.
+    void check_contraction() {
+        const Values& rho = result_.light.reflectance;
+        if (discretisation_.projection->is_identity() && discretisation_.basis->partition_of_unity()) {
+            Values norms; // row sums of T, which bound the radius: neither Π nor P adds anything
+            transport_.gather(rho, {}, norms, execution_);
+            result_.spectral_radius = norms.maxCoeff();
+            result_.spectral_radius_is_bound = true;
+        }
+        if (!result_.spectral_radius_is_bound || !(result_.spectral_radius < contraction)) {
+            result_.spectral_radius = 0.0;
+            for (Eigen::Index c = 0; c < rho.cols(); ++c) {
+                if (c > 0 && rho.col(c) == rho.col(0)) {
+                    continue;
+                }
+                const Values channel = rho.col(c);
+                const ReflectedTransport one(discretisation_, transport_, channel);
+                result_.spectral_radius =
+                    std::max(result_.spectral_radius, spectral_radius(one, arnoldi_steps, execution_));
+            }
+            result_.spectral_radius_is_bound = false;
+        }
+        if (!(result_.spectral_radius < contraction)) {
+            throw NotConverged(divergence());
+        }
+    }
+
+    std::string divergence() const {
+        const double row_sum = transport_.largest_row_sum(execution_);
+        const std::string what = "the discretised light transport does not converge: its spectral radius is " +
+                                 text_of(result_.spectral_radius) + " (must be below 1; largest row sum of the " +
+                                 "transport " + text_of(row_sum) + ", largest reflectance " +
+                                 text_of(result_.light.reflectance.maxCoeff()) + "). ";
+        if (!discretisation_.projection->is_identity() || !discretisation_.basis->sums_to_one()) {
+            return what + "The basis is not a partition of unity: use --basis normalized-radial or shepard, or give "
+                          "this one a smaller width";
+        }
+        if (row_sum > 1.0 + 1e-9) {
+            return what + "Pairs of sites overestimate what near surfaces exchange: use --transport gather, or "
+                          "pairwise:areas=integral with --kernel disc, or a reflectance below 1";
+        }
+        return what + "A closed scene that absorbs nothing has no steady state: give some surface a reflectance "
+                      "below 1";
+    }
+
+    void solve(const ReflectedTransport& T) {
+        const SolveProblem problem{&T, g_};
+        result_.solve = system_.parts().solver->solve(problem, options_.solve, execution_);
+        if (!result_.solve.converged()) {
+            throw NotConverged("the solver " + result_.solve.sentence() +
+                               " (wanted: " + text_of(options_.solve.tolerance) + "). The spectral radius is " +
+                               text_of(result_.spectral_radius) +
+                               ": allow more --max-iterations, a larger --tolerance, or another --solver");
+        }
+        DIFUSA_REQUIRE(result_.solve.h.rows() == g_.rows() && result_.solve.h.cols() == g_.cols());
+        Values residual;
+        const double rounding = rounding_of_residual * result_.solve.h.cwiseAbs().maxCoeff();
+        for (const double miss : relative_residual(problem, result_.solve.h, residual, execution_)) {
+            if (!(miss <= 10.0 * options_.solve.tolerance || residual.cwiseAbs().maxCoeff() <= rounding)) {
+                throw NotConverged("the solver says it converged, but its residual is " + text_of(miss) +
+                                   ": use another --solver");
+            }
+        }
+        result_.h = std::move(result_.solve.h);
+    }
+
+    /// Coefficients of the field that is evaluated, for values at the points.
+    Values coefficients(const Values& values) const {
+        const Values own = discretisation_.evaluation->coefficients(values);
+        if (!options_.limit || discretisation_.evaluation == discretisation_.projection) {
+            return own;
+        }
+        return limited_parts(*discretisation_.basis, *discretisation_.sites, values, own, channels_, execution_);
+    }
+
+    void make_field(std::shared_ptr<const RadiositySystem> owner) {
+        const auto n = static_cast<Eigen::Index>(discretisation_.sites->size());
+        const bool in_basis = options_.direct_in_basis;
+        result_.direct = soft_.topRows(n) + sharp_.topRows(n);
+        result_.irradiance = in_basis ? Values(result_.h.topRows(n)) : Values(result_.h.topRows(n) + sharp_);
+        FieldParts parts;
+        parts.system = std::move(owner);
+        parts.scene = scene_;
+        parts.direct = sources_;
+        parts.bright = in_basis ? nullptr : bright_;
+        parts.soft_direct = coefficients(in_basis ? Values(soft_ + sharp_) : soft_);
+        parts.smooth = coefficients(result_.h);
+        parts.channels = channels_;
+        parts.shadow_rays_per_round = options_.shadow_rays_per_round;
+        parts.direct_in_basis = in_basis;
+        result_.field = std::make_shared<Field>(std::move(parts));
+    }
+
+    void balance() {
+        Values irradiance;
+        discretisation_.averages->apply(discretisation_.projection->coefficients(sum_of_parts(result_.h, channels_)),
+                                        irradiance, execution_);
+        if (!options_.direct_in_basis) {
+            irradiance += sum_of_parts(result_.light.direct, channels_);
+        }
+        result_.energy =
+            energy_balance(*scene_, discretisation_, transport_, result_.light, irradiance, from_sky_, execution_);
+        const double lost = result_.energy.imbalance.abs().maxCoeff();
+        if (lost > 0.1) {
+            execution_.note(text_of(std::round(100.0 * lost)) +
+                            " % of the light is lost or invented between the sites: give a smaller --spacing, and more "
+                            "--rays");
+        }
+    }
+
+    const RadiositySystem& system_;
+    const Discretisation& discretisation_;
+    const LightTransport& transport_;
+    std::shared_ptr<const Scene> scene_;
+    const LightingOptions& options_;
+    const Execution& execution_;
+    int channels_;
+    std::shared_ptr<const DirectLight> sources_;
+    std::shared_ptr<const BrightSurfels> bright_;
+    Values soft_;     ///< #points: from emitters that are not area lights, and the sky
+    Values sharp_;    ///< #S, or #points if the basis carries it: from suns, point lights and area lights
+    Values from_sky_; ///< #points by #channels
+    Values g_;
+    Solution result_;
+};
+
+} // namespace
+
+Solution RadiositySystem::solve(std::shared_ptr<const Scene> scene, const LightingOptions& options,
+                                const Execution& execution) const {
+    const Mesh &own = parts_.scene->mesh, &other = scene->mesh;
+    if (&own != &other && (own.points != other.points || own.triangles != other.triangles)) {
+        throw UsageError("the scene has another surface than the system was made for");
+    }
+    return Solving(*this, std::move(scene), options, execution).run(shared_from_this());
+}
+
+} // namespace difusa

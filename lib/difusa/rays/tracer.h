@@ -1,0 +1,80 @@
+// Rays against a surface: the one place that asks the visibility engine.
+#pragma once
+
+#include <difusa/mesh/mesh.h>
+#include <difusa/rays/direction_pool.h>
+#include <difusa/rays/visibility.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace difusa {
+
+/// A mesh and the engine built over it. A small value that keeps references to both.
+class Tracer {
+  public:
+    Tracer(const Mesh& mesh, const Visibility& engine) : mesh_(&mesh), engine_(&engine) {}
+
+    const Mesh& mesh() const { return *mesh_; }
+    const Visibility& engine() const { return *engine_; }
+
+    /// False: the surface is convex, so that nothing comes between two points of it.
+    bool can_block() const { return !mesh_->convex; }
+
+    void first_hits(std::span<const Ray> rays, std::span<Hit> hits) const { engine_->first_hits(rays, hits); }
+
+    /// Segments may lead out of the scene. Returns how many were cast.
+    std::size_t occluded(std::span<const Segment> segments, std::span<std::uint8_t> blocked) const {
+        engine_->occluded(segments, blocked);
+        return segments.size();
+    }
+
+    /// The same for segments between points of the surface, which nothing blocks where the surface is convex.
+    std::size_t occluded_between(std::span<const Segment> segments, std::span<std::uint8_t> blocked) const {
+        if (!can_block()) {
+            std::fill(blocked.begin(), blocked.end(), std::uint8_t{0});
+            return 0;
+        }
+        return occluded(segments, blocked);
+    }
+
+  private:
+    const Mesh* mesh_;
+    const Visibility* engine_;
+};
+
+/// What a surface point sees: the rays of one hemisphere and what they meet. Scratch of one thread; keeps references.
+class Hemisphere {
+  public:
+    Hemisphere(const Tracer& tracer, const DirectionPool& pool)
+        : tracer_(tracer), pool_(pool), rays_(pool.count()), hits_(pool.count()) {}
+
+    /// Casts the rays of point number `number` (DirectionPool::rays) from x, or from beside it if it is on an edge.
+    /// Where the normal of x is a shading normal, directions below the plane of its face are mirrored to above it: the
+    /// surface that the normal speaks of does not hide them.
+    void look(const SurfacePoint& x, std::size_t number);
+
+    std::size_t count() const { return rays_.size(); }
+
+    /// Calls `on_front(hit, weight)`, `on_sky(direction, weight)` or neither, for the back of a face, for each ray.
+    template <class OnFront, class OnSky> void for_each(const OnFront& on_front, const OnSky& on_sky) const {
+        for (std::size_t d = 0; d < hits_.size(); ++d) {
+            if (hits_[d].face == none) {
+                on_sky(rays_[d].direction, weights_[d]);
+            } else if (hits_[d].front) {
+                on_front(hits_[d], weights_[d]);
+            }
+        }
+    }
+
+  private:
+    const Tracer tracer_;
+    const DirectionPool& pool_;
+    std::vector<Ray> rays_;
+    std::vector<Hit> hits_;
+    std::span<const double> weights_;
+};
+
+} // namespace difusa

@@ -1,0 +1,93 @@
+#include <difusa/transport/gathered.h>
+
+#include <difusa/algebra/hit_lists.h>
+#include <difusa/algebra/sparse_rows.h>
+#include <difusa/core/parallel.h>
+#include <difusa/scene/sky_parts.h>
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+namespace difusa {
+
+namespace {
+
+/// The bins of one point's rays, with their weights.
+struct Bins {
+    std::vector<Index> bin;
+    std::vector<double> weight;
+};
+
+/// A row of weights by bin.
+void put(Bins& bins, std::vector<std::pair<Index, double>>& order, SparseRows::Row& row) {
+    order.clear();
+    for (std::size_t k = 0; k < bins.bin.size(); ++k) {
+        order.emplace_back(bins.bin[k], bins.weight[k]);
+    }
+    std::sort(order.begin(), order.end());
+    for (const auto& [bin, weight] : order) {
+        if (row.column.empty() || row.column.back() != bin) {
+            row.column.push_back(bin);
+            row.value.push_back(0.0);
+        }
+        row.value.back() += weight;
+    }
+}
+
+} // namespace
+
+LightTransport gathered(const Tracer& tracer, std::span<const SurfacePoint> points, const Surfels& surfels,
+                        const Directions& directions, std::size_t rays, std::uint64_t seed,
+                        const Execution& execution) {
+    const DirectionPool pool(directions, rays, seed);
+    const std::size_t columns = surfels.size() + SkyParts::count;
+    // A range of a few thousand rays: short enough to stop soon when asked to.
+    const std::size_t grain = std::clamp<std::size_t>(4096 / pool.count(), 1, 16);
+    LightTransport transport;
+    transport.surfels = surfels.size();
+    transport.sky.assign(points.size(), 0.0);
+    transport.back.assign(points.size(), 0.0);
+    transport.rays = points.size() * pool.count();
+    auto lists = pool.equal_weights() ? std::make_shared<HitLists>(points.size(), columns, pool.count(), grain)
+                                      : std::shared_ptr<HitLists>();
+    auto weighted = lists ? std::shared_ptr<SparseRows>() : std::make_shared<SparseRows>(points.size(), columns);
+    const auto first_sky = static_cast<Index>(surfels.size());
+    parallel_for(points.size(), grain, execution, [&](std::size_t begin, std::size_t end, unsigned) {
+        Hemisphere around(tracer, pool);
+        Bins bins;
+        std::vector<std::pair<Index, double>> order;
+        for (std::size_t j = begin; j < end; ++j) {
+            around.look(points[j], j);
+            bins.bin.clear();
+            bins.weight.clear();
+            double front = 0.0, sky = 0.0;
+            around.for_each(
+                [&](const Hit& hit, double weight) {
+                    bins.bin.push_back(surfels.at(hit.face, hit.u, hit.v));
+                    bins.weight.push_back(weight);
+                    front += weight;
+                },
+                [&](const Vec3& direction, double weight) {
+                    bins.bin.push_back(first_sky + SkyParts::at(direction));
+                    bins.weight.push_back(weight);
+                    sky += weight;
+                });
+            transport.sky[j] = sky;
+            transport.back[j] = bins.bin.size() == around.count() ? 0.0 : std::max(0.0, 1.0 - front - sky);
+            if (lists) {
+                lists->set(j, bins.bin);
+            } else {
+                put(bins, order, weighted->row(j));
+            }
+        }
+        if (lists) {
+            lists->close_block(begin);
+        }
+    });
+    transport.bytes = lists ? lists->bytes() : weighted->bytes();
+    transport.W = lists ? std::static_pointer_cast<const LinearOperator>(lists) : weighted;
+    return transport;
+}
+
+} // namespace difusa

@@ -1,0 +1,36 @@
+// How light travels from surface and sky to the points where it is gathered: geometry only. Two discretisations make
+// it: gathered.h and pairwise.h.
+#pragma once
+
+#include <difusa/algebra/linear_operator.h>
+
+#include <memory>
+#include <vector>
+
+namespace difusa {
+
+/// With the radiosity b of the surfels and pi times the radiance of the sky's parts (scene/sky_parts.h), the irradiance
+/// at the points is
+///     h = W [b; sky] = D b + Y sky.
+/// D_js is the share of the light that leaves surfel s towards point j as seen from there, Y_jp the share of the
+/// hemisphere of j that shows part p of the sky. It has the same bits whatever the surface reflects and whatever lights
+/// there are.
+struct LightTransport {
+    std::shared_ptr<const LinearOperator> W; ///< #points by #surfels + #parts of the sky
+    std::size_t surfels = 0;
+    std::vector<double> sky;  ///< #points: cosine-weighted share of the hemisphere that escapes
+    std::vector<double> back; ///< #points: the share that meets the back of a face, from where no light comes
+    std::size_t rays = 0;     ///< first-hit rays cast
+    std::size_t segments = 0; ///< visibility segments cast
+    std::size_t bytes = 0;    ///< taken by W
+
+    std::size_t points() const { return W->rows(); }
+
+    /// h = W [b; sky] for each column; without a row, sky is dark.
+    void gather(const Values& b, const Values& sky_radiosity, Values& h, const Execution& execution) const;
+
+    /// The largest sum over the surfels of a row of D: at most 1 if gathered.
+    double largest_row_sum(const Execution& execution) const;
+};
+
+} // namespace difusa

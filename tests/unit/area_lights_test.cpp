@@ -1,0 +1,418 @@
+#include <difusa/core/parallel.h>
+#include <difusa/lighting/area_lights.h>
+#include <difusa/lighting/lambert.h>
+#include <difusa/mesh/nearest_surface.h>
+#include <difusa/rays/brute_force.h>
+
+#include <gtest/gtest.h>
+
+#include <meshes.h>
+
+#include <cmath>
+#include <memory>
+
+namespace difusa {
+namespace {
+
+constexpr std::size_t samples = 64;
+
+/// A flat rectangle at height z with the normal ±z.
+Mesh rectangle(double x0, double x1, double y0, double y1, double z, bool down = false) {
+    return test::moved(test::grid(1, 1, x1 - x0, y1 - y0, down), 1.0, Vec3(x0, y0, z));
+}
+
+/// The triangles of `lamp` have the material 1, which emits; the others do not.
+Scene scene_of(Mesh mesh, const std::vector<Index>& lamp) {
+    Scene scene;
+    scene.mesh = std::move(mesh);
+    scene.materials.resize(2);
+    scene.materials[1].emission = Rgb(1, 2, 3);
+    for (const Index t : lamp) {
+        scene.mesh.material[t] = 1;
+    }
+    return scene;
+}
+
+/// The irradiance at the points, and what it took.
+struct Lit {
+    std::vector<Rgb> H;
+    std::size_t cast = 0, clear = 0;
+};
+
+Lit light(const Scene& scene, const std::vector<Index>& lamps, const std::vector<SurfacePoint>& points,
+          std::uint64_t seed = 1, unsigned threads = 1) {
+    BruteForceVisibility visibility;
+    visibility.build(scene.mesh);
+    const AreaLights light(scene, lamps, {scene.mesh, visibility},
+                           scene.mesh.convex ? nullptr : std::make_shared<const Shafts>(scene.mesh));
+    Lit lit;
+    lit.H.resize(points.size());
+    const std::vector<Index> one_set(scene.materials.size(), 0);
+    std::vector<AreaLights::Worker> workers(threads);
+    parallel_for(points.size(), 16, Execution{threads, nullptr},
+                 [&](std::size_t begin, std::size_t end, unsigned number) {
+                     for (std::size_t j = begin; j < end; ++j) {
+                         RandomStream stream(seed, "lamps", j);
+                         lit.H[j] = Rgb::Zero();
+                         light.irradiance(points[j], samples, stream, workers[number], one_set, {&lit.H[j], 1});
+                     }
+                 });
+    for (const AreaLights::Worker& worker : workers) {
+        lit.cast += worker.cast;
+        lit.clear += worker.clear;
+    }
+    return lit;
+}
+
+/// What the site sees of the lamps with nothing in between.
+double unblocked(const Mesh& mesh, const std::vector<Index>& lamps, const SurfacePoint& x) {
+    double F = 0.0;
+    for (const Index t : lamps) {
+        F += lambert_form_factor(x.position, x.normal, mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2));
+    }
+    return F;
+}
+
+/// Of the first two triangles, which make a rectangle.
+SurfacePoint place_at(const Mesh& mesh, const Vec3& position) {
+    SurfacePoint nearest;
+    for (const Index face : {0U, 1U}) {
+        const std::array<double, 3> weight =
+            nearest_on_triangle(position, mesh.corner(face, 0), mesh.corner(face, 1), mesh.corner(face, 2));
+        const SurfacePoint x = mesh.at(face, weight[1], weight[2]);
+        if (face == 0 || (x.position - position).norm() < (nearest.position - position).norm()) {
+            nearest = x;
+        }
+    }
+    return nearest;
+}
+
+/// n × n places over the two triangles of a rectangle of width w and depth d at height 0, in the middles of cells.
+std::vector<SurfacePoint> places(const Mesh& mesh, int n, double w, double d) {
+    std::vector<SurfacePoint> points;
+    for (int j = 0; j < n; ++j) {
+        for (int i = 0; i < n; ++i) {
+            const double s = (i + 0.5) / n, t = (j + 0.5) / n;
+            points.push_back(place_at(mesh, Vec3(s * w, t * d, 0.0)));
+        }
+    }
+    return points;
+}
+
+TEST(AreaLights, UnblockedLightIsExactAndNeedsNoRays) {
+    const Mesh mesh = test::together(rectangle(0, 1, 0, 1, 0), rectangle(0.2, 0.7, 0.1, 0.3, 0.4, true));
+    const std::vector<Index> lamps{2, 3};
+    const std::vector<SurfacePoint> points = places(mesh, 20, 1, 1);
+    const Lit lit = light(scene_of(mesh, lamps), lamps, points);
+    for (std::size_t j = 0; j < points.size(); ++j) {
+        for (int c = 0; c < 3; ++c) {
+            EXPECT_DOUBLE_EQ(lit.H[j][c], (c + 1) * unblocked(mesh, lamps, points[j]));
+        }
+    }
+    EXPECT_EQ(lit.cast, 0U);
+    EXPECT_EQ(lit.clear, points.size());
+}
+
+/// A blocker that the shadow rays of a place may meet or not, but that hides nothing of the lamp.
+TEST(AreaLights, WhatHidesNothingLeavesTheLightExact) {
+    Mesh mesh = test::together(rectangle(0, 1, 0, 1, 0), rectangle(0, 1, 0, 1, 1, true));
+    mesh = test::together(mesh, rectangle(-3, 0, 0, 1, 0.5)); // its border lies in the plane of the lamp's side
+    const std::vector<Index> lamps{2, 3};
+    const std::vector<SurfacePoint> points = places(mesh, 16, 1, 1);
+    const Lit lit = light(scene_of(mesh, lamps), lamps, points);
+    for (std::size_t j = 0; j < points.size(); ++j) {
+        EXPECT_DOUBLE_EQ(lit.H[j][0], unblocked(mesh, lamps, points[j]));
+    }
+}
+
+TEST(AreaLights, MaterialsKeepTheirColours) {
+    Mesh mesh = test::together(rectangle(0, 1, 0, 1, 0), rectangle(0.1, 0.3, 0.1, 0.3, 0.4, true));
+    mesh = test::together(mesh, rectangle(0.6, 0.9, 0.6, 0.9, 0.2, true));
+    Scene scene = scene_of(mesh, {2, 3, 4, 5});
+    scene.materials.resize(4); // 2 does not emit
+    scene.materials[1].emission = Rgb(0, 0, 4);
+    scene.materials[3].emission = Rgb(1, 0, 0);
+    scene.mesh.material[4] = scene.mesh.material[5] = 3;
+    const std::vector<SurfacePoint> points = places(mesh, 8, 1, 1);
+    const Lit lit = light(scene, {2, 3, 4, 5}, points);
+    for (std::size_t j = 0; j < points.size(); ++j) {
+        // The lower one hides a part of the upper one from some places, and nothing hides the lower one.
+        EXPECT_DOUBLE_EQ(lit.H[j][0], unblocked(mesh, {4, 5}, points[j]));
+        EXPECT_EQ(lit.H[j][1], 0.0);
+        EXPECT_LE(lit.H[j][2], 4.0 * unblocked(mesh, {2, 3}, points[j]) * (1.0 + 1e-15));
+    }
+}
+
+/// What a material adds to its set does not depend on how materials are dealt to sets, not by a bit.
+TEST(AreaLights, SetsShareTheLightWithoutChangingIt) {
+    Mesh mesh = test::together(rectangle(0, 1, 0, 1, 0), rectangle(0.1, 0.3, 0.1, 0.3, 0.4, true));
+    mesh = test::together(mesh, rectangle(0.6, 0.9, 0.6, 0.9, 0.2, true));
+    mesh = test::together(mesh, rectangle(0.2, 0.6, 0.2, 0.8, 0.1)); // hides parts of both
+    Scene scene = scene_of(mesh, {2, 3, 4, 5});
+    scene.materials.resize(4);
+    scene.materials[3].emission = Rgb(1, 0, 0);
+    scene.mesh.material[4] = scene.mesh.material[5] = 3;
+    BruteForceVisibility visibility;
+    visibility.build(scene.mesh);
+    const AreaLights light(scene, {2, 3, 4, 5}, {scene.mesh, visibility}, std::make_shared<const Shafts>(scene.mesh));
+    AreaLights::Worker worker;
+    int partly_hidden = 0;
+    for (const SurfacePoint& x : places(mesh, 12, 1, 1)) {
+        const auto by_set = [&](const std::vector<Index>& set_of, std::size_t sets) {
+            std::vector<Rgb> H(sets, Rgb::Constant(0.5)); // it adds
+            RandomStream stream(1, "sets");
+            light.irradiance(x, samples, stream, worker, set_of, H);
+            return H;
+        };
+        const std::vector<Rgb> apart = by_set({9, 1, 9, 0}, 2), other = by_set({9, 0, 9, 2}, 3),
+                               one = by_set({0, 0, 0, 0}, 1);
+        EXPECT_TRUE((apart[1] == other[0]).all() && (apart[0] == other[2]).all());
+        EXPECT_TRUE((other[1] == 0.5).all());
+        for (int c = 0; c < 3; ++c) {
+            EXPECT_NEAR(apart[0][c] + apart[1][c] - 1.0, one[0][c] - 0.5, 8 * 0x1p-53);
+        }
+        partly_hidden += apart[1][0] - 0.5 < 0.999 * unblocked(mesh, {2, 3}, x) ? 1 : 0;
+    }
+    EXPECT_GT(partly_hidden, 10);
+}
+
+TEST(AreaLights, ALampLightsNeitherItselfNorWhatIsBehindIt) {
+    // A lamp facing up at height 0, a wall above it facing down, and one below it facing up.
+    Mesh mesh = test::together(rectangle(0, 1, 0, 1, 0), rectangle(0, 1, 0, 1, 0.5, true));
+    mesh = test::together(mesh, rectangle(0, 1, 0, 1, -0.5));
+    const std::vector<SurfacePoint> points{mesh.at(0, 0.3, 0.3), mesh.at(2, 0.3, 0.3), mesh.at(4, 0.3, 0.3)};
+    const Lit lit = light(scene_of(mesh, {0, 1}), {0, 1}, points);
+    EXPECT_EQ(lit.H[0][0], 0.0);
+    EXPECT_DOUBLE_EQ(lit.H[1][0], unblocked(mesh, {0, 1}, points[1]));
+    EXPECT_EQ(lit.H[2][0], 0.0);
+}
+
+TEST(AreaLights, APlaceOnALampIsLitByTheOthers) {
+    // Two lamps of one material that face each other.
+    const Mesh mesh = test::together(rectangle(0, 1, 0, 1, 0), rectangle(0, 1, 0, 1, 1, true));
+    const std::vector<Index> lamps{0, 1, 2, 3};
+    const SurfacePoint x = mesh.at(0, 0.2, 0.2);
+    EXPECT_DOUBLE_EQ(light(scene_of(mesh, lamps), lamps, {x}).H[0][0], unblocked(mesh, {2, 3}, x));
+}
+
+TEST(AreaLights, AScreenThatHidesAllLeavesNothing) {
+    for (const bool down : {false, true}) { // backs block as fronts do
+        Mesh mesh = test::together(rectangle(0, 1, 0, 1, 0), rectangle(0.2, 0.7, 0.1, 0.3, 0.4, true));
+        mesh = test::together(mesh, rectangle(-1, 2, -1, 2, 0.2, down));
+        const Lit lit = light(scene_of(mesh, {2, 3}), {2, 3}, places(mesh, 8, 1, 1));
+        for (const Rgb& H : lit.H) {
+            EXPECT_TRUE((H == 0.0).all());
+        }
+        EXPECT_EQ(lit.cast, 64 * 2 * samples); // two rounds, which agree
+        EXPECT_EQ(lit.clear, 0U);
+    }
+}
+
+/// One place under a lamp, a big screen with a straight border over it. Each estimate draws samples of its own: their
+/// mean comes near the form factor of the lamp's part that the border leaves.
+TEST(AreaLights, AScreenThatHidesAPart) {
+    const double border = -0.1; // of the screen at half the lamp's height: it hides the lamp where x < 2 border
+    Mesh mesh = test::together(rectangle(-2, 2, -2, 2, 0), rectangle(-0.5, 0.5, -0.5, 0.5, 1, true));
+    mesh = test::together(mesh, rectangle(-10, border, -10, 10, 0.5));
+    const SurfacePoint x = place_at(mesh, Vec3::Zero());
+    const std::size_t count = 2048;
+    const Lit lit = light(scene_of(mesh, {2, 3}), {2, 3}, std::vector(count, x));
+
+    const Mesh seen = rectangle(2 * border, 0.5, -0.5, 0.5, 1, true);
+    const double all = unblocked(mesh, {2, 3}, x), part = unblocked(seen, {0, 1}, x) / all;
+    EXPECT_GT(part, 0.6);
+    double mean = 0.0, squares = 0.0;
+    for (const Rgb& H : lit.H) {
+        const double error = H[0] / all - part;
+        mean += error / static_cast<double>(count);
+        squares += error * error / static_cast<double>(count);
+    }
+    // Even independent samples of one round would stray by sqrt(part (1-part) / 64) <= 1/16, so 4.5 standard deviations
+    // of the mean are at most 0.0063. The ratio of sums is biased by less than the squared variation of the integrand
+    // over the lamp (below 0.04) over 64 samples: 0.0006.
+    EXPECT_NEAR(mean, 0.0, 0.0063 + 0.0006);
+    EXPECT_GT(squares, 0.0);
+    EXPECT_GT(lit.cast, count * 2 * samples); // part of a lamp takes more than one round
+    EXPECT_LE(lit.cast, count * AreaLights::most_rounds * samples);
+}
+
+/// Unit squares at z = 0 and 1 with a blocker [0,1/2]² at z = 1/2: the form factor is known.
+TEST(AreaLights, BlockedSquares) {
+    Mesh mesh = test::together(rectangle(0, 1, 0, 1, 0), rectangle(0, 1, 0, 1, 1, true));
+    mesh = test::together(mesh, rectangle(0, 0.5, 0, 0.5, 0.5));
+    const int n = 64;
+    const Lit lit = light(scene_of(mesh, {2, 3}), {2, 3}, places(mesh, n, 1, 1));
+    double mean = 0.0;
+    for (const Rgb& H : lit.H) {
+        mean += H[0] / (n * n);
+    }
+    // A place strays by at most F/16 <= 0.016 (see above), 4.5 standard deviations of the mean are 0.0011; the rule of
+    // middles adds less than 1/n² = 0.0003 of an irradiance that has no jump.
+    EXPECT_NEAR(mean, 0.1498686718, 0.0014);
+}
+
+TEST(AreaLights, SameBitsForAnyNumberOfThreads) {
+    Mesh mesh = test::together(rectangle(0, 1, 0, 1, 0), rectangle(0, 1, 0, 1, 1, true));
+    mesh = test::together(mesh, rectangle(0, 0.5, 0, 0.5, 0.5));
+    const Scene scene = scene_of(mesh, {2, 3});
+    const std::vector<SurfacePoint> points = places(mesh, 16, 1, 1);
+    const Lit one = light(scene, {2, 3}, points, 7, 1), other_seed = light(scene, {2, 3}, points, 8, 1);
+    bool seed_matters = false;
+    for (const unsigned threads : {2U, 5U}) {
+        const Lit many = light(scene, {2, 3}, points, 7, threads);
+        EXPECT_EQ(many.cast, one.cast);
+        for (std::size_t j = 0; j < points.size(); ++j) {
+            EXPECT_TRUE((many.H[j] == one.H[j]).all());
+            seed_matters = seed_matters || other_seed.H[j][0] != one.H[j][0];
+        }
+    }
+    EXPECT_TRUE(seed_matters);
+}
+
+TEST(AreaLights, TheSizeOfTheSceneDoesNotMatter) {
+    Mesh mesh = test::together(rectangle(0, 1, 0, 1, 0), rectangle(0, 1, 0, 1, 1, true));
+    mesh = test::together(mesh, rectangle(0, 0.5, 0, 0.5, 0.5));
+    const std::vector<SurfacePoint> points = places(mesh, 8, 1, 1);
+    const Lit one = light(scene_of(mesh, {2, 3}), {2, 3}, points);
+    for (const double scale : {0x1p-20, 0x1p20}) {
+        std::vector<SurfacePoint> scaled = points;
+        for (SurfacePoint& x : scaled) {
+            x.position *= scale;
+        }
+        const Lit other = light(scene_of(test::moved(mesh, scale, Vec3::Zero()), {2, 3}), {2, 3}, scaled);
+        EXPECT_EQ(other.cast, one.cast);
+        for (std::size_t j = 0; j < points.size(); ++j) {
+            EXPECT_NEAR(other.H[j][0], one.H[j][0], 1e-14) << scale;
+        }
+    }
+}
+
+/// n by n square lamps, two triangles each, on a ceiling over the unit square, which are triangles 0 and 1.
+Mesh ceiling_of_lamps(int n, std::vector<Index>& lamps) {
+    Mesh mesh = rectangle(0, 1, 0, 1, 0);
+    const double w = 1.0 / n;
+    for (int j = 0; j < n; ++j) {
+        for (int i = 0; i < n; ++i) {
+            const auto first = static_cast<Index>(mesh.triangles.size());
+            mesh = test::together(mesh, rectangle(i * w, (i + 0.5) * w, j * w, (j + 0.5) * w, 1, true));
+            lamps.insert(lamps.end(), {first, first + 1});
+        }
+    }
+    return mesh;
+}
+
+/// Many lamps stand for each other: in the mean that makes no difference.
+TEST(AreaLights, ManyLampsAreExactInTheMean) {
+    std::vector<Index> lamps;
+    const Mesh mesh = ceiling_of_lamps(12, lamps);
+    for (const Vec3& position : {Vec3(0.8, 0.7, 0.0), Vec3(0.3, 0.4, 0.9)}) {
+        SurfacePoint x = place_at(mesh, position);
+        x.position = position; // above the floor
+        const double exact = unblocked(mesh, lamps, x);
+        const std::size_t count = 1000;
+        const Lit lit = light(scene_of(mesh, lamps), lamps, std::vector(count, x));
+        double mean = 0.0, squares = 0.0;
+        for (const Rgb& H : lit.H) {
+            mean += H[0] / exact / static_cast<double>(count);
+            squares += std::pow(H[0] / exact - 1.0, 2) / static_cast<double>(count);
+        }
+        const double deviation = std::sqrt(squares);
+        EXPECT_NEAR(mean, 1.0, 4.5 * deviation / std::sqrt(double(count)) + 1e-12);
+        EXPECT_GT(deviation, 0.0);
+        EXPECT_LT(deviation, 0.02);
+    }
+}
+
+/// Estimates of one ray, in the mean, of lamps that are partly hidden.
+TEST(AreaLights, SamplesHaveTheirIrradianceAsMean) {
+    for (const int cells : {1, 5}) { // 2 and 50 triangles
+        const Mesh lamp = test::moved(test::grid(cells, cells, 1.0, 1.0, true), 1.0, Vec3(-0.5, -0.5, 3.0));
+        Mesh mesh = test::together(rectangle(-2, 2, -2, 2, 0), lamp);
+        mesh = test::together(mesh, rectangle(-10, 0, -10, 10, 1.5));
+        std::vector<Index> lamps;
+        for (Index t = 0; t < lamp.triangles.size(); ++t) {
+            lamps.push_back(2 + t);
+        }
+        const Scene scene = scene_of(mesh, lamps);
+        BruteForceVisibility visibility;
+        visibility.build(scene.mesh);
+        const AreaLights light(scene, lamps, {scene.mesh, visibility}, std::make_shared<const Shafts>(scene.mesh));
+        const SurfacePoint x = place_at(mesh, Vec3(0.1, 0.2, 0.0));
+        // The screen at half height hides the lamp where it is left of -0.1 as seen from x.
+        const Mesh seen = rectangle(-0.1, 0.5, -0.5, 0.5, 3, true);
+        const double F = unblocked(seen, {0, 1}, x);
+        AreaLights::Worker worker;
+        RandomStream stream(1, "samples");
+        const int count = 20000;
+        double mean = 0.0, squares = 0.0;
+        for (int i = 0; i < count; ++i) {
+            const AreaLights::Sample sample =
+                light.sample(x, {stream.uniform(), stream.uniform(), stream.uniform(), stream.uniform()}, worker);
+            const Rgb& H = sample.H;
+            EXPECT_TRUE((H == 0.0).all() || sample.material == 1);
+            EXPECT_DOUBLE_EQ(H[1], 2.0 * H[0]);
+            EXPECT_DOUBLE_EQ(H[2], 3.0 * H[0]);
+            mean += H[0] / count;
+            squares += H[0] * H[0] / count;
+        }
+        EXPECT_NEAR(mean, F, 4.5 * std::sqrt((squares - mean * mean) / count)) << cells;
+        EXPECT_LT(squares, 2.5 * F * F); // the sample varies mostly by being hidden or not (3/5 are seen)
+    }
+}
+
+std::vector<Index> lamp_triangles(const Scene& scene) {
+    const std::vector<char> lamps = area_light_materials(scene);
+    std::vector<Index> triangles;
+    for (Index t = 0; t < scene.mesh.triangles.size(); ++t) {
+        if (lamps[scene.mesh.material[t]] != 0) {
+            triangles.push_back(t);
+        }
+    }
+    return triangles;
+}
+
+/// A row of `cells` unit squares of two triangles each, the first `bright` of them emitting, `materials` in turn.
+std::vector<Index> chosen(int cells, int bright, int materials = 1) {
+    Scene scene;
+    scene.mesh = test::grid(cells, 1, cells, 1.0);
+    scene.materials.resize(static_cast<std::size_t>(materials) + 1);
+    for (int m = 1; m <= materials; ++m) {
+        scene.materials[static_cast<std::size_t>(m)].emission = Rgb(0, 0, 1);
+    }
+    for (int cell = 0; cell < bright; ++cell) {
+        const auto material = static_cast<Index>(1 + cell % materials);
+        scene.mesh.material[static_cast<std::size_t>(2 * cell)] = material;
+        scene.mesh.material[static_cast<std::size_t>(2 * cell) + 1] = material;
+    }
+    return lamp_triangles(scene);
+}
+
+TEST(AreaLights, WhichTrianglesAreLamps) {
+    EXPECT_EQ(chosen(100, 2), (std::vector<Index>{0, 1, 2, 3}));
+    EXPECT_TRUE(chosen(100, 0).empty());
+    EXPECT_EQ(chosen(100, 9).size(), 18U); // at most a tenth of the surface
+    EXPECT_TRUE(chosen(100, 11).empty());
+    EXPECT_EQ(chosen(24000, 2049).size(), 4098U); // however many
+    EXPECT_EQ(chosen(400, 33, 33).size(), 66U);
+    EXPECT_EQ(chosen(100, 13, 2).size(), 12U); // of 7 and 6 squares the smaller, since both would be too large
+    EXPECT_EQ(chosen(100, 20, 3).size(), 12U); // of 7, 7 and 6 squares: 1 beside 14/94
+    EXPECT_TRUE(chosen(100, 60, 10).empty());  // 6 squares a material: 1 beside 54/94
+}
+
+TEST(AreaLights, WhatEmitsUnevenlyIsNoLamp) {
+    Scene scene;
+    scene.mesh = test::grid(100, 1, 100, 1.0);
+    scene.materials.resize(2);
+    scene.materials[1].emission = Rgb::Ones();
+    scene.mesh.material[0] = 1;
+    EXPECT_EQ(lamp_triangles(scene).size(), 1U);
+    scene.materials[1].emission_pattern = [](const Vec3& x) { return x.x(); };
+    EXPECT_TRUE(lamp_triangles(scene).empty());
+    scene.materials.push_back(Material{});
+    scene.materials[2].emission = Rgb::Ones();
+    scene.mesh.material[7] = 2;
+    EXPECT_EQ(lamp_triangles(scene), (std::vector<Index>{7})); // whatever the others do
+}
+
+} // namespace
+} // namespace difusa
