@@ -95,14 +95,14 @@ TEST(Discretisation, HasSurfelsSomewhatSmallerThanElements) {
         const auto sites = static_cast<double>(test::poisson_sites(mesh, spacing).size());
         const Surfels surfels(mesh, Discretisation::surfel_edge(spacing), Execution{});
         // Disks of half the spacing about sites take at most 0.91 of a plane, squares of surfels all of it: at most
-        // 0.91 / (pi/4) sites and at least 2 surfels for the square of a spacing.
-        EXPECT_GE(static_cast<double>(surfels.size()), 2.0 * (std::numbers::pi / 4.0) / 0.91 * sites);
+        // 0.91 / (pi/4) sites and at least 4 surfels for the square of a spacing.
+        EXPECT_GE(static_cast<double>(surfels.size()), 4.0 * (std::numbers::pi / 4.0) / 0.91 * sites);
         EXPECT_LE(static_cast<double>(surfels.size()), most * sites);
     };
-    expect(test::grid(1, 1), 0.02, 4.0);
-    expect(test::l_room(), 0.06, 4.0);
-    expect(test::box(1.0, 100), 0.035, 6.0);
-    expect(test::box(1.0, 40), 0.035, 12.0);
+    expect(test::grid(1, 1), 0.02, 8.0);
+    expect(test::l_room(), 0.06, 8.0);
+    expect(test::box(1.0, 100), 0.035, 12.0);
+    expect(test::box(1.0, 40), 0.035, 24.0);
 }
 
 } // namespace
