@@ -283,7 +283,8 @@ TEST(BakeFiles, CoefficientsInterpolateTheSites) {
     const BakeResult& result = coloured();
     ASSERT_EQ(result.channels, 3);
     // The shadow rays of lamps at the sites are those of the bake.
-    const Irradiance light = result.field().evaluate(result.sites->points, result.options.seed, "direct light", Execution{});
+    const Irradiance light =
+        result.field().evaluate(result.sites->points, result.options.seed, "direct light", Execution{});
     const Values H = light.direct + light.indirect;
     EXPECT_LE((light.direct - result.solution.direct).cwiseAbs().maxCoeff(),
               1e-12 * result.field().parts().smooth.cwiseAbs().maxCoeff());

@@ -3,11 +3,11 @@
 // narrow that rounding moves a hit along it (see `tie`) may the order of the search decide.
 #include <difusa/core/error.h>
 #include <difusa/import/scene_file.h>
-#include <difusa/rays/visibility_choice.h>
 #include <difusa/rays/brute_force.h>
 #include <difusa/rays/direction_pool.h>
 #include <difusa/rays/directions.h>
 #include <difusa/rays/visibility.h>
+#include <difusa/rays/visibility_choice.h>
 #include <difusa/rays/watertight.h>
 #include <difusa/repair/diagnosis.h>
 
