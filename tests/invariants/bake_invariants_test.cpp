@@ -19,7 +19,7 @@
 #include <string>
 #include <vector>
 
-namespace difusa {
+namespace difusa::bake_invariants_test {
 namespace {
 
 using test::ScratchDirectory;
@@ -249,4 +249,4 @@ TEST(Bake, WideRadialElementsAreRefusedOrSolvedHonestly) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::bake_invariants_test

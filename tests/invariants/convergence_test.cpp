@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace difusa {
+namespace difusa::convergence_test {
 namespace {
 
 struct Method {
@@ -60,4 +60,4 @@ INSTANTIATE_TEST_SUITE_P(Bakes, Convergence,
                          });
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::convergence_test

@@ -12,7 +12,7 @@
 #include <cmath>
 #include <tuple>
 
-namespace difusa {
+namespace difusa::error_estimate_test {
 namespace {
 
 Scene furnace(double rho, double E) {
@@ -165,4 +165,4 @@ INSTANTIATE_TEST_SUITE_P(All, Reference, testing::ValuesIn(reference_case_names(
 });
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::error_estimate_test

@@ -25,7 +25,7 @@
 #include <string>
 #include <vector>
 
-namespace difusa {
+namespace difusa::furnace_test {
 namespace {
 
 constexpr double E = 3.0;
@@ -181,4 +181,4 @@ TEST(Furnace, NothingThatReflectsEverythingHasAnAnswer) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::furnace_test

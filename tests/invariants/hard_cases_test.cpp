@@ -26,7 +26,7 @@
 #include <utility>
 #include <vector>
 
-namespace difusa {
+namespace difusa::hard_cases_test {
 namespace {
 
 /// Rounding of a sum over the rays and elements of a site, and of the solver's sweeps.
@@ -552,4 +552,4 @@ TEST(HardCases, FewerSitesThanNeighboursAskedFor) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::hard_cases_test

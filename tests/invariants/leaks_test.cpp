@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-namespace difusa {
+namespace difusa::leaks_test {
 namespace {
 
 using namespace lit;
@@ -166,4 +166,4 @@ INSTANTIATE_TEST_SUITE_P(Bases, LightLeaks,
                          });
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::leaks_test

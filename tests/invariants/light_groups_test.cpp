@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace difusa {
+namespace difusa::light_groups_test {
 namespace {
 
 using namespace lit;
@@ -98,4 +98,4 @@ TEST(LightGroups, NamesThatFilesHold) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::light_groups_test

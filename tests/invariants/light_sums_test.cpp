@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-namespace difusa {
+namespace difusa::light_sums_test {
 namespace {
 
 using namespace lit;
@@ -190,4 +190,4 @@ INSTANTIATE_TEST_SUITE_P(Bases, LightSums,
                          });
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::light_sums_test

@@ -10,7 +10,7 @@
 
 #include <cmath>
 
-namespace difusa {
+namespace difusa::lights_test {
 namespace {
 
 using namespace lit;
@@ -266,4 +266,4 @@ TEST(ManyLights, TheErrorOfStandingForEachOtherIsInsideTheBound) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::lights_test

@@ -13,7 +13,7 @@
 #include <cmath>
 #include <filesystem>
 
-namespace difusa {
+namespace difusa::path_tracing_test {
 namespace {
 
 #ifdef DIFUSA_SANITIZED // ten times as slow: few paths, so a wide margin, and a coarse bake
@@ -104,4 +104,4 @@ TEST(PathTracing, TheCornellBoxByDefault) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::path_tracing_test

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace difusa {
+namespace difusa::scene_needs_test {
 namespace {
 
 using namespace lit;
@@ -139,4 +139,4 @@ TEST(Bake, EvaluatesListedPlacesAndCentres) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::scene_needs_test

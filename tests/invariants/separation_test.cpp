@@ -17,7 +17,7 @@
 #include <utility>
 #include <vector>
 
-namespace difusa {
+namespace difusa::separation_test {
 namespace {
 
 using namespace lit;
@@ -300,4 +300,4 @@ TEST(Separation, AnotherSurfaceIsRefused) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::separation_test

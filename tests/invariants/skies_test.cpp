@@ -15,7 +15,7 @@
 #include <cmath>
 #include <memory>
 
-namespace difusa {
+namespace difusa::skies_test {
 namespace {
 
 using namespace lit;
@@ -187,4 +187,4 @@ TEST(Skies, AnotherSkyTakesThePlaceOfItsSuns) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::skies_test

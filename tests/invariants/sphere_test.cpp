@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-namespace difusa {
+namespace difusa::sphere_test {
 namespace {
 
 constexpr double rho = 0.6;
@@ -124,4 +124,4 @@ TEST(Energy, BalancesExactlyInAFurnace) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::sphere_test

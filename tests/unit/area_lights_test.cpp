@@ -11,7 +11,7 @@
 #include <cmath>
 #include <memory>
 
-namespace difusa {
+namespace difusa::area_lights_test {
 namespace {
 
 constexpr std::size_t samples = 64;
@@ -415,4 +415,4 @@ TEST(AreaLights, WhatEmitsUnevenlyIsNoLamp) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::area_lights_test

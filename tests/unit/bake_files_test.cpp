@@ -34,7 +34,7 @@
 #include <fstream>
 #include <numeric>
 
-namespace difusa {
+namespace difusa::bake_files_test {
 namespace {
 
 using nlohmann::json;
@@ -510,4 +510,4 @@ TEST(BakeFiles, TimesForAPerson) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::bake_files_test

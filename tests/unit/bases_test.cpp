@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-namespace difusa {
+namespace difusa::bases_test {
 namespace {
 
 constexpr double eps = std::numeric_limits<double>::epsilon();
@@ -355,4 +355,4 @@ TEST(Bases, ScalingByAPowerOfTwoKeepsEveryBit) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::bases_test

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace difusa {
+namespace difusa::basis_averages_test {
 namespace {
 
 constexpr double unit = 0x1p-28; ///< of the weights
@@ -153,4 +153,4 @@ TEST(BasisAverages, ConvergeToTheMeansAtSecondOrder) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::basis_averages_test

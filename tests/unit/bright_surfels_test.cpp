@@ -11,7 +11,7 @@
 #include <cmath>
 #include <memory>
 
-namespace difusa {
+namespace difusa::bright_surfels_test {
 namespace {
 
 /// A floor 4 by 4 and a wall beside it, under a ceiling 2 above with a square hole, above which the sun is: it lights
@@ -220,4 +220,4 @@ TEST(BrightSurfels, WithoutLightThereIsNothingToDo) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::bright_surfels_test

@@ -11,7 +11,7 @@
 #include <cmath>
 #include <set>
 
-namespace difusa {
+namespace difusa::camera_rays_test {
 namespace {
 
 constexpr double eps = std::numeric_limits<double>::epsilon();
@@ -161,4 +161,4 @@ TEST(PlaceCamera, WishesGoBeforeTheCameraOfTheFile) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::camera_rays_test

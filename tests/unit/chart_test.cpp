@@ -6,7 +6,7 @@
 #include <cmath>
 #include <regex>
 
-namespace difusa {
+namespace difusa::chart_test {
 namespace {
 
 using testing::HasSubstr;
@@ -84,4 +84,4 @@ TEST(Chart, MarkersAndNamesAreThereForEachSeries) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::chart_test

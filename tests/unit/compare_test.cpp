@@ -15,7 +15,7 @@
 #include <limits>
 #include <numbers>
 
-namespace difusa {
+namespace difusa::compare_test {
 namespace {
 
 using testing::HasSubstr;
@@ -407,4 +407,4 @@ TEST(Compare, InterpolationErrorFallsWithTheSquareOfTheReferencesEdges) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::compare_test

@@ -9,7 +9,7 @@
 #include "meshes.h"
 #include "soups.h"
 
-namespace difusa {
+namespace difusa::diagnosis_invariants_test {
 namespace {
 
 using test::make_soup;
@@ -155,4 +155,4 @@ TEST(Diagnosis, ScalingByAPowerOfTwoChangesNoBit) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::diagnosis_invariants_test

@@ -7,7 +7,7 @@
 #include "meshes.h"
 #include "soups.h"
 
-namespace difusa {
+namespace difusa::diagnosis_test {
 namespace {
 
 using test::make_soup;
@@ -418,4 +418,4 @@ TEST(Diagnosis, FacesThatCross) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::diagnosis_test

@@ -12,7 +12,7 @@
 
 #include <cmath>
 
-namespace difusa {
+namespace difusa::direct_light_test {
 namespace {
 
 /// A scene of these meshes with one material of reflectance 1/2 and a visibility engine on it.
@@ -203,4 +203,4 @@ TEST(DirectLight, TheFirstBounceIsGatheredFromSurfels) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::direct_light_test

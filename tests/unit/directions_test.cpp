@@ -14,7 +14,7 @@
 #include <numbers>
 #include <vector>
 
-namespace difusa {
+namespace difusa::directions_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -197,4 +197,4 @@ TEST(DirectionPool, GivesEverySiteRaysAboveItsPlaneFromItsPlace) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::directions_test

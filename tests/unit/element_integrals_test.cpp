@@ -10,7 +10,7 @@
 #include <numbers>
 #include <numeric>
 
-namespace difusa {
+namespace difusa::element_integrals_test {
 namespace {
 
 double sum(const std::vector<double>& values) {
@@ -108,4 +108,4 @@ TEST(Discretisation, HasSurfelsSomewhatSmallerThanElements) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::element_integrals_test

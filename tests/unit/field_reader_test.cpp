@@ -27,7 +27,7 @@
 #include <fstream>
 #include <limits>
 
-namespace difusa {
+namespace difusa::field_reader_test {
 namespace {
 
 using test::ScratchDirectory;
@@ -451,4 +451,4 @@ TEST(FieldReader, DamagedVtpIsRefusedOrReadAndNothingIsPrinted) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::field_reader_test

@@ -5,9 +5,9 @@
 
 #include "gltf_text.h"
 
+namespace difusa::gltf_lights_test {
 namespace {
 
-using namespace difusa;
 using readers::notes;
 using testing::AllOf;
 using testing::HasSubstr;
@@ -81,3 +81,4 @@ TEST(GltfReader, TheFirstPerspectiveCamera) {
 }
 
 } // namespace
+} // namespace difusa::gltf_lights_test

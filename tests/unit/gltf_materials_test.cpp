@@ -6,9 +6,9 @@
 
 #include "gltf_text.h"
 
+namespace difusa::gltf_materials_test {
 namespace {
 
-using namespace difusa;
 using readers::notes;
 using testing::AllOf;
 using testing::ElementsAre;
@@ -191,3 +191,4 @@ TEST(GltfReader, SpecularGlossiness) {
 }
 
 } // namespace
+} // namespace difusa::gltf_materials_test

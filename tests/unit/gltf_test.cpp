@@ -10,9 +10,9 @@
 #include "gltf_text.h"
 #include "scratch_directory.h"
 
+namespace difusa::gltf_test {
 namespace {
 
-using namespace difusa;
 using readers::Bytes;
 using readers::notes;
 using readers::refusal;
@@ -319,3 +319,4 @@ TEST(GltfReader, OneSceneInThreeFormats) {
 }
 
 } // namespace
+} // namespace difusa::gltf_test

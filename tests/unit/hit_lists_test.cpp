@@ -8,7 +8,7 @@
 #include <cmath>
 #include <vector>
 
-namespace difusa {
+namespace difusa::hit_lists_test {
 namespace {
 
 using Rows = std::vector<std::vector<Index>>;
@@ -181,4 +181,4 @@ TEST(HitLists, EmptyOnesAreNoSpecialCase) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::hit_lists_test

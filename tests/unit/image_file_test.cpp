@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
+namespace difusa::image_file_test {
 namespace {
 
-using namespace difusa;
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -349,3 +349,4 @@ TEST(ImageFile, OtherFilesAreRefused) {
 }
 
 } // namespace
+} // namespace difusa::image_file_test

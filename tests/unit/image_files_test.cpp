@@ -18,7 +18,7 @@
 #include <vtkNew.h>
 #include <vtkPNGReader.h>
 
-namespace difusa {
+namespace difusa::image_files_test {
 namespace {
 
 /// Values of all sizes, whole rows of one value, single pixels that differ, and black.
@@ -109,4 +109,4 @@ TEST(ImageFiles, TheNameSaysWhichFormat) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::image_files_test

@@ -24,7 +24,7 @@
 #include <variant>
 #include <vector>
 
-namespace difusa {
+namespace difusa::inspect_basis_test {
 namespace {
 
 constexpr double eps = std::numeric_limits<double>::epsilon();
@@ -214,4 +214,4 @@ TEST(InspectBasis, FilesHoldOneRowForEachVertexAndSite) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::inspect_basis_test

@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace difusa {
+namespace difusa::json_tree_test {
 namespace {
 
 using testing::AllOf;
@@ -58,4 +58,4 @@ TEST(JsonTree, RefusesWhatIsNoJson) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::json_tree_test

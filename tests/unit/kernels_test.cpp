@@ -10,7 +10,7 @@
 #include <numbers>
 #include <vector>
 
-namespace difusa {
+namespace difusa::kernels_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -152,4 +152,4 @@ TEST(Kernels, DoNotDependOnTheUnitOfLength) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::kernels_test

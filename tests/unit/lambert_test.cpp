@@ -10,7 +10,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace difusa {
+namespace difusa::lambert_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -237,4 +237,4 @@ TEST(Lambert, AnElementOnTheBorder) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::lambert_test

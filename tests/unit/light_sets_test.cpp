@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace difusa {
+namespace difusa::light_sets_test {
 namespace {
 
 using Names = std::vector<std::string>;
@@ -75,4 +75,4 @@ TEST(LightSets, AllLightsAreOne) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::light_sets_test

@@ -11,7 +11,7 @@
 #include <map>
 #include <numeric>
 
-namespace difusa {
+namespace difusa::light_tree_test {
 namespace {
 
 std::vector<Index> all_of(const Mesh& mesh) {
@@ -191,4 +191,4 @@ TEST(Shafts, NeighboursDoNotCount) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::light_tree_test

@@ -9,7 +9,7 @@
 #include <limits>
 #include <set>
 
-namespace difusa {
+namespace difusa::mesh_test {
 namespace {
 
 using test::book;
@@ -109,4 +109,4 @@ TEST(Mesh, RefusesWhatTheDiagnosisWouldNotPass) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::mesh_test

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <vector>
 
-namespace difusa {
+namespace difusa::metrics_test {
 namespace {
 
 constexpr double eps = std::numeric_limits<double>::epsilon();
@@ -209,4 +209,4 @@ TEST(ConvergenceOrder, RefusesWhatHasNone) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::metrics_test

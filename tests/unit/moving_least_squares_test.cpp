@@ -20,7 +20,7 @@
 #include <utility>
 #include <vector>
 
-namespace difusa {
+namespace difusa::moving_least_squares_test {
 namespace {
 
 constexpr double eps = std::numeric_limits<double>::epsilon();
@@ -337,4 +337,4 @@ TEST(MovingLeastSquares, SitesThatMoveOffALineMeetNoStep) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::moving_least_squares_test

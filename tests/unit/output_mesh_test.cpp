@@ -9,7 +9,7 @@
 #include <limits>
 #include <set>
 
-namespace difusa {
+namespace difusa::output_mesh_test {
 namespace {
 
 using test::book;
@@ -452,4 +452,4 @@ TEST(OutputMesh, CanBeInterrupted) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::output_mesh_test

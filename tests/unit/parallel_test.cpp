@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-namespace difusa {
+namespace difusa::parallel_test {
 namespace {
 
 TEST(ParallelFor, CoversEveryIndexOnceInRangesOfTheGrain) {
@@ -113,4 +113,4 @@ TEST(ParallelFor, StopsWhenCancelled) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::parallel_test

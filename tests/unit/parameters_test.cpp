@@ -7,6 +7,7 @@
 #include <clocale>
 #include <string>
 
+namespace difusa::parameters_test {
 namespace {
 
 using difusa::nearest_name;
@@ -136,3 +137,4 @@ TEST(NearestNameTest, CountsEdits) {
 }
 
 } // namespace
+} // namespace difusa::parameters_test

@@ -12,7 +12,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace difusa {
+namespace difusa::picture_test {
 namespace {
 
 using test::box;
@@ -250,4 +250,4 @@ TEST(Picture, WhatCannotBeIsRefused) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::picture_test

@@ -12,7 +12,7 @@
 #include <cmath>
 #include <sstream>
 
-namespace difusa {
+namespace difusa::ply_writer_test {
 namespace {
 
 using test::FileSizeLimit;
@@ -192,4 +192,4 @@ TEST(PlyWriter, FullDiskIsAnErrorWhereverItStrikes) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::ply_writer_test

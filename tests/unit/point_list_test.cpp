@@ -8,7 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace difusa {
+namespace difusa::point_list_test {
 namespace {
 
 using test::ScratchDirectory;
@@ -85,4 +85,4 @@ TEST_F(PointList, WhatIsNoPlace) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::point_list_test

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <vector>
 
-namespace difusa {
+namespace difusa::point_tree_test {
 namespace {
 
 Vec3 random_place(RandomStream& random) {
@@ -54,4 +54,4 @@ TEST(PointTree, HasNoMoreThanThereAre) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::point_tree_test

@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-namespace difusa {
+namespace difusa::poisson_disk_test {
 namespace {
 
 constexpr std::size_t no_limit = 1'000'000;
@@ -237,4 +237,4 @@ TEST(SpacingForCount, EndsWhereNoSpacingGivesTheCount) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::poisson_disk_test

@@ -14,7 +14,7 @@
 #include <set>
 #include <string>
 
-namespace difusa {
+namespace difusa::predict_sites_test {
 namespace {
 
 constexpr std::size_t no_limit = 10'000'000;
@@ -97,4 +97,4 @@ TEST(SpacingForCount, GivesALargeCountWithinFivePercentFromWindows) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::predict_sites_test

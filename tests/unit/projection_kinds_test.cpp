@@ -11,7 +11,7 @@
 
 #include <algorithm>
 
-namespace difusa {
+namespace difusa::projection_kinds_test {
 namespace {
 
 const std::vector<std::string> kinds{
@@ -290,4 +290,4 @@ TEST(ProjectionKinds, ChoicesAreReadAndRefused) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::projection_kinds_test

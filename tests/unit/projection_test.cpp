@@ -11,7 +11,7 @@
 
 #include <numeric>
 
-namespace difusa {
+namespace difusa::projection_test {
 namespace {
 
 Values random_values(std::size_t n, Eigen::Index channels) {
@@ -102,4 +102,4 @@ TEST(Projection, RefusesElementsThatOverlapTooMuch) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::projection_test

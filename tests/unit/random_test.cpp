@@ -6,7 +6,7 @@
 #include <cmath>
 #include <set>
 
-namespace difusa {
+namespace difusa::random_test {
 namespace {
 
 /// Pearson's statistic of equally likely bins has mean k-1 and variance 2 (k-1); a fair generator exceeds the mean by
@@ -101,4 +101,4 @@ TEST(Random, MixingLosesNothing) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::random_test

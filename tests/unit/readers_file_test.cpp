@@ -14,9 +14,9 @@
 
 #include <sys/resource.h>
 
+namespace difusa::readers_file_test {
 namespace {
 
-using namespace difusa;
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -214,3 +214,4 @@ TEST(ColourTable, NumbersManyDistinctColoursInTimeAndOrder) {
 }
 
 } // namespace
+} // namespace difusa::readers_file_test

@@ -8,9 +8,9 @@
 #include <fstream>
 #include <random>
 
+namespace difusa::readers_obj_test {
 namespace {
 
-using namespace difusa;
 using readers::notes;
 using readers::refusal;
 using testing::AllOf;
@@ -340,3 +340,4 @@ TEST(MaterialLibrary, OptionsOfTextures) {
 }
 
 } // namespace
+} // namespace difusa::readers_obj_test

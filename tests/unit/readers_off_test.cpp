@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
+namespace difusa::readers_off_test {
 namespace {
 
-using namespace difusa;
 using readers::notes;
 using readers::refusal;
 using testing::AllOf;
@@ -222,3 +222,4 @@ TEST(OffReader, BinaryEqualsText) {
 }
 
 } // namespace
+} // namespace difusa::readers_off_test

@@ -3,9 +3,9 @@
 
 #include <cmath>
 
+namespace difusa::readers_ply_test {
 namespace {
 
-using namespace difusa;
 using readers::Bytes;
 using readers::notes;
 using readers::refusal;
@@ -214,3 +214,4 @@ TEST(PlyReader, IsSafeOnFilesCutShort) {
 }
 
 } // namespace
+} // namespace difusa::readers_ply_test

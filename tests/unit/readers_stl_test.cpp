@@ -3,9 +3,9 @@
 
 #include <cmath>
 
+namespace difusa::readers_stl_test {
 namespace {
 
-using namespace difusa;
 using readers::notes;
 using readers::refusal;
 using testing::AllOf;
@@ -113,3 +113,4 @@ TEST(StlReader, IsSafeOnFilesCutShort) {
 }
 
 } // namespace
+} // namespace difusa::readers_stl_test

@@ -15,7 +15,7 @@
 #include <sstream>
 #include <string>
 
-namespace difusa {
+namespace difusa::references_ball_over_disc_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -305,4 +305,4 @@ TEST(BallOverDisc, BadParametersAreRefused) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::references_ball_over_disc_test

@@ -12,7 +12,7 @@
 #include <limits>
 #include <numbers>
 
-namespace difusa {
+namespace difusa::references_form_factors_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -268,4 +268,4 @@ TEST(FormFactors, BadLengthsAreRefused) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::references_form_factors_test

@@ -11,7 +11,7 @@
 #include <limits>
 #include <vector>
 
-namespace difusa {
+namespace difusa::references_manufactured_test {
 namespace {
 
 Vec3 inward(int axis, bool upper) {
@@ -192,4 +192,4 @@ TEST(ManufacturedBox, BadParametersAreRefused) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::references_manufactured_test

@@ -13,7 +13,7 @@
 #include <limits>
 #include <numbers>
 
-namespace difusa {
+namespace difusa::references_plates_cylinder_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -216,4 +216,4 @@ TEST(InsideOfCylinder, BadParametersAreRefused) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::references_plates_cylinder_test

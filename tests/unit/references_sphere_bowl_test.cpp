@@ -12,7 +12,7 @@
 #include <limits>
 #include <numbers>
 
-namespace difusa {
+namespace difusa::references_sphere_bowl_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -196,4 +196,4 @@ TEST(Bowl, BadParametersAreRefused) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::references_sphere_bowl_test

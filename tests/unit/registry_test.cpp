@@ -14,6 +14,7 @@
 #include <random>
 #include <string>
 
+namespace difusa::registry_test {
 namespace {
 
 using difusa::Kernel;
@@ -282,3 +283,4 @@ TEST(RegistryTest, AllPluginsOfTheProjectAreFoundWithoutRefusals) {
 }
 
 } // namespace
+} // namespace difusa::registry_test

@@ -10,7 +10,7 @@
 
 #include "scene_file_fixture.h"
 
-namespace difusa {
+namespace difusa::scene_file_bake_test {
 namespace {
 
 using test::black_and_white;
@@ -146,4 +146,4 @@ TEST_F(SceneFile, TheDocumentedExampleIsBaked) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::scene_file_bake_test

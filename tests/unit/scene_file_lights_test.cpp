@@ -7,7 +7,7 @@
 
 #include "scene_file_fixture.h"
 
-namespace difusa {
+namespace difusa::scene_file_lights_test {
 namespace {
 
 using test::bright_spot;
@@ -124,4 +124,4 @@ TEST_F(SceneFile, Cameras) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::scene_file_lights_test

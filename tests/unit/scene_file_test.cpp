@@ -10,7 +10,7 @@
 
 #include "scene_file_fixture.h"
 
-namespace difusa {
+namespace difusa::scene_file_test {
 namespace {
 
 using test::black_and_white;
@@ -255,4 +255,4 @@ TEST_F(SceneFile, ATextureOnAMeshWithoutCoordinatesIsItsMean) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::scene_file_test

@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-namespace difusa {
+namespace difusa::separators_test {
 namespace {
 
 /// A room [0, 2 + thickness] × [0,1]², each side cut into n × n rectangles, and two sheets across it at x = 1 and
@@ -335,4 +335,4 @@ TEST(BoxTree, FindsEachBoxThatOverlaps) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::separators_test

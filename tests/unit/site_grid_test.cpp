@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-namespace difusa {
+namespace difusa::site_grid_test {
 namespace {
 
 constexpr std::size_t no_limit = 1'000'000;
@@ -124,4 +124,4 @@ TEST(SiteGrid, HoldsNoMoreThanItsLimit) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::site_grid_test

@@ -11,7 +11,7 @@
 #include <limits>
 #include <numbers>
 
-namespace difusa {
+namespace difusa::site_set_test {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -115,4 +115,4 @@ TEST(SiteSet, ALoneSiteCoversItsRegion) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::site_set_test

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <vector>
 
-namespace difusa {
+namespace difusa::sky_parts_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -105,4 +105,4 @@ TEST(SkyParts, AGradientGivesAFloorItsClosedForm) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::sky_parts_test

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-namespace difusa {
+namespace difusa::solvers_test {
 namespace {
 
 using test::DenseOperator;
@@ -306,4 +306,4 @@ TEST(Solvers, CanBeInterrupted) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::solvers_test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace difusa {
+namespace difusa::sparse_rows_test {
 namespace {
 
 TEST(SparseRows, MultipliesLikeADenseMatrixWithTheSameBitsForAnyThreads) {
@@ -54,4 +54,4 @@ TEST(SparseRows, MultipliesLikeADenseMatrixWithTheSameBitsForAnyThreads) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::sparse_rows_test

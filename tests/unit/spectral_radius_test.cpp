@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace difusa {
+namespace difusa::spectral_radius_test {
 namespace {
 
 using test::DenseOperator;
@@ -57,4 +57,4 @@ TEST(SpectralRadius, OfNothingIsNothing) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::spectral_radius_test

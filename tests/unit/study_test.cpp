@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace difusa {
+namespace difusa::study_test {
 namespace {
 
 using testing::HasSubstr;
@@ -87,4 +87,4 @@ TEST(Study, MethodsAreTold) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::study_test

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <string>
 
-namespace difusa {
+namespace difusa::support_grid_test {
 namespace {
 
 struct Case {
@@ -106,4 +106,4 @@ TEST(SupportGrid, KnowsPlaceNormalAndReachOfItsCandidates) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::support_grid_test

@@ -9,7 +9,7 @@
 #include <map>
 #include <numbers>
 
-namespace difusa {
+namespace difusa::surface_sampling_test {
 namespace {
 
 TEST(SurfaceSampling, EveryTriangleHasItsShareOfPoints) {
@@ -153,4 +153,4 @@ TEST(Shapes, DiscsCapsAndCylindersHaveTheAreasOfTheirPolygons) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::surface_sampling_test

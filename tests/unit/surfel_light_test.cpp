@@ -11,7 +11,7 @@
 #include <cmath>
 #include <vector>
 
-namespace difusa {
+namespace difusa::surfel_light_test {
 namespace {
 
 /// The light of a scene on surfels of some size.
@@ -239,4 +239,4 @@ TEST(SurfelLight, TheSunThroughAHoleBringsItsFlux) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::surfel_light_test

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-namespace difusa {
+namespace difusa::surfels_test {
 namespace {
 
 struct Named {
@@ -341,4 +341,4 @@ TEST(Surfels, RefuseToBeCountless) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::surfels_test

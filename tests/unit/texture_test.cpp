@@ -8,7 +8,7 @@
 
 #include "soups.h"
 
-namespace difusa {
+namespace difusa::texture_test {
 namespace {
 
 using test::make_soup;
@@ -84,4 +84,4 @@ TEST(SettleTextures, FacesWithoutCoordinatesHaveTheMeanColour) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::texture_test

@@ -9,7 +9,7 @@
 #include <limits>
 #include <numeric>
 
-namespace difusa {
+namespace difusa::tone_map_test {
 namespace {
 
 TEST(ToneMap, TheLinearCurveMultipliesAndCuts) {
@@ -115,4 +115,4 @@ TEST(ColourScale, FollowsTheValues) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::tone_map_test

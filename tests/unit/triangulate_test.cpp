@@ -10,7 +10,7 @@
 
 #include "soups.h"
 
-namespace difusa {
+namespace difusa::triangulate_test {
 namespace {
 
 using test::flat;
@@ -322,4 +322,4 @@ TEST(Triangulate, ResultFollowsThePolygonNotItsStartingPoint) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::triangulate_test

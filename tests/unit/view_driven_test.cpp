@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-namespace difusa {
+namespace difusa::view_driven_test {
 namespace {
 
 std::vector<SurfacePoint> sample(const Mesh& mesh, const std::string& parameters, double spacing,
@@ -97,4 +97,4 @@ TEST(ViewDriven, RefusesWhatCannotBe) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::view_driven_test

@@ -25,7 +25,7 @@
 #include <string>
 #include <vector>
 
-namespace difusa {
+namespace difusa::visibility_engines_test {
 namespace {
 
 std::shared_ptr<Visibility> engine(const std::string& name, const Mesh& mesh) {
@@ -232,4 +232,4 @@ TEST(VisibilityEngines, AutoPassesOverAnEngineThatCannotBeStarted) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::visibility_engines_test

@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-namespace difusa {
+namespace difusa::visibility_test {
 namespace {
 
 constexpr double eps = std::numeric_limits<double>::epsilon();
@@ -394,4 +394,4 @@ TEST(Visibility, FollowsTheSceneWhenItIsTurnedMovedAndScaled) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::visibility_test

@@ -28,7 +28,7 @@
 
 #include <bit>
 
-namespace difusa {
+namespace difusa::vtp_writer_test {
 namespace {
 
 using test::awkward_values;
@@ -261,4 +261,4 @@ TEST(WriteField, RefusesArraysThatDoNotFit) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::vtp_writer_test

@@ -11,7 +11,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-namespace difusa {
+namespace difusa::whole_file_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -204,4 +204,4 @@ TEST(CheckOutputPath, TellsBeforeTheWork) {
 }
 
 } // namespace
-} // namespace difusa
+} // namespace difusa::whole_file_test

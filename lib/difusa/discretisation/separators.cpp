@@ -20,11 +20,6 @@ Corners corners_of(const Mesh& mesh, Index triangle) {
     return {mesh.corner(triangle, 0), mesh.corner(triangle, 1), mesh.corner(triangle, 2)};
 }
 
-Box box_of(const Mesh& mesh, Index triangle) {
-    Box box(mesh.corner(triangle, 0));
-    return box.extend(mesh.corner(triangle, 1)).extend(mesh.corner(triangle, 2));
-}
-
 Box grown(const Box& box, double by) {
     return {box.min() - Vec3::Constant(by), box.max() + Vec3::Constant(by)};
 }
@@ -98,7 +93,7 @@ class RegionTrees {
         std::vector<Box> boxes(mesh.region_count);
         first_.assign(mesh.region_count + std::size_t{1}, 0);
         for (Index t = 0; t < mesh.triangles.size(); ++t) {
-            boxes[mesh.region[t]].extend(box_of(mesh, t));
+            boxes[mesh.region[t]].extend(mesh.box(t));
             ++first_[mesh.region[t] + std::size_t{1}];
         }
         for (std::size_t p = 0; p < mesh.region_count; ++p) {
@@ -127,7 +122,7 @@ class RegionTrees {
             std::vector<Box> boxes;
             boxes.reserve(items.size());
             for (const Index t : items) {
-                boxes.push_back(box_of(mesh_, t));
+                boxes.push_back(mesh_.box(t));
             }
             trees_[region] = BoxTree(std::move(boxes), std::move(items));
         }
@@ -144,15 +139,19 @@ class RegionTrees {
 
 } // namespace
 
+double wall_rounding(const Mesh& mesh) {
+    return std::max(mesh.diameter() * 0x1p-21, mesh.magnitude() * 0x1p-44);
+}
+
 std::vector<Separator> find_separators(const Mesh& mesh) {
     std::vector<Separator> found;
     if (mesh.region_count < 2) {
         return found;
     }
-    const double rounding = std::max(mesh.diameter() * 0x1p-21, mesh.magnitude() * 0x1p-44);
+    const double rounding = wall_rounding(mesh);
     RegionTrees trees(mesh);
     for (Index F = 0; F < mesh.triangles.size(); ++F) {
-        const Box box = grown(box_of(mesh, F), rounding);
+        const Box box = grown(mesh.box(F), rounding);
         trees.regions().visit(box, [&](Index region, const Box& whole) {
             // A region that lies on one side of the plane, as floors do of the walls around them, is soon done with.
             const Vec3 normal = mesh.normals[F], foot = mesh.corner(F, 0);
@@ -192,7 +191,7 @@ Separators::Separators(const Mesh& mesh, const SiteSet& sites, std::span<const d
         std::vector<Box> boxes;
         std::vector<Index> items;
         for (; last < found.size() && found[last].region == found[first].region; ++last) {
-            boxes.push_back(box_of(mesh, found[last].triangle));
+            boxes.push_back(mesh.box(found[last].triangle));
             items.push_back(found[last].triangle);
         }
         tree_[found[first].region] = static_cast<Index>(trees_.size());

@@ -19,6 +19,9 @@ struct Separator {
     friend bool operator==(const Separator&, const Separator&) = default;
 };
 
+/// How far from a plane coordinates count as lying in it: what single precision can tell.
+double wall_rounding(const Mesh& mesh);
+
 /// All separators, by region, then by triangle.
 ///
 /// A triangle is a **separator** of another region if it touches triangles of the region that lie on both sides of its

@@ -4,6 +4,7 @@
 #include <difusa/core/parallel.h>
 #include <difusa/core/text.h>
 #include <difusa/discretisation/cell_table.h>
+#include <difusa/discretisation/separators.h>
 #include <difusa/discretisation/wall_sections.h>
 
 #include <algorithm>

@@ -14,11 +14,6 @@ namespace {
 
 using Box = BoxTree::Box;
 
-Box box_of(const Mesh& mesh, Index t) {
-    Box box(mesh.corner(t, 0));
-    return box.extend(mesh.corner(t, 1)).extend(mesh.corner(t, 2));
-}
-
 /// What the wall F has in common with the triangle T, if it is more than a point.
 std::optional<WallSection> section(const Mesh& mesh, Index F, Index T, double rounding) {
     const Vec3 n = mesh.normals[T], foot = mesh.corner(T, 0);
@@ -54,7 +49,8 @@ std::optional<WallSection> section(const Mesh& mesh, Index F, Index T, double ro
     // The part within T, which the margin widens.
     double enter = 0.0, leave = 1.0;
     for (int k = 0; k < 3; ++k) {
-        const Vec3 p = mesh.corner(T, k), inwards = n.cross(mesh.corner(T, (k + 1) % 3) - p).normalized();
+        const Vec3& p = mesh.corner(T, k);
+        const Vec3 inwards = n.cross(mesh.corner(T, (k + 1) % 3) - p).normalized();
         const double at_a = inwards.dot(a - p) + rounding, at_b = inwards.dot(b - p) + rounding;
         if (at_a < 0.0 && at_b < 0.0) {
             return std::nullopt;
@@ -74,10 +70,6 @@ std::optional<WallSection> section(const Mesh& mesh, Index F, Index T, double ro
 
 } // namespace
 
-double wall_rounding(const Mesh& mesh) {
-    return std::max(mesh.diameter() * 0x1p-21, mesh.magnitude() * 0x1p-44);
-}
-
 std::vector<WallSection> wall_sections(const Mesh& mesh, const Execution& execution) {
     const std::vector<Separator> separators = find_separators(mesh);
     std::vector<WallSection> sections;
@@ -93,7 +85,7 @@ std::vector<WallSection> wall_sections(const Mesh& mesh, const Execution& execut
     std::vector<Index> items;
     for (Index t = 0; t < mesh.triangles.size(); ++t) {
         if (parted[mesh.region[t]] != 0) {
-            boxes.push_back(box_of(mesh, t));
+            boxes.push_back(mesh.box(t));
             items.push_back(t);
         }
     }
@@ -105,7 +97,7 @@ std::vector<WallSection> wall_sections(const Mesh& mesh, const Execution& execut
         }
         const Index region = separators[i].region, wall = separators[i].triangle;
         const Vec3 margin = Vec3::Constant(rounding);
-        const Box box = box_of(mesh, wall);
+        const Box box = mesh.box(wall);
         met.clear();
         tree.visit(Box(box.min() - margin, box.max() + margin), [&](Index T, const Box&) {
             if (mesh.region[T] == region) {

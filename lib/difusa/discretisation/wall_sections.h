@@ -14,9 +14,6 @@ struct WallSection {
     Vec3 from = Vec3::Zero(), to = Vec3::Zero();
 };
 
-/// How far from a plane coordinates count as lying in it: what single precision can tell.
-double wall_rounding(const Mesh& mesh);
-
 /// All of them, by region, wall and triangle.
 std::vector<WallSection> wall_sections(const Mesh& mesh, const Execution& execution);
 

@@ -39,9 +39,7 @@ Index LightTree::build(const Mesh& mesh, std::span<const Index> triangles, std::
     Eigen::AlignedBox3d box, centres;
     for (Index i = first; i < last; ++i) {
         const Index t = triangles[order_[i]];
-        for (int k = 0; k < 3; ++k) {
-            box.extend(mesh.corner(t, k));
-        }
+        box.extend(mesh.box(t));
         centres.extend(centroid(mesh, t));
         node.axis += power[order_[i]] * mesh.normals[t];
         node.power += power[order_[i]];

@@ -19,10 +19,7 @@ std::vector<BoxTree::Box> boxes_of(const Mesh& mesh) {
     std::vector<BoxTree::Box> boxes;
     boxes.reserve(mesh.triangles.size());
     for (Index t = 0; t < mesh.triangles.size(); ++t) {
-        BoxTree::Box box(mesh.corner(t, 0));
-        box.extend(mesh.corner(t, 1));
-        box.extend(mesh.corner(t, 2));
-        boxes.push_back(box);
+        boxes.push_back(mesh.box(t));
     }
     return boxes;
 }

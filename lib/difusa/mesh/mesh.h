@@ -61,6 +61,12 @@ struct Mesh {
                 normals[triangle], triangle, u, v};
     }
 
+    /// The smallest axis-parallel box around a triangle.
+    Eigen::AlignedBox3d box(Index triangle) const {
+        Eigen::AlignedBox3d box(corner(triangle, 0));
+        return box.extend(corner(triangle, 1)).extend(corner(triangle, 2));
+    }
+
     /// Length of the bounding box' diagonal.
     double diameter() const { return (high - low).norm(); }
 

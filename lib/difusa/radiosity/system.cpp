@@ -44,7 +44,7 @@ class Rows {
 /// One call of RadiositySystem::solve.
 class Solving {
   public:
-    Solving(const RadiositySystem& system, std::shared_ptr<const Scene> scene, const LightingOptions& options,
+    Solving(const RadiositySystem& system, const std::shared_ptr<const Scene>& scene, const LightingOptions& options,
             const Execution& execution)
         : system_(system), discretisation_(system.discretisation()), transport_(system.transport()), scene_(scene),
           options_(options), execution_(execution), channels_(scene->is_grey() ? 1 : 3),

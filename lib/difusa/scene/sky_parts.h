@@ -28,7 +28,8 @@ class SkyParts {
 
     /// The direction at (u, v) in [0,1]² of a part, uniform by solid angle.
     static Vec3 direction(Index part, double u, double v) {
-        const double z = 2.0 * (part / (2 * bands) + u) / bands - 1.0;
+        const Index band = part / (2 * bands);
+        const double z = 2.0 * (band + u) / bands - 1.0;
         const double azimuth = 2.0 * std::numbers::pi * (part % (2 * bands) + v) / (2 * bands);
         const double radius = std::sqrt(std::max(0.0, 1.0 - z * z));
         return {radius * std::cos(azimuth), radius * std::sin(azimuth), z};
