@@ -78,7 +78,7 @@ LightTransport transport_between(const BakeResult& result, const Choices& choice
     return transport;
 }
 
-/// What the scene is lit by, and the surface that is reached.
+/// The sites, and the area of the surface that no light reaches.
 struct Placed {
     std::shared_ptr<SiteSet> sites;
     double dark_area = 0.0;
@@ -92,6 +92,9 @@ Placed build_and_place(BakeResult& result, const Choices& choices, const Tracer&
     const LitSurface lit = lit_surface(result, lights, tracer, execution);
     Placed placed{place_sites(result, choices, lit, execution), lit.dark_area};
     result.sites = placed.sites;
+    // What may be refused is refused before the time is spent.
+    check_output(result);
+    find_listed(result, execution);
     result.estimate = estimate_cost(result, choices, lights, placed.sites->size(), execution);
     if (timed) {
         time_sample(result.estimate, result, choices, lights, *placed.sites, execution);
@@ -129,7 +132,7 @@ void finish(BakeResult& result, Choices& choices, const Execution& execution) {
     list_savings(result, execution);
 }
 
-/// Runs `steps` on a result with a journal of its own.
+/// Runs `steps` on a result with a journal of its own, which is appended to the caller's in any case.
 template <class Steps>
 BakeResult run(const Registry& registry, const BakeOptions& options, const Execution& execution, const Steps& steps) {
     Choices choices = make_choices(registry, options);
@@ -143,8 +146,19 @@ BakeResult run(const Registry& registry, const BakeOptions& options, const Execu
     for (const std::string& note : choices.notes) {
         own.note(note);
     }
-    steps(result, choices, own);
-    journal.end();
+    const auto hand_over = [&] {
+        journal.end();
+        if (execution.journal != nullptr) {
+            execution.journal->append(journal);
+        }
+    };
+    try {
+        steps(result, choices, own);
+    } catch (...) {
+        hand_over();
+        throw;
+    }
+    hand_over();
     result.journal = std::move(journal);
     return result;
 }

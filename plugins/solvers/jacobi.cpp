@@ -32,7 +32,8 @@ class Jacobi final : public difusa::Solver {
                 summary.residual = r_c <= summary.residual ? summary.residual : r_c;
             }
             first = summary.iterations == 0 ? summary.residual : first;
-            if (summary.residual <= options.tolerance) {
+            if (summary.residual <= options.tolerance ||
+                r.cwiseAbs().maxCoeff() <= difusa::rounding_of_residual * summary.h.cwiseAbs().maxCoeff()) {
                 summary.reason = SolveSummary::Reason::converged;
                 return summary;
             }

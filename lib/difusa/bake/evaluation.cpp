@@ -5,6 +5,7 @@
 #include <difusa/core/memory.h>
 #include <difusa/core/text.h>
 #include <difusa/mesh/nearest_surface.h>
+#include <difusa/mesh/output_mesh.h>
 
 #include <cmath>
 
@@ -71,8 +72,12 @@ void bound_error(BakeResult& result, const Execution& execution) {
     result.error_bound = (reflected + (result.options.final_gather == 0 ? result.residual : noise).array()).matrix();
 }
 
-/// The nearest surface points to a user's list of places.
-void evaluate_listed(BakeResult& result, const Execution& execution) {
+} // namespace
+
+void find_listed(BakeResult& result, const Execution& execution) {
+    if (result.options.at.empty()) {
+        return;
+    }
     const Mesh& mesh = result.scene->mesh;
     const BakeOptions& options = result.options;
     const NearestSurface surface(mesh.points, mesh.triangles);
@@ -80,15 +85,8 @@ void evaluate_listed(BakeResult& result, const Execution& execution) {
     for (std::size_t i = 0; i < options.at.size(); ++i) {
         const ListedPoint& wanted = options.at[i];
         const Vec3& p = wanted.position;
-        // Without a normal, any: of a direction and its opposite every triangle faces one or the other.
-        NearestSurface::Place place;
-        for (const Vec3& n : wanted.normal ? std::vector<Vec3>{*wanted.normal}
-                                           : std::vector<Vec3>{Vec3(0.36, 0.48, 0.8), Vec3(-0.36, -0.48, -0.8)}) {
-            const NearestSurface::Place found = surface.nearest({p, n, p + n * options.spacing});
-            if (found.triangle != none && (place.triangle == none || found.distance < place.distance)) {
-                place = found;
-            }
-        }
+        const Vec3 n = wanted.normal.value_or(Vec3::Zero());
+        const NearestSurface::Place place = surface.nearest({p, n, p + n * options.spacing});
         if (place.triangle == none) {
             throw InputError("--at: no surface faces the way of the normal of place " + std::to_string(i) +
                              " (counting from 0): turn the normal, or leave it out");
@@ -102,10 +100,11 @@ void evaluate_listed(BakeResult& result, const Execution& execution) {
                        " places of --at are farther from the surface than the spacing of the sites: what is told is "
                        "the light at the nearest surface point");
     }
-    result.listed_values = values_at(result, result.listed, "listed", execution);
 }
 
-} // namespace
+void check_output(const BakeResult& result) {
+    check_refinement(result.scene->mesh, result.options.output_spacing, available_memory() / bytes_of_triangle);
+}
 
 void estimate_error_of(BakeResult& result, const Execution& execution) {
     const std::size_t points = error_points(result.options, result.sites->size());
@@ -140,7 +139,7 @@ void evaluate_output(BakeResult& result, const Execution& execution) {
         result.centres = values_at(result, centres, "centres", execution);
     }
     if (!options.at.empty()) {
-        evaluate_listed(result, execution);
+        result.listed_values = values_at(result, result.listed, "listed", execution);
     }
 }
 

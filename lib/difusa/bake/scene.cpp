@@ -12,6 +12,10 @@ namespace difusa {
 
 namespace {
 
+std::string list(const Rgb& c) {
+    return text_of(c[0]) + "," + text_of(c[1]) + "," + text_of(c[2]);
+}
+
 /// Refuses a scene made by a program that reading a file would not have let pass.
 void check_scene(const Scene& scene, const std::string& name) {
     const auto refuse = [&](const std::string& why) { throw InputError(name + ": " + why); };
@@ -32,6 +36,13 @@ void check_scene(const Scene& scene, const std::string& name) {
         if (scene.materials[material].vertex_colours && mesh.corner_reflectance.size() != mesh.triangles.size()) {
             refuse("the material " + scene.materials[material].name +
                    " is that of the vertices' colours, and the mesh has none for each triangle");
+        }
+    }
+    for (std::size_t t = 0; t < mesh.corner_reflectance.size(); ++t) {
+        for (const Rgb& colour : mesh.corner_reflectance[t]) {
+            if (!((colour >= 0.0) && (colour <= 1.0)).all()) {
+                refuse("triangle " + std::to_string(t) + " has a vertex colour outside [0,1]: " + list(colour));
+            }
         }
     }
     if (!is_light(scene.sky)) {
@@ -60,10 +71,6 @@ void check_scene(const Scene& scene, const std::string& name) {
                 "is negative or not finite, or an inner cone wider than the outer one");
         }
     }
-}
-
-std::string list(const Rgb& c) {
-    return text_of(c[0]) + "," + text_of(c[1]) + "," + text_of(c[2]);
 }
 
 /// Adds the lights of the options, and a sky if there would be no light at all.

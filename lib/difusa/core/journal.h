@@ -37,6 +37,15 @@ class Journal {
     void note(std::string text) { notes_.push_back(std::move(text)); }
     void save(Saving saving) { savings_.push_back(std::move(saving)); }
     void count(const std::string& name, std::size_t amount) { counts_[name] += amount; }
+    /// Adds what another one holds after what is here.
+    void append(const Journal& other) {
+        seconds_.insert(seconds_.end(), other.seconds_.begin(), other.seconds_.end());
+        notes_.insert(notes_.end(), other.notes_.begin(), other.notes_.end());
+        savings_.insert(savings_.end(), other.savings_.begin(), other.savings_.end());
+        for (const auto& [name, amount] : other.counts_) {
+            counts_[name] += amount;
+        }
+    }
 
     const std::vector<std::pair<std::string, double>>& seconds() const { return seconds_; } ///< wall time, in order
     const std::vector<std::string>& notes() const { return notes_; }

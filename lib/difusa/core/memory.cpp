@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <fstream>
 #include <limits>
+#include <optional>
 
 namespace difusa {
 
@@ -23,31 +24,40 @@ std::size_t number_in(const char* path) {
     return file >> value ? value : unlimited;
 }
 
-/// kB entry of a /proc table, in bytes, or `unlimited`.
-std::size_t entry(const char* path, const std::string& name) {
+/// The number after `name` in a table of names and numbers, or nothing.
+std::optional<std::size_t> entry(const char* path, const std::string& name) {
     std::ifstream file(path);
     std::string word;
-    std::size_t kilobytes = 0;
+    std::size_t value = 0;
     while (file >> word) {
-        if (word == name && file >> kilobytes) {
-            return kilobytes * 1024;
+        if (word == name && file >> value) {
+            return value;
         }
     }
-    return unlimited;
+    return std::nullopt;
+}
+
+/// That in kB of a /proc table, in bytes, or `unlimited`.
+std::size_t kilobytes(const char* path, const std::string& name) {
+    const std::optional<std::size_t> value = entry(path, name);
+    return value ? *value * 1024 : unlimited;
 }
 
 } // namespace
 
 std::size_t available_memory() {
-    std::size_t available = entry("/proc/meminfo", "MemAvailable:");
+    std::size_t available = kilobytes("/proc/meminfo", "MemAvailable:");
     const std::size_t group_limit = number_in("/sys/fs/cgroup/memory.max");
     const std::size_t group_used = number_in("/sys/fs/cgroup/memory.current");
     if (group_limit != unlimited && group_used != unlimited) {
-        available = std::min(available, group_limit - std::min(group_limit, group_used));
+        // The kernel gives up pages of files before it refuses memory to a program.
+        const std::size_t files = entry("/sys/fs/cgroup/memory.stat", "inactive_file").value_or(0);
+        const std::size_t held = group_used - std::min(group_used, files);
+        available = std::min(available, group_limit - std::min(group_limit, held));
     }
     rlimit limit{};
     if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY) {
-        const std::size_t mapped = entry("/proc/self/status", "VmSize:");
+        const std::size_t mapped = kilobytes("/proc/self/status", "VmSize:");
         const auto most = static_cast<std::size_t>(limit.rlim_cur);
         available = std::min(available, most - std::min(most, mapped));
     }

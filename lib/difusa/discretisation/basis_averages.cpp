@@ -4,6 +4,7 @@
 #include <difusa/core/error.h>
 #include <difusa/core/even_sequence.h>
 #include <difusa/core/parallel.h>
+#include <difusa/core/text.h>
 
 #include <algorithm>
 #include <cmath>
@@ -65,7 +66,10 @@ BasisAverages::BasisAverages(const Basis& basis, const Surfels& surfels, const E
                         weight += sums[i].second;
                     }
                     exact += weight;
-                    DIFUSA_REQUIRE(std::abs(weight) < 7.0, "a basis function of " + std::to_string(weight));
+                    if (!(std::abs(weight) < 7.0)) {
+                        throw UsageError("a basis function has the value " + text_of(weight) +
+                                         " somewhere: only values below 7 in magnitude can be averaged");
+                    }
                     const auto units = static_cast<std::int32_t>(std::lround(weight / unit));
                     if (units != 0) {
                         parts[b].push_back({site, units});
@@ -89,7 +93,10 @@ BasisAverages::BasisAverages(const Basis& basis, const Surfels& surfels, const E
             first_[s + 1] += static_cast<std::uint32_t>(total);
         }
         total += parts[b].size();
-        DIFUSA_REQUIRE(total <= std::numeric_limits<std::uint32_t>::max());
+        if (total > std::numeric_limits<std::uint32_t>::max()) {
+            throw ResourceError("the averages of the basis have more than 2^32 entries: give fewer --sites, or a "
+                                "basis whose functions reach less far (--neighbours)");
+        }
     }
     entries_.reserve(total);
     for (std::vector<Entry>& part : parts) {

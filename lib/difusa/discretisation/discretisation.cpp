@@ -48,7 +48,8 @@ Discretisation discretise(const Mesh& mesh, std::shared_ptr<SiteSet> sites, std:
         return std::make_shared<Projection>(*basis, *sites, choice, result.points, result.integrals, execution);
     };
     ProjectionChoice equation = projection;
-    if (projection.kind == ProjectionKind::corrected && !projection.in_equation) {
+    result.corrected = projection.kind == ProjectionKind::corrected;
+    if (result.corrected && !projection.in_equation) {
         equation.kind = ProjectionKind::natural;
     }
     result.projection = project(equation);

@@ -200,6 +200,19 @@ void Surfels::mark(Index t, const Vec3& a, const Vec3& b, const Plane& plane,
     const auto slab_of = [&](double x) {
         return static_cast<Index>(std::clamp(std::floor(x), 0.0, static_cast<double>(grid.slabs - 1)));
     };
+    // The length of ab within a cell.
+    const auto length_in = [&](Index slab, Index row) {
+        double enter = 0.0, leave = 1.0;
+        for (int axis = 0; axis < 2; ++axis) {
+            const double low = axis == 0 ? slab : row, from = p[axis], way = q[axis] - from;
+            if (std::abs(way) > margin) {
+                const double at_low = (low - from) / way, at_high = (low + 1.0 - from) / way;
+                enter = std::max(enter, std::min(at_low, at_high));
+                leave = std::min(leave, std::max(at_low, at_high));
+            }
+        }
+        return std::max(0.0, leave - enter) * (b - a).norm();
+    };
     for (Index slab = slab_of(p[0] - margin); slab <= slab_of(q[0] + margin); ++slab) {
         const double width = q[0] - p[0];
         const auto height = [&](double x) {
@@ -217,7 +230,7 @@ void Surfels::mark(Index t, const Vec3& a, const Vec3& b, const Plane& plane,
             return static_cast<Index>(std::clamp(std::floor(y), 0.0, static_cast<double>(rows - 1)));
         };
         for (Index row = row_of(std::min(low, high) - margin); row <= row_of(std::max(low, high) + margin); ++row) {
-            note(first + row, edge_);
+            note(first + row, length_in(slab, row));
         }
     }
 }

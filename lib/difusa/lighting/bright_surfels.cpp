@@ -82,7 +82,9 @@ void BrightSurfels::draw(const SurfacePoint& x, std::size_t count, RandomStream&
     auto after = below_.begin();
     Index at_hand = none;
     for (std::size_t k = 0; k < count; ++k) {
-        const double light = (static_cast<double>(k) + along) / static_cast<double>(count) * below_.back();
+        // Below the sum of all, also where rounding says otherwise: the last surfel may be a dark one.
+        const double light = std::min((static_cast<double>(k) + along) / static_cast<double>(count) * below_.back(),
+                                      std::nextafter(below_.back(), 0.0));
         after = std::upper_bound(after, below_.end() - 1, light);
         const auto s = static_cast<Index>(std::distance(below_.begin(), after) - 1);
         if (s != at_hand) {

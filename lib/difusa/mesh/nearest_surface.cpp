@@ -81,7 +81,7 @@ class Search {
     }
     void intersection(const Query& query, const Primitive& primitive) {
         const Index t = primitive.id();
-        if (!(surface_.normals[t].dot(query.normal) > perpendicular)) {
+        if (query.normal != Vec3::Zero() && !(surface_.normals[t].dot(query.normal) > perpendicular)) {
             return;
         }
         const auto [point, weight] = nearest_on(t, query.position);

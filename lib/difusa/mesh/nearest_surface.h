@@ -15,7 +15,7 @@ class NearestSurface {
     /// Where and how to look.
     struct Query {
         Vec3 position;
-        Vec3 normal; ///< unit; only triangles that turn from it by less than 90° are candidates
+        Vec3 normal; ///< unit: only triangles that turn from it by less than 90° are candidates; or zero: all are
         Vec3 toward; ///< a point on the side that the query belongs to, see `nearest`
     };
 

@@ -247,13 +247,16 @@ void refine(Sheets& sheets, const Mesh& mesh, double max_edge, std::size_t limit
 
 } // namespace
 
+void check_refinement(const Mesh& mesh, double max_edge, std::size_t triangle_limit) {
+    if (const double least = least_triangles(mesh, max_edge); least > static_cast<double>(triangle_limit)) {
+        refuse(mesh, max_edge, least, triangle_limit);
+    }
+}
+
 OutputMesh refine(const Mesh& mesh, double max_edge, double crease_angle, std::size_t triangle_limit,
                   const Execution& execution) {
     DIFUSA_REQUIRE(max_edge > 0.0 && crease_angle >= 0.0);
-    const double least = least_triangles(mesh, max_edge);
-    if (least > static_cast<double>(triangle_limit)) {
-        refuse(mesh, max_edge, least, triangle_limit);
-    }
+    check_refinement(mesh, max_edge, triangle_limit);
     const Twins smooth = join_smooth_sides(mesh, crease_angle);
     const std::vector<Vec3> normals = corner_normals(mesh, smooth);
     Sheets sheets = make_sheets(mesh, part_materials(mesh, smooth));

@@ -27,4 +27,7 @@ struct OutputMesh {
 OutputMesh refine(const Mesh& mesh, double max_edge, double crease_angle, std::size_t triangle_limit,
                   const Execution& execution);
 
+/// Throws what `refine` would where a lower bound of the number of triangles exceeds the limit.
+void check_refinement(const Mesh& mesh, double max_edge, std::size_t triangle_limit);
+
 } // namespace difusa

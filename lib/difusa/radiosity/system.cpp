@@ -52,6 +52,7 @@ class Solving {
 
     Solution run(std::shared_ptr<const RadiositySystem> owner) {
         light_surfels();
+        check_dark_surfaces();
         direct_light();
         execution_.phase("check convergence");
         check_contraction();
@@ -75,6 +76,28 @@ class Solving {
         if (sources_->any()) {
             bright_ = std::make_shared<BrightSurfels>(*scene_, system_.tracer(), *discretisation_.surfels, *sources_,
                                                       result_.light);
+        }
+    }
+
+    /// Refuses lights that reach surfaces without sites (SiteSet::dark): their light would be lost.
+    void check_dark_surfaces() const {
+        const std::vector<char>& dark = discretisation_.sites->dark;
+        const Scene& own = *system_.parts().scene;
+        if (dark.empty() || scene_.get() == &own) {
+            return;
+        }
+        bool lit = scene_->has_sky() && !own.has_sky();
+        std::vector<Surfels::Piece> pieces;
+        const Surfels& surfels = *discretisation_.surfels;
+        for (Index s = 0; s < surfels.size() && !lit; ++s) {
+            if (result_.light.direct.row(s).maxCoeff() > 0.0 || result_.light.emission.row(s).maxCoeff() > 0.0) {
+                surfels.pieces(s, pieces);
+                lit = dark[scene_->mesh.region[pieces.front().triangle]] != 0;
+            }
+        }
+        if (lit) {
+            throw UsageError("light may reach surfaces that the lights of the first bake did not, and that have no "
+                             "sites for this reason: make the system with BakeOptions::every_surface");
         }
     }
 
@@ -215,7 +238,7 @@ class Solving {
     /// Coefficients of the field that is evaluated, for values at the points.
     Values coefficients(const Values& values) const {
         const Values own = discretisation_.evaluation->coefficients(values);
-        if (!options_.limit || discretisation_.evaluation == discretisation_.projection) {
+        if (!options_.limit || !discretisation_.corrected) {
             return own;
         }
         return limited_parts(*discretisation_.basis, *discretisation_.sites, values, own, channels_, execution_);
@@ -274,13 +297,23 @@ class Solving {
 
 } // namespace
 
-Solution RadiositySystem::solve(std::shared_ptr<const Scene> scene, const LightingOptions& options,
+Solution RadiositySystem::solve(const std::shared_ptr<const Scene>& scene, const LightingOptions& options,
                                 const Execution& execution) const {
     const Mesh &own = parts_.scene->mesh, &other = scene->mesh;
     if (&own != &other && (own.points != other.points || own.triangles != other.triangles)) {
         throw UsageError("the scene has another surface than the system was made for");
     }
-    return Solving(*this, std::move(scene), options, execution).run(shared_from_this());
+    const std::shared_ptr<const RadiositySystem> owner = shared_from_this();
+    LightingOptions complete = options;
+    if (complete.sets.count() == 0) {
+        complete.sets = all_lights(*scene);
+    }
+    const LightSets& sets = complete.sets;
+    if (sets.material.size() != scene->materials.size() || sets.sun.size() != scene->suns.size() ||
+        sets.point.size() != scene->point_lights.size()) {
+        throw UsageError("the sets of lights are those of another scene");
+    }
+    return Solving(*this, scene, complete, execution).run(owner);
 }
 
 } // namespace difusa

@@ -30,7 +30,7 @@ struct SystemParts {
 
 /// How to light a system.
 struct LightingOptions {
-    LightSets sets;                         ///< of the scene that is solved for
+    LightSets sets;                         ///< of the scene that is solved for; none: all lights in one
     bool direct_in_basis = false;           ///< suns, point lights and area lights are carried by the basis, too
     SolveOptions solve = {};                ///< tolerance, iterations
     std::size_t shadow_rays_per_round = 64; ///< AreaLights::irradiance
@@ -51,6 +51,7 @@ struct Solution {
     std::size_t area_lights = 0;           ///< emitting triangles whose light was evaluated analytically
 };
 
+/// Owned by a std::shared_ptr: the fields that it solves for keep it alive.
 class RadiositySystem : public std::enable_shared_from_this<RadiositySystem> {
   public:
     explicit RadiositySystem(SystemParts parts) : parts_(std::move(parts)) {}
@@ -64,9 +65,10 @@ class RadiositySystem : public std::enable_shared_from_this<RadiositySystem> {
     /// suns, point lights and area lights. `scene`: this surface with any reflectances and lights. Phases: "light
     /// surfels", "direct light", "check convergence", "solve". No first-hit ray is cast.
     ///
-    /// Throws UsageError if the scene has another surface; NotConverged if the bounces do not die out, or the solver
+    /// Throws UsageError if the scene has another surface or the sets are those of other lights; NotConverged if the bounces do not die out, or the solver
     /// did not converge; InputError if no light reaches any front.
-    Solution solve(std::shared_ptr<const Scene> scene, const LightingOptions& options,
+    /// UsageError, too, if light may reach surfaces that have no sites, since those of the bake did not reach them.
+    Solution solve(const std::shared_ptr<const Scene>& scene, const LightingOptions& options,
                    const Execution& execution) const;
 
   private:

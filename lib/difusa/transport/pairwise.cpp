@@ -26,14 +26,17 @@ class PairwiseOperator final : public LinearOperator {
 
     void apply(const Values& x, Values& y, const Execution& execution) const override {
         DIFUSA_REQUIRE(static_cast<std::size_t>(x.rows()) == columns());
-        Values scaled = x.topRows(surfel_area_.size()), at_sites, from_pairs, sky = x;
+        Values scaled = x.topRows(surfel_area_.size()), at_sites;
         scaled.array().colwise() *= surfel_area_.array();
         P_->apply_transpose(scaled, at_sites, execution);
         at_sites.array().colwise() *= inverse_area_.array();
-        S_.apply(at_sites, from_pairs, execution);
-        sky.topRows(surfel_area_.size()).setZero();
-        Y_->apply(sky, y, execution);
-        y += from_pairs;
+        S_.apply(at_sites, y, execution);
+        if (const Eigen::Index sky = x.rows() - surfel_area_.size(); !x.bottomRows(sky).isZero(0.0)) {
+            Values only_sky = Values::Zero(x.rows(), x.cols()), from_sky;
+            only_sky.bottomRows(sky) = x.bottomRows(sky);
+            Y_->apply(only_sky, from_sky, execution);
+            y += from_sky;
+        }
     }
 
     void apply_transpose(const Values& x, Values& y, const Execution& execution) const override {
