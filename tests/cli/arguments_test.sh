@@ -10,7 +10,7 @@ usage() { # usage TEXT ARGUMENT...
 
 usage "a mesh file is expected"
 usage "an output file is expected" "$box"
-usage "\`third\` is neither" "$box" out.vtp third
+usage "\`third\` is one argument too many" "$box" out.vtp third
 usage "a mesh file is expected" "" out.vtp
 
 # Unknown names, with the nearest known one.

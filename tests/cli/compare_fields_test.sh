@@ -62,7 +62,7 @@ expect_text stdout "compare_fields " CGAL
 # Usage.
 refused 1 "two fields are expected"
 refused 1 "two fields are expected" coarse.vtp
-refused 1 "\`fourth\` is neither" coarse.vtp fine.vtp error.vtp fourth
+refused 1 "\`fourth\` is one argument too many" coarse.vtp fine.vtp error.vtp fourth
 refused 1 "unknown option --aray, did you mean --array?" coarse.vtp fine.vtp --aray radiosity
 refused 1 "must end in .vtp" coarse.vtp fine.vtp errors.ply
 refused 1 "must end in .vtp" coarse.vtp fine.vtp errors
@@ -77,9 +77,9 @@ cp coarse.vtp coarse.copy
 cp fine.vtp fine.copy
 ln -s fine.vtp link.vtp
 mkdir deeper
-refused 1 "would be written over the result" coarse.vtp fine.vtp deeper/../coarse.vtp
-refused 1 "would be written over the reference" coarse.vtp fine.vtp link.vtp
-refused 1 "would be written over the reference" coarse.vtp fine.vtp new.vtp --report "$PWD/fine.vtp"
+refused 1 "would overwrite the result" coarse.vtp fine.vtp deeper/../coarse.vtp
+refused 1 "would overwrite the reference" coarse.vtp fine.vtp link.vtp
+refused 1 "would overwrite the reference" coarse.vtp fine.vtp new.vtp --report "$PWD/fine.vtp"
 refused 1 "two outputs have this name" coarse.vtp fine.vtp new.vtp --report ./new.vtp
 refused 4 "the directory \`nowhere\` does not exist" coarse.vtp fine.vtp nowhere/error.vtp
 cmp coarse.vtp coarse.copy && cmp fine.vtp fine.copy || fail "an input has changed"

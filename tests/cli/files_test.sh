@@ -21,9 +21,9 @@ ln -s mesh.ply link.ply
 ln mesh.ply hard.ply
 mkdir deeper
 for name in mesh.ply ./mesh.ply deeper/../mesh.ply "$PWD/mesh.ply" link.ply hard.ply; do
-    expect_refusal 1 "would be written over the mesh" "$bake" mesh.ply "$name"
-    expect_refusal 1 "would be written over the mesh" "$bake" mesh.ply out.vtp --sites-output "$name"
-    expect_refusal 1 "would be written over the mesh" "$bake" mesh.ply out.vtp --report "$name"
+    expect_refusal 1 "would overwrite the mesh" "$bake" mesh.ply "$name"
+    expect_refusal 1 "would overwrite the mesh" "$bake" mesh.ply out.vtp --sites-output "$name"
+    expect_refusal 1 "would overwrite the mesh" "$bake" mesh.ply out.vtp --report "$name"
 done
 cmp mesh.ply "$DIFUSA_DATA/bowl.ply" || fail "the mesh has changed"
 expect_refusal 1 "two outputs have this name" "$bake" mesh.ply out.vtp --sites-output ./out.vtp
