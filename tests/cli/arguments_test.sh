@@ -23,7 +23,7 @@ usage "did you mean 'poisson-disk'?" "$box" out.vtp --sampler poison_disk
 usage "did you mean 'low-discrepancy'?" "$box" out.vtp --directions low-discrepancies
 usage "did you mean 'disc'?" "$box" out.vtp --kernel disk --transport pairwise
 usage "did you mean 'disc'?" "$box" out.vtp --kernel disk
-usage "leave it out, or use --transport pairwise" "$box" out.vtp --kernel point
+usage "omit it, or use --transport pairwise" "$box" out.vtp --kernel point
 usage "did you mean gather?" "$box" out.vtp --transport gathr
 usage "did you mean 'width'?" "$box" out.vtp --basis radial:widht=1
 usage "no parameter 'areas'" "$box" out.vtp --transport gather:areas=integral

@@ -60,7 +60,7 @@ expect_text basis.vtp 'Name="element"' 'Name="sum"' 'Name="overlap"' 'Name="lebe
 expect_text sites.vtp 'Name="radius"' 'Name="reach"' 'Name="area"' 'Name="element"' 'Name="shown"' 'Name="Normals"'
 [ "$(grep -c '^element ' stdout)" -ge 2 ] || fail "two elements are asked for at least"
 [ "$(grep -c '^element 3:' stdout)" = 1 ] || fail "an element asked for twice is shown once"
-expect_text stdout "sum: 1 to 1," "sum of absolute values (Lebesgue): 1 in the mean, at most 1" "written: sites.vtp"
+expect_text stdout "sum: 1 to 1," "sum of absolute values (Lebesgue): 1 on average, at most 1" "written: sites.vtp"
 expect_exit 0 "$inspect" "$box" basis.vtp $few --basis radial
 expect_no_text stdout "sum: 1 to 1,"
 
