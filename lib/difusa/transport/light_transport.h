@@ -12,8 +12,8 @@ namespace difusa {
 /// With the radiosity b of the surfels and pi times the radiance of the sky's parts (scene/sky_parts.h), the irradiance
 /// at the points is
 ///     h = W [b; sky] = D b + Y sky.
-/// D_js is the share of point j's hemisphere (cosine-weighted) filled by surfel s, Y_jp the share that shows part p of
-/// the sky. W is identical to the bit whatever the reflectances and lights.
+/// D_js is the form factor from point j to surfel s, Y_jp that from point j to part p of the sky. W is identical to the
+/// bit whatever the reflectances and lights.
 struct LightTransport {
     std::shared_ptr<const LinearOperator> W; ///< #points by #surfels + #parts of the sky
     std::size_t surfels = 0;
