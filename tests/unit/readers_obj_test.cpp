@@ -331,7 +331,7 @@ TEST(MaterialLibrary, OptionsOfTextures) {
     for (const std::string& note : library.notes) {
         text += note + "\n";
     }
-    EXPECT_THAT(text, AllOf(HasSubstr("options of textures that are not read: 2 (first at line 2: '-blendu')"),
+    EXPECT_THAT(text, AllOf(HasSubstr("unsupported texture options: 2 (first at line 2: '-blendu')"),
                             HasSubstr("materials that are mirrors (illum 3 with Ks): 1 (first at line 1)"),
                             HasSubstr("mirrors are not computed")));
     EXPECT_THROW(parse_material_library("newmtl a\nmap_Kd -clamp on\n", "a.mtl"), InputError);

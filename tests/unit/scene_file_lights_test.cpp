@@ -60,7 +60,7 @@ TEST_F(SceneFile, ASkysBrightSpotsBecomeSuns) {
     const Sun& sun = soup.lights.suns[0];
     EXPECT_EQ(sun.name, "sky");
     EXPECT_TRUE(sun.of_sky);
-    EXPECT_THAT(soup.notes, testing::ElementsAre(HasSubstr("its brightest spots count as suns: 1")));
+    EXPECT_THAT(soup.notes, testing::ElementsAre(HasSubstr("its brightest spots become suns: 1")));
     // The middle column lies towards y, the next ones to the right of it, x.
     const double polar = 10.5 / 32.0 * std::numbers::pi, azimuth = (40.5 / 64.0 - 0.5) * 2.0 * std::numbers::pi;
     EXPECT_LT(
@@ -91,7 +91,7 @@ TEST_F(SceneFile, BrightSpotsTooWideForSunsAreNoted) {
     write("sky.hdr", hdr);
     const PolygonSoup soup = with("\"sky\": {\"type\": \"image\", \"file\": \"sky.hdr\"}");
     EXPECT_THAT(soup.lights.suns, IsEmpty());
-    EXPECT_THAT(soup.notes, testing::ElementsAre(HasSubstr("sr stay more than 20 times as bright as its mean")));
+    EXPECT_THAT(soup.notes, testing::ElementsAre(HasSubstr("sr remain more than 20 times as bright as its mean")));
     EXPECT_THAT(with("\"sky\": {\"type\": \"image\", \"file\": \"sky.hdr\", \"split_suns\": false}").notes, IsEmpty());
 }
 
