@@ -88,9 +88,9 @@ cmp coarse.vtp coarse.copy && cmp fine.vtp fine.copy || fail "an input has chang
 refused 2 "missing.vtp: cannot be opened" missing.vtp fine.vtp new.vtp
 refused 2 "did you mean 'reflectance'?" coarse.vtp fine.vtp new.vtp --array reflectanse
 refused 2 "and no triangles" sites.vtp fine.vtp new.vtp
-refused 2 "a field is read from .vtp or .ply" "$box" fine.vtp new.vtp
+refused 2 "fields are read from .vtp or .ply" "$box" fine.vtp new.vtp
 head -c 9000 coarse.vtp >cut.vtp
-refused 2 "cut.vtp: is no whole VTK XML PolyData file" cut.vtp fine.vtp new.vtp
+refused 2 "cut.vtp: is not a complete VTK XML PolyData file" cut.vtp fine.vtp new.vtp
 head -c 9000 coarse.ply >cut.ply
 refused 2 "cut.ply" fine.vtp cut.ply new.vtp
 [ "$(wc -l <stderr)" -le 3 ] || fail "more than progress and a message"

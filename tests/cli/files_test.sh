@@ -11,7 +11,7 @@ mkfifo pipe.vtp
 expect_refusal 1 "device or pipe" "$bake" "$box" pipe.vtp
 expect_refusal 4 "the directory \`nowhere\` does not exist" "$bake" "$box" out.vtp --report nowhere/report.json
 expect_refusal 4 "the directory \`nowhere\` does not exist" "$bake" "$box" out.vtp --sites-output nowhere/sites.vtp
-[ ! -d /proc ] || expect_refusal 4 "no file can be made in the directory \`/proc\`" "$bake" "$box" /proc/o.vtp
+[ ! -d /proc ] || expect_refusal 4 "no file can be created in the directory \`/proc\`" "$bake" "$box" /proc/o.vtp
 touch file
 expect_refusal 4 "\`file\` is not a directory" "$bake" "$box" file/out.vtp
 

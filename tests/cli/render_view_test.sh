@@ -48,9 +48,9 @@ rm scene.png
 # What only the bake can tell leaves no picture either.
 refuse 1 "there is no such element; they are numbered from 0 to" "$box" out.png $small --show basis --element 9999
 refuse 1 "there is no such light group; there are" "$box" out.png $small --show group:sun
-refuse 1 "--show error: there is no estimate" "$box" out.png $small --show error --error-points 0
+refuse 1 "--show error: there is no error estimate" "$box" out.png $small --show error --error-points 0
 refuse 1 "--look-at and --towards both" "$box" out.png --look-at 0,0,0 --towards 0,0,1
-refuse 1 "--look-at: from where?" "$box" out.png $small --look-at 0,0,0
+refuse 1 "--look-at: needs a viewpoint" "$box" out.png $small --look-at 0,0,0
 refuse 1 "the camera looks along --up" "$box" out.png $small --towards 0,0,1
 
 # Pictures of one bake; the same bits for any number of threads; other samples with another seed.

@@ -120,7 +120,8 @@ TEST_F(SceneFile, Cameras) {
     EXPECT_NEAR(soup.camera->view_angle, std::numbers::pi / 3.0, 1e-15);
     EXPECT_THAT(refused_with("\"camera\": {\"eye\": [0, 0, 1], \"look_at\": [0, 0, 0]}"), HasSubstr("straight along"));
     EXPECT_THAT(refused_with("\"camera\": {\"eye\": [0, 0, 1]}"), HasSubstr("either \"towards\" or \"look_at\""));
-    EXPECT_THAT(refused_with("\"camera\": {\"eye\": [0, 0, 1], \"look_at\": [0, 0, 1]}"), HasSubstr("from where"));
+    EXPECT_THAT(refused_with("\"camera\": {\"eye\": [0, 0, 1], \"look_at\": [0, 0, 1]}"),
+                HasSubstr("position from which"));
 }
 
 } // namespace

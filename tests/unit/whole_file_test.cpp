@@ -81,7 +81,7 @@ TEST(WholeFile, SaysWhyADirectoryTakesNone) {
                 ThrowsMessage<ResourceError>(HasSubstr("does not exist")));
     if (fs::is_directory("/proc")) {
         EXPECT_THAT([] { WholeFile("/proc/out"); },
-                    ThrowsMessage<ResourceError>(HasSubstr("no file can be made in the directory `/proc`")));
+                    ThrowsMessage<ResourceError>(HasSubstr("no file can be created in the directory `/proc`")));
     }
 }
 
