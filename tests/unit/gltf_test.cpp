@@ -255,7 +255,7 @@ TEST(GltfReader, RefusesArraysThatAreNotThere) {
     EXPECT_THAT(with("\"bufferView\":0,\"componentType\":5126,\"count\":4", "\"componentType\":5126,\"count\":4000000"),
                 HasSubstr("without a buffer"));
     EXPECT_THAT(with("\"byteLength\":48", "\"byteStride\":0,\"byteLength\":48"), HasSubstr("from 4 to 252"));
-    EXPECT_THAT(with("\"uri\":\"data:", "\"uri\":\"dota:"), HasSubstr("not there"));
+    EXPECT_THAT(with("\"uri\":\"data:", "\"uri\":\"dota:"), HasSubstr("is missing"));
     EXPECT_THAT(with("\"material\":0", "\"material\":1"), HasSubstr("entry 1 of \"materials\""));
     EXPECT_THAT(with("\"mesh\":0", "\"mesh\":0.5"), HasSubstr("a whole number"));
 }
