@@ -11,8 +11,7 @@
 // Negative weights occur: not a partition of unity.
 //
 // Where sites are few, collinear, or all on one side of x, C is nearly singular or m is far away, and g is bounded:
-//   - an eigenvalue of C below `least` H², H² = sum_i v_i R_i², is raised to it in C⁻¹: no slope across a line of sites;
-//   sites;
+//   - an eigenvalue of C below `least` H², H² = sum_i v_i R_i², is raised to it in C⁻¹: no slope across a site line;
 //   - g is shortened so that δ = sqrt(gᵀ C g) <= `steepest`.
 // Both are continuous in w and d. Since sum_i v_i |gᵀ(d_i - m)| <= δ (Cauchy-Schwarz), always
 //     sum_i |phi_i(x)| <= 1 + steepest = 5,
