@@ -99,7 +99,7 @@ TEST_F(SceneFile, SeveralMeshesAreNumberedThrough) {
 TEST_F(SceneFile, AFaceOfOneMeshCannotNamePointsOfTheNext) {
     write("bad.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n");
     EXPECT_THAT(refused("{\"difusa_scene\": 1, \"meshes\": [{\"file\": \"bad.off\"}, {\"file\": \"square.off\"}]}"),
-                AllOf(HasSubstr("bad.off:6: face 0 (line 6) names point 3"), HasSubstr("3 points")));
+                AllOf(HasSubstr("bad.off:6: face 0 (line 6) refers to point 3"), HasSubstr("3 points")));
 }
 
 TEST_F(SceneFile, PaintedAndPlainMeshes) {
@@ -212,7 +212,7 @@ TEST_F(SceneFile, ValuesOutOfRangeAreRefused) {
     EXPECT_THAT(refused_with("\"lights\": [{\"type\": \"spot\", \"position\": [0, 0, 0], \"direction\": [1, 0, 0], "
                              "\"intensity\": 1, \"inner_degrees\": 40, \"outer_degrees\": 30}]"),
                 HasSubstr("not 40 and 30"));
-    EXPECT_THAT(refused_with("\"sky\": {\"type\": \"image\", \"file\": \"square.off\"}"), HasSubstr("no picture"));
+    EXPECT_THAT(refused_with("\"sky\": {\"type\": \"image\", \"file\": \"square.off\"}"), HasSubstr("not an image"));
     EXPECT_THAT(refused_with("\"sky\": {\"type\": \"image\", \"file\": \"none.hdr\"}"), HasSubstr("none.hdr"));
     write("sky.hdr", bright_spot(-1, -1));
     EXPECT_THAT(refused_with("\"sky\": {\"type\": \"image\", \"file\": \"sky.hdr\", \"ahead\": [0, 0, -2]}"),

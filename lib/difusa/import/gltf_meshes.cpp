@@ -66,7 +66,7 @@ void GltfMeshes::read_primitive(const JsonValue& from, const std::string& name, 
             corner = primitive->indices ? static_cast<std::size_t>(primitive->indices->at(corner, 0)) : corner;
             if (corner >= primitive->positions.count()) {
                 input_.checks().fail(
-                    from, name + ", triangle " + std::to_string(t) + " names vertex " + std::to_string(corner) +
+                    from, name + ", triangle " + std::to_string(t) + " refers to vertex " + std::to_string(corner) +
                               " of " + std::to_string(primitive->positions.count()) + ": export the scene again");
             }
         }

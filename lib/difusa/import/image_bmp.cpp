@@ -6,7 +6,7 @@ namespace difusa {
 
 Samples decode_bmp(std::string_view content, const std::string& name) {
     ByteScanner header(content, name, std::endian::little, 10);
-    const Expected expected{"the header of a BMP picture"};
+    const Expected expected{"the header of a BMP image"};
     const auto data_at = header.take<std::uint32_t>(expected);
     const auto header_size = header.take<std::uint32_t>(expected);
     if (header_size < 40) {
@@ -34,7 +34,7 @@ Samples decode_bmp(std::string_view content, const std::string& name) {
                             std::min<std::size_t>(14 + header_size, content.size()));
         palette.resize(named == 0 || named > 256 ? 256 : named);
         for (auto& colour : palette) {
-            colour = colours.take<std::array<std::uint8_t, 4>>({"the palette of a BMP picture"});
+            colour = colours.take<std::array<std::uint8_t, 4>>({"the palette of a BMP image"});
         }
     }
     Samples samples;
@@ -51,7 +51,7 @@ Samples decode_bmp(std::string_view content, const std::string& name) {
                 const auto number = pixels.take<std::uint8_t>(pixel);
                 if (number >= palette.size()) {
                     pixels.fail("a pixel has the colour " + std::to_string(number) + " of " +
-                                std::to_string(palette.size()) + ": the file is damaged; save the picture again");
+                                std::to_string(palette.size()) + ": the file is damaged; save the image again");
                 }
                 for (std::size_t k = 0; k < 3; ++k) {
                     out[k] = palette[number][2 - k];

@@ -93,7 +93,7 @@ struct JpegFile {
 Samples decode_jpeg(std::string_view content, const std::string& name) {
     JpegFile file;
     const auto refuse = [&] {
-        refuse_image(name, std::string("damaged JPEG (") + file.message.data() + "): save the picture again");
+        refuse_image(name, std::string("damaged JPEG (") + file.message.data() + "): save the image again");
     };
     if (!file.read_header(reinterpret_cast<const unsigned char*>(content.data()), content.size())) {
         refuse();

@@ -77,7 +77,7 @@ struct PngFile {
 Samples decode_png(std::string_view content, const std::string& name) {
     PngFile file(content);
     const auto refuse = [&] {
-        refuse_image(name, std::string("damaged PNG (") + file.message.data() + "): save the picture again");
+        refuse_image(name, std::string("damaged PNG (") + file.message.data() + "): save the image again");
     };
     if (file.info == nullptr || !file.read_header()) {
         refuse();

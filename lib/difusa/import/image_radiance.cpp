@@ -30,7 +30,7 @@ void take_components(ByteScanner& scanner, std::vector<Rgbe>& row, const Expecte
             count -= run ? 128 : 0;
             if (count == 0 || count > row.size() - c) {
                 scanner.fail("a run of " + std::to_string(count) + " pixels where " + std::to_string(row.size() - c) +
-                             " are left in the row: the file is damaged; save the picture again");
+                             " are left in the row: the file is damaged; save the image again");
             }
             std::uint8_t value = run ? scanner.take<std::uint8_t>(expected) : std::uint8_t{0};
             for (; count > 0; --count, ++c) {
@@ -54,7 +54,7 @@ void take_pixels(ByteScanner& scanner, std::vector<Rgbe>& row, Rgbe first, const
         const std::size_t count = shift > 16 ? row.size() : std::size_t{pixel[3]} << shift;
         shift += 8;
         if (c == 0 || count > row.size() - c) {
-            scanner.fail("a run of pixels does not fit into its row: the file is damaged; save the picture again");
+            scanner.fail("a run of pixels does not fit into its row: the file is damaged; save the image again");
         }
         std::fill_n(row.begin() + static_cast<std::ptrdiff_t>(c), count, row[c - 1]);
         c += count;
@@ -69,7 +69,7 @@ Samples decode_radiance(std::string_view content, const std::string& name) {
     double exposure = 1.0;
     for (std::string_view line = take_line(content, at); !line.empty(); line = take_line(content, at)) {
         if (line.substr(0, 7) == "FORMAT=" && line != "FORMAT=32-bit_rle_rgbe") {
-            refuse_image(name, "a Radiance picture of the format " + excerpt(line.substr(7)) +
+            refuse_image(name, "a Radiance image of the format " + excerpt(line.substr(7)) +
                                    "; only 32-bit_rle_rgbe is supported: convert it");
         }
         if (line.substr(0, 9) == "EXPOSURE=") {
@@ -93,7 +93,7 @@ Samples decode_radiance(std::string_view content, const std::string& name) {
         x != "+X" || !parse_integer(height_word, height) || !parse_integer(width_word, width) || height < 0 ||
         width < 0) {
         refuse_image(
-            name, "the size of a Radiance picture is " + excerpt(size) +
+            name, "the size of a Radiance image is " + excerpt(size) +
                       "; only rows from the top, from left to right, are supported (-Y rows +X columns): convert it");
     }
     check_image_size(name, static_cast<std::size_t>(width), static_cast<std::size_t>(height), 32, content.size());

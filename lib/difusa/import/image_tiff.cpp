@@ -67,7 +67,7 @@ int on_warning(TIFF* /*file*/, void* /*user*/, const char* /*module*/, const cha
 
 Samples decode_tiff(std::string_view content, const std::string& name) {
     TiffSource source{content, 0, {}};
-    const auto refuse = [&] { refuse_image(name, "damaged TIFF (" + source.message + "): save the picture again"); };
+    const auto refuse = [&] { refuse_image(name, "damaged TIFF (" + source.message + "): save the image again"); };
     const std::unique_ptr<TIFFOpenOptions, void (*)(TIFFOpenOptions*)> options(TIFFOpenOptionsAlloc(),
                                                                                TIFFOpenOptionsFree);
     constexpr tmsize_t largest_piece = tmsize_t{1} << 30; // per allocation

@@ -166,7 +166,7 @@ class Parser {
             }
         }
         if (use.file.empty()) {
-            scanner_.fail("a texture names no file: write the name of the picture, or remove the line");
+            scanner_.fail("a texture names no file: write the name of the image, or remove the line");
         }
         maps_[emission ? 1 : 0] = std::move(use);
     }
