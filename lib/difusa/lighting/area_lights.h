@@ -67,7 +67,7 @@ class AreaLights {
     ///
     /// Visible share: 1 where no face reaches between x and the lights (Shafts). Otherwise `samples` shadow rays are
     /// cast, stratified over the lights by their contribution and weighted by the integrand, at least twice and up to
-    /// sixteen times until the rounds agree on the share to within `settled`. Exact where nothing blocks.
+    /// sixteen times until the standard error of the share is at most `settled`. Exact where nothing blocks.
     void irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
                     std::span<const Index> set_of, std::span<Rgb> H) const;
 
@@ -83,7 +83,7 @@ class AreaLights {
     /// to the extent that the target point of the ray, chosen among four by their contribution, represents the light.
     Sample sample(const SurfacePoint& x, const std::array<double, 4>& u, Worker& worker) const;
 
-    /// How far apart the shares of two rounds of shadow rays may be, in standard errors of their mean.
+    /// Rounds of shadow rays stop once the standard error of their mean share is at most this.
     static constexpr double settled = 0.002;
     static constexpr std::size_t most_rounds = 16;
 
