@@ -31,11 +31,11 @@ void refuse_unknown(const CLI::App& app, const std::string& expected) {
         extra = extra.empty() ? word : extra;
     }
     if (!extra.empty()) {
-        throw UsageError(expected + " are expected, and `" + extra + "` is neither (--help)");
+        throw UsageError(expected + " are expected; `" + extra + "` is one argument too many (--help)");
     }
 }
 
-/// Also where neither exists yet.
+/// Works even if neither exists yet.
 bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
     std::error_code ignored;
     const auto canonical = [&](const std::filesystem::path& path) {
@@ -92,7 +92,7 @@ Rgb parse_rgb(const std::string& option, const std::string& text) {
 }
 
 void add_run_arguments(CLI::App& app, RunArguments& run, std::uint64_t& seed, const std::string& independent) {
-    add_whole<std::uint64_t>(app, "--seed", seed, 0, "of all random choices")
+    add_whole<std::uint64_t>(app, "--seed", seed, 0, "seed of all random choices")
         ->group(run_group)
         ->type_name("N")
         ->default_str(shown(seed));
@@ -107,11 +107,11 @@ void add_run_arguments(CLI::App& app, RunArguments& run, std::uint64_t& seed, co
         ->group(run_group)
         ->type_name("N")
         ->default_str(shown(run.threads));
-    add_repeated(app, "--plugin-path", run.plugin_path, "another directory with plugins (may be repeated)")
+    add_repeated(app, "--plugin-path", run.plugin_path, "additional directory with plugins (may be repeated)")
         ->group(run_group)
         ->type_name("DIR");
-    app.add_flag("--quiet", run.quiet, "only errors")->group(run_group);
-    app.add_flag("--version", run.version, "version, and those of the libraries")->group(run_group);
+    app.add_flag("--quiet", run.quiet, "print errors only")->group(run_group);
+    app.add_flag("--version", run.version, "print the version, and those of the libraries")->group(run_group);
 }
 
 int run_command(CLI::App& app, int count, char** words, const std::string& expected, const bool& version,
@@ -147,12 +147,12 @@ void check_outputs(const std::vector<OutputName>& outputs,
         }
         for (const auto& [input, what] : inputs) {
             if (same_file(file, input)) {
-                throw UsageError(file.string() + ": would be written over " + what + "; give the output another name");
+                throw UsageError(file.string() + ": would overwrite " + what + "; give the output another name");
             }
         }
         for (std::size_t j = 0; j < i; ++j) {
             if (!outputs[j].file.empty() && same_file(file, outputs[j].file)) {
-                throw UsageError(file.string() + ": two outputs have this name; give each a name of its own");
+                throw UsageError(file.string() + ": two outputs have this name; give each its own name");
             }
         }
         check_output_path(file, outputs[i].is_field);

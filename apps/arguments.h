@@ -1,4 +1,4 @@
-// What the programs share in reading their command lines (CLI11), and in judging the file names on them.
+// Command line parsing (CLI11) shared by the programs, and checks of the file names given there.
 #pragma once
 
 #include <difusa/core/error.h>
@@ -43,11 +43,11 @@ Vec3 parse_point(const std::string& option, const std::string& text);
 /// "0.5" or "0.5,0.4,0.3": finite numbers, none negative.
 Rgb parse_rgb(const std::string& option, const std::string& text);
 
-/// "0.5" or "0.5,-0.4,0.3": finite numbers with nothing but commas between; nothing if the text is anything else.
+/// "0.5" or "0.5,-0.4,0.3": finite numbers separated only by commas; empty if the text is anything else.
 std::optional<std::vector<double>> parse_numbers(const std::string& text);
 
-/// An option whose text `parse` turns into `target`. CLI11 alone would take -1 for a large number, and say of what it
-/// cannot take only that it "could not convert".
+/// An option whose text `parse` converts to `target`. CLI11 alone would accept -1 as a large number, and would only say
+/// "could not convert" about text it rejects.
 template <class T, class Parse>
 CLI::Option* add_parsed(CLI::App& app, const std::string& name, T& target, const std::string& what, Parse parse) {
     return app.add_option_function<std::string>(
@@ -75,49 +75,48 @@ CLI::Option* add_repeated(CLI::App& app, const std::string& name, std::vector<T>
             },
             what)
         ->expected(-1)
-        ->allow_extra_args(false); // one text each time
+        ->allow_extra_args(false); // one text per occurrence
 }
 
-/// The same for words as they stand: names, directories.
+/// The same for plain words: names, directories.
 template <class T>
 CLI::Option* add_repeated(CLI::App& app, const std::string& name, std::vector<T>& target, const std::string& what) {
     return add_repeated(app, name, target, what, [](const std::string&, const std::string& text) { return T(text); });
 }
 
-/// A default as --help shows it.
+/// A default as shown by --help.
 template <class T> std::string shown(const T& value) {
     std::ostringstream text;
     text << value;
     return text.str();
 }
 
-/// What all programs that compute can be told about how to run.
+/// Run settings common to all programs that compute.
 struct RunArguments {
     std::vector<std::filesystem::path> plugin_path;
     unsigned threads = std::max(1U, std::thread::hardware_concurrency());
     bool quiet = false, version = false;
 };
 
-/// --seed --threads --plugin-path --quiet --version, in the group `run_group`. Of the number of threads it is said
-/// that `independent`, "the result does not depend", on it.
+/// --seed --threads --plugin-path --quiet --version, in the group `run_group`. `independent` is what the help says of
+/// the number of threads: "the result does not depend".
 void add_run_arguments(CLI::App& app, RunArguments& run, std::uint64_t& seed, const std::string& independent);
 inline constexpr const char* run_group = "Running";
 
-/// Reads the command line into what `app` was told to, and runs `action`; answers --help, and `version` if that flag
-/// was set. Refuses what is no option, with the nearest one that is, and what is too much: "`expected` are expected".
-/// Returns the exit code, with all errors told on standard error.
+/// Parses the command line into the targets declared on `app` and runs `action`; answers --help, and `version` if that
+/// flag was set. Rejects unknown options, suggesting the nearest known one, and surplus arguments: "`expected` are
+/// expected". Returns the exit code; all errors are reported on standard error.
 int run_command(CLI::App& app, int count, char** words, const std::string& expected, const bool& version,
                 const std::function<void()>& action);
 
-/// A file to be written, and whether it is a field (.vtp, .ply).
+/// An output file, and whether it is a field (.vtp, .ply).
 struct OutputName {
     std::filesystem::path file; ///< empty: not written
     bool is_field = true;
 };
 
-/// All that can be wrong with the names of the files to be written is found before the work, not after it: throws
-/// UsageError where an output would be written over an input ("the mesh") or another output, and what
-/// `check_output_path` throws.
+/// Finds everything wrong with the output file names before the work starts: throws UsageError if an output would
+/// overwrite an input ("the mesh") or another output, and whatever `check_output_path` throws.
 void check_outputs(const std::vector<OutputName>& outputs,
                    const std::vector<std::pair<std::filesystem::path, std::string>>& inputs);
 

@@ -10,12 +10,12 @@ namespace difusa {
 
 namespace {
 
-/// R or R,G,B at the end of numbers that begin with three others.
+/// R or R,G,B at the end of a list of numbers that begins with three others.
 Rgb light_of(const std::vector<double>& values) {
     return values.size() == 4 ? Rgb::Constant(values[3]) : Rgb(values[3], values[4], values[5]);
 }
 
-/// X,Y,Z,R or X,Y,Z,R,G,B with light that is not negative; empty if the text is anything else.
+/// X,Y,Z,R or X,Y,Z,R,G,B with non-negative light; empty if the text is anything else.
 std::vector<double> parse_light(const std::string& text) {
     std::vector<double> values = parse_numbers(text).value_or(std::vector<double>());
     const bool good =
@@ -28,7 +28,7 @@ Sun parse_sun(const std::string& option, const std::string& text) {
     const std::vector<double> values = parse_light(text);
     if (values.empty() || !(std::hypot(values[0], values[1], values[2]) > 0.0)) {
         throw UsageError(option + " " + text + ": takes X,Y,Z,R or X,Y,Z,R,G,B with nothing but commas between: the " +
-                         "direction towards the sun, and irradiances that are not negative");
+                         "direction towards the sun, and non-negative irradiances");
     }
     Sun sun;
     sun.towards = Vec3(values[0], values[1], values[2]).stableNormalized();
@@ -36,12 +36,12 @@ Sun parse_sun(const std::string& option, const std::string& text) {
     return sun;
 }
 
-/// "1,0,2,50" or "1,0,2,50,45,40": a place, and intensities.
+/// "1,0,2,50" or "1,0,2,50,45,40": a position, and intensities.
 PointLight parse_point_light(const std::string& option, const std::string& text) {
     const std::vector<double> values = parse_light(text);
     if (values.empty()) {
         throw UsageError(option + " " + text + ": takes X,Y,Z,R or X,Y,Z,R,G,B with nothing but commas between: the " +
-                         "place of the light, and intensities that are not negative");
+                         "position of the light, and non-negative intensities");
     }
     PointLight light;
     light.position = Vec3(values[0], values[1], values[2]);
@@ -49,7 +49,7 @@ PointLight parse_point_light(const std::string& option, const std::string& text)
     return light;
 }
 
-/// An option for the name of a plugin or a way.
+/// An option for the name of a plugin or method.
 CLI::Option* add_name(CLI::App& app, const std::string& name, std::string& target, const std::string& what,
                       const std::string& group) {
     CLI::Option* option = app.add_option(name, target, what)->group(group)->type_name("NAME");
@@ -58,12 +58,13 @@ CLI::Option* add_name(CLI::App& app, const std::string& name, std::string& targe
 
 void add_scene_arguments(CLI::App& app, BakeOptions& options) {
     const std::string group = "Scene";
-    add_parsed(app, "--reflectance", options.reflectance, "of faces without a colour, 0 to 1 (default 0.5)", parse_rgb)
+    add_parsed(app, "--reflectance", options.reflectance, "reflectance of faces without a colour, 0 to 1 (default 0.5)",
+               parse_rgb)
         ->group(group)
         ->type_name("R[,G,B]");
     add_parsed(
         app, "--sky", options.sky,
-        "irradiance a uniform sky gives an unshaded surface, W/m^2 (default: 1 if there is no other light, else 0)",
+        "irradiance of an unshaded surface under a uniform sky, W/m^2 (default: 1 if there is no other light, else 0)",
         parse_rgb)
         ->group(group)
         ->type_name("R[,G,B]");
@@ -74,27 +75,26 @@ void add_scene_arguments(CLI::App& app, BakeOptions& options) {
         ->type_name("X,Y,Z,R[,G,B]");
     add_repeated(
         app, "--point-light", options.point_lights,
-        "point light: its place (in metres for a scene file), and its radiant intensity in W/sr (may be repeated)",
+        "point light: its position (in metres for a scene file), and its radiant intensity in W/sr (may be repeated)",
         parse_point_light)
         ->group(group)
         ->type_name("X,Y,Z,R[,G,B]");
-    app.add_flag(
-           "--light-groups", options.light_groups,
-           "keep the light of each lamp's material, sun, point light and of the sky apart: arrays radiosity_of_NAME "
-           "and irradiance_of_NAME (in a .vtp, and in the table of --at)")
+    app.add_flag("--light-groups", options.light_groups,
+                 "write each light's contribution (emitting material, sun, point light, sky): arrays radiosity_of_NAME "
+                 "and irradiance_of_NAME (in a .vtp, and in the table of --at)")
         ->group(group);
 }
 
 } // namespace
 
 void add_light_arguments(CLI::App& app, BakeOptions& options, const std::string& group) {
-    add_name(app, "--direct", options.direct,
-             "light of suns, point lights and area lights: exact (evaluated at each point, outside the linear system) "
-             "or interpolated (carried by the basis, as in the dissertation)",
-             group);
+    add_name(
+        app, "--direct", options.direct,
+        "light from suns, point lights and area lights: exact (evaluated at each point, outside the linear system) "
+        "or interpolated (represented in the basis, as in the dissertation)",
+        group);
     add_name(app, "--visibility", options.visibility,
-             "ray casting: embree (fast) or cgal (the reference); auto: embree where it is there, otherwise cgal",
-             group);
+             "ray casting: embree (fast) or cgal (the reference); auto: embree if available, otherwise cgal", group);
     add_name(app, "--kernel", options.kernel, "form factor of pairwise transport: disc (default) or point", group);
 }
 
@@ -103,9 +103,9 @@ void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::stri
     const std::string discretisation = "Discretisation";
     add_site_arguments(app, options, discretisation);
     add_name(app, "--projection", options.projection,
-             "how coefficients follow from light: natural (the values at the sites, or solved for where the basis "
-             "needs it), corrected:sweeps=2,in=field (residual put back; in=equation: also in the equation), "
-             "interpolation, least-squares:points=3, galerkin:points=3 (default: corrected, or natural where there is "
+             "how coefficients are computed from the light: natural (values at the sites, or a solve if the basis "
+             "needs it), corrected:sweeps=2,in=field (residual added back; in=equation: also in the equation), "
+             "interpolation, least-squares:points=3, galerkin:points=3 (default: corrected, or natural if there is "
              "no residual)",
              discretisation);
 
@@ -115,15 +115,15 @@ void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::stri
         ->group(transport)
         ->type_name("N")
         ->default_str(shown(options.rays));
-    add_name(app, "--directions", options.directions, "directions of the rays", transport);
+    add_name(app, "--directions", options.directions, "set of ray directions", transport);
     add_light_arguments(app, options, transport);
     add_name(app, "--solver", options.solver, "krylov or jacobi", transport);
     add_parsed(app, "--tolerance", options.solve.tolerance,
-               "largest residual, relative to the light that is not reflected yet", parse_positive)
+               "largest residual, relative to the light before any reflection", parse_positive)
         ->group(transport)
         ->type_name("T")
         ->default_str(shown(options.solve.tolerance));
-    add_whole(app, "--max-iterations", options.solve.max_iterations, 0, "give up after so many")
+    add_whole(app, "--max-iterations", options.solve.max_iterations, 0, "give up after this many")
         ->group(transport)
         ->type_name("N")
         ->default_str(shown(options.solve.max_iterations));
@@ -133,7 +133,7 @@ void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::stri
     const std::string output = "Output";
     add_whole<std::size_t>(app, "--final-gather", options.final_gather, 1,
                            "gather the light at " + gathered +
-                               " with so many rays (rounded up to an even number), instead of evaluating the basis: "
+                               " with this many rays (rounded up to an even number), instead of evaluating the basis: "
                                "slower, and far more accurate")
         ->group(output)
         ->type_name("N");
@@ -146,13 +146,12 @@ void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::stri
     app.add_option("--sites-output", arguments.files.sites, "write the sites as points, .vtp or .ply")
         ->group(output)
         ->type_name("FILE");
-    app.add_option(
-           "--at", arguments.at,
-           "table of places to tell the light at, with --at-output: x,y,z or x,y,z,nx,ny,nz (a normal) on each line; "
-           "in metres for a scene file")
+    app.add_option("--at", arguments.at,
+                   "table of points at which to report the light, with --at-output: x,y,z or x,y,z,nx,ny,nz (a normal) "
+                   "per line; in metres for a scene file")
         ->group(output)
         ->type_name("FILE");
-    app.add_option("--at-output", arguments.files.listed, "write the light at the places of --at, comma-separated")
+    app.add_option("--at-output", arguments.files.listed, "write the light at the points of --at, comma-separated")
         ->group(output)
         ->type_name("FILE.csv");
     app.add_option("--report", arguments.files.report, "write a report as JSON")->group(output)->type_name("FILE.json");
@@ -169,17 +168,16 @@ BakeOptions bake_options(const BakeArguments& arguments) {
 void check_bake_outputs(const BakeArguments& arguments, std::vector<OutputName> outputs,
                         std::vector<std::pair<std::filesystem::path, std::string>> inputs) {
     if (arguments.at.empty() != arguments.files.listed.empty()) {
-        throw UsageError(arguments.at.empty()
-                             ? "--at-output " + arguments.files.listed.string() +
-                                   ": no places were given; name a file with them, --at FILE"
-                             : "--at " + arguments.at.string() +
-                                   ": what is found there has to be written; name a file, --at-output FILE.csv");
+        throw UsageError(arguments.at.empty() ? "--at-output " + arguments.files.listed.string() +
+                                                    ": no points were given; name a file of points, --at FILE"
+                                              : "--at " + arguments.at.string() +
+                                                    ": the results need an output file, --at-output FILE.csv");
     }
     outputs.push_back({arguments.files.sites, true});
     outputs.push_back({arguments.files.report, false});
     outputs.push_back({arguments.files.listed, false});
     if (!arguments.at.empty()) {
-        inputs.emplace_back(arguments.at, "the list of places");
+        inputs.emplace_back(arguments.at, "the list of points");
     }
     check_outputs(outputs, inputs);
 }

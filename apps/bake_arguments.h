@@ -1,4 +1,4 @@
-// The options that say how to bake, for every program that does: they fill BakeOptions.
+// The options that control a bake, for every program that bakes: they fill BakeOptions.
 #pragma once
 
 #include "arguments.h"
@@ -21,19 +21,19 @@ inline constexpr const char* mesh_help = "mesh or scene: .off .obj .ply .stl .gl
 /// --basis --sampler --spacing --sites --neighbours, of a BakeOptions or InspectOptions.
 template <class Options> void add_site_arguments(CLI::App& app, Options& options, const std::string& group) {
     app.add_option("--basis", options.basis, "finite elements")->group(group)->type_name("NAME")->capture_default_str();
-    app.add_option("--sampler", options.sampler, "where the sites go")
+    app.add_option("--sampler", options.sampler, "how the sites are placed")
         ->group(group)
         ->type_name("NAME")
         ->capture_default_str();
     add_parsed(app, "--spacing", options.spacing,
-               "least distance between sites, in units of the mesh (metres for a scene file)", parse_positive)
+               "minimum distance between sites, in units of the mesh (metres for a scene file)", parse_positive)
         ->group(group)
         ->type_name("D");
     add_whole<std::size_t>(app, "--sites", options.sites, 1,
-                           "wanted number of sites, instead of --spacing (default 5000)")
+                           "desired number of sites, instead of --spacing (default 5000)")
         ->group(group)
         ->type_name("N");
-    add_whole(app, "--neighbours", options.neighbours, 1, "a site's radius reaches to its M-th nearest site")
+    add_whole(app, "--neighbours", options.neighbours, 1, "a site's radius reaches its M-th nearest site")
         ->group(group)
         ->type_name("M")
         ->default_str(shown(options.neighbours));
@@ -42,22 +42,22 @@ template <class Options> void add_site_arguments(CLI::App& app, Options& options
 /// --direct --visibility --kernel.
 void add_light_arguments(CLI::App& app, BakeOptions& options, const std::string& group);
 
-/// What these options were set to.
+/// The values of these options.
 struct BakeArguments {
-    BakeOptions options;      ///< but for `at`
+    BakeOptions options;      ///< except `at`
     BakeFiles files;          ///< sites, listed and report
-    std::filesystem::path at; ///< file with places
+    std::filesystem::path at; ///< file with points
 };
 
-/// All options of a bake but those of its output mesh and of --seed, in groups; `gathered` says where --final-gather
-/// gathers, "each output vertex".
+/// All options of a bake except --seed and those of its output mesh, in groups; `gathered` says where --final-gather
+/// gathers: "each output vertex".
 void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::string& gathered);
 
-/// `check_outputs` with the files of the bake added. Throws UsageError where of --at and --at-output one is missing.
+/// `check_outputs` with the files of the bake added. Throws UsageError if only one of --at and --at-output is given.
 void check_bake_outputs(const BakeArguments& arguments, std::vector<OutputName> outputs,
                         std::vector<std::pair<std::filesystem::path, std::string>> inputs);
 
-/// The options with the places of --at read. Throws what reading them throws.
+/// The options, with the points of --at read. Throws what reading them throws.
 BakeOptions bake_options(const BakeArguments& arguments);
 
 } // namespace difusa

@@ -1,4 +1,4 @@
-// bake_radiosity mesh out: bakes diffuse global illumination onto a mesh. Options in, bake, files out.
+// bake_radiosity mesh out: bakes diffuse global illumination onto a mesh. Parses options, bakes, writes files.
 #include "bake_arguments.h"
 #include "terminal.h"
 
@@ -27,13 +27,13 @@ Examples:
   bake_radiosity mesh.off out.vtp
       bake with defaults; open out.vtp in ParaView and colour by radiosity or display_rgb
   bake_radiosity room.obj out.ply --rays 2048 --sites 10000
-      a finer bake for MeshLab; the lamps are the materials with Ke
+      a finer bake for MeshLab; materials with Ke emit light
   bake_radiosity room.obj out.vtp --basis shepard:k=3 --spacing 0.05 --report out.json --sites-output sites.vtp
-      another basis, a given distance between sites, a report, and the sites as points
+      another basis, a given site spacing, a report, and the sites as points
   bake_radiosity hall.ply out.vtp --sky 1,1.1,1.3 --reflectance 0.7
-      sky light on a mesh without colours, fast rays
+      sky light on a mesh without colours
   bake_radiosity room.obj out.vtp --dry-run
-      how many sites and rays, how much memory and time
+      number of sites and rays, memory and time it would take
   bake_radiosity --list-plugins
 
 Exit codes: 0 done, 1 usage, 2 input, 3 not converged, 4 resources, 5 internal, 130 interrupted.
@@ -58,15 +58,15 @@ void declare(CLI::App& app, Arguments& a) {
         ->group(output)
         ->type_name("D");
     app.add_flag("--face-centres", a.bake.options.face_centres,
-                 "tell the light at the centres of the output's triangles too, as cell arrays (in a .vtp)")
+                 "also write the light at the centres of the output's triangles, as cell arrays (in a .vtp)")
         ->group(output);
 
     add_run_arguments(app, a.run, a.bake.options.seed, "the result does not depend");
     const std::string run = difusa::run_group;
-    app.add_flag("--dry-run", a.dry_run, "say what the bake would take, and stop; writes no more than --report")
+    app.add_flag("--dry-run", a.dry_run, "estimate what the bake would take, and stop; writes nothing but --report")
         ->group(run);
-    app.add_flag("--verbose", a.verbose, "also choices, times and residuals")->group(run);
-    app.add_flag("--list-plugins", a.list_plugins, "all plugins with their parameters, refused ones included")
+    app.add_flag("--verbose", a.verbose, "also print choices, times and residuals")->group(run);
+    app.add_flag("--list-plugins", a.list_plugins, "list all plugins with their parameters, refused ones included")
         ->group(run);
 }
 
@@ -90,7 +90,7 @@ void list_plugins(const difusa::Registry& registry) {
                 for (const std::string_view name : difusa::preferred_visibility) {
                     std::cout << " " << name << ",";
                 }
-                std::cout << " and any other that is found and can be started (the default).\n";
+                std::cout << " and any other that is found and starts (the default).\n";
             }
         }
         std::cout << "  " << description.name << "  " << description.summary << "\n";
@@ -123,12 +123,12 @@ void check_files(const Arguments& a) {
     const std::string field = a.bake.files.field.string();
     if (difusa::lower_case(a.bake.files.field.extension().string()) == ".ply") {
         if (a.bake.options.light_groups && a.bake.at.empty()) {
-            throw UsageError("--light-groups: a .ply has no room for the light of each group; write " + field +
-                             " as a .vtp, which has, or name places, --at FILE");
+            throw UsageError("--light-groups: a .ply cannot hold the light of each group; write " + field +
+                             " as a .vtp, which can, or name points, --at FILE");
         }
         if (a.bake.options.face_centres) {
-            throw UsageError("--face-centres: a .ply has no room for the light at the centres of faces; write " +
-                             field + " as a .vtp, which has");
+            throw UsageError("--face-centres: a .ply cannot hold the light at the centres of faces; write " + field +
+                             " as a .vtp, which can");
         }
     }
     check_bake_outputs(a.bake, {{a.bake.files.field, true}}, {{a.mesh, "the mesh"}});

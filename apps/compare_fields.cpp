@@ -29,13 +29,13 @@ Examples:
   compare_fields out.vtp fine.vtp error.vtp
       total and indirect light; open error.vtp in ParaView and colour by radiosity_error_relative
   compare_fields out.vtp fine.vtp
-      only the table
+      the table only
   compare_fields out.vtp fine.vtp error.vtp --report error.json --array irradiance_direct --array reflectance
-      more arrays, and all norms as JSON
+      additional arrays, and all norms as JSON
   compare_fields out.ply fine.ply
-      luminance only: PLY holds no more
+      luminance only: PLY holds nothing else
 
-The meshes may differ: the reference is then interpolated at its nearest point that faces the same way, and should be
+The meshes may differ: the reference is then interpolated at its nearest point facing the same way, and should be
 the finer one. Norms are relative to the same norm of the reference, integrated over the surface of the result.
 
 Exit codes: 0 done, 1 usage, 2 input, 3 not converged, 4 resources, 5 internal, 130 interrupted.
@@ -49,23 +49,23 @@ struct Arguments {
 };
 
 void declare(CLI::App& app, Arguments& a) {
-    app.add_option("result", a.result, "field to be judged: .vtp or .ply")->type_name("RESULT");
+    app.add_option("result", a.result, "field to be assessed: .vtp or .ply")->type_name("RESULT");
     app.add_option("reference", a.reference, "what it should be: .vtp or .ply")->type_name("REFERENCE");
-    app.add_option("error", a.error, "errors on the result's mesh, .vtp (without it: none written)")
+    app.add_option("error", a.error, "error field on the result's mesh, .vtp (not written if omitted)")
         ->type_name("ERROR");
     app.add_option("--array", a.compare.arrays, "compare this point array too (may be repeated)")
         ->type_name("NAME")
         ->allow_extra_args(false);
     add_parsed(app, "--max-distance", a.compare.max_distance,
-               "points of the result farther than this from the reference are left out (default: 1 % of its diameter)",
+               "ignore points of the result farther than this from the reference (default: 1 % of its diameter)",
                difusa::parse_positive)
         ->type_name("D");
     app.add_option("--report", a.report, "write all norms as JSON")->type_name("FILE.json");
     add_whole(app, "--threads", a.threads, 1U, "threads; the result does not depend on it")
         ->type_name("N")
         ->default_str(difusa::shown(a.threads));
-    app.add_flag("--quiet", a.quiet, "only errors");
-    app.add_flag("--version", a.version, "version, and those of the libraries");
+    app.add_flag("--quiet", a.quiet, "print errors only");
+    app.add_flag("--version", a.version, "print the version, and those of the libraries");
 }
 
 void check(const Arguments& a) {
@@ -83,7 +83,7 @@ void check(const Arguments& a) {
 }
 
 void write(const difusa::Comparison& comparison, const difusa::FieldFile& result, const Arguments& a) {
-    std::vector<std::unique_ptr<difusa::WholeFile>> written; // all, or none
+    std::vector<std::unique_ptr<difusa::WholeFile>> written; // all or none
     if (!a.error.empty()) {
         written.push_back(std::make_unique<difusa::WholeFile>(a.error));
         difusa::write_field(difusa::error_field(comparison, result, a.result.string(), a.reference.string()), a.error,

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Makes the pictures of the gallery and the table of the dissertation's rooms: apps/gallery.sh DIRECTORY [--quick]
-# Everything is written into DIRECTORY: a PNG for each picture, the reports of the bakes, rooms.md. --quick: small
-# pictures of coarse bakes, to see that all is there. Programs are taken from $DIFUSA_BIN, else from the first of
-# build/release/bin, build/quickstart/bin, build/bin that has them.
+# Everything is written to DIRECTORY: one PNG per picture, the reports of the bakes, rooms.md. --quick: small pictures
+# of coarse bakes, to check that everything works. Programs are taken from $DIFUSA_BIN, otherwise from the first of
+# build/release/bin, build/quickstart/bin and build/bin that has them.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -62,7 +62,7 @@ bake_seconds() {
         END { printf "%.1f", sum }' "$1"
 }
 
-# render PICTURE SCENE OPTION...: makes $out/PICTURE.png and says so. Fails as render_view does.
+# render PICTURE SCENE OPTION...: makes $out/PICTURE.png, printing its name. Fails as render_view does.
 render() {
     local picture=$1 scene=$2
     shift 2
@@ -70,8 +70,8 @@ render() {
     "$bin/render_view" "$scene" "$out/$picture.png" "${common[@]}" "$@"
 }
 
-# The rooms of the dissertation: each in its three bases, all light and the direct light alone. At the spacing that it
-# tells there are about a quarter of the sites that it tells, at half of that about as many: both are shown.
+# The rooms of the dissertation: each in its three bases, all light and the direct light alone. The spacing stated there
+# gives about a quarter of the stated number of sites, half that spacing about the stated number: both are shown.
 table=$out/rooms.md
 rows=$(mktemp)
 trap 'rm -f "$rows"' EXIT
@@ -113,7 +113,7 @@ room d 4.5 3812
 } >"$table"
 echo "$table"
 
-# The Cornell box: all light, its parts, sites, an element of the basis, the bound of the error.
+# The Cornell box: all light, its parts, the sites, one basis element, the error bound.
 box=$data/cornell_box.json
 render cornell_box "$box" "${quality[@]}" --sites "$box_sites" --projection galerkin --tone filmic \
     --also "direct=$out/cornell_box_direct.png" --also "indirect=$out/cornell_box_indirect.png"
@@ -121,11 +121,11 @@ few=("${quality[@]}" --sites 600)
 render cornell_box_sites "$box" "${few[@]}" --show sites --also "error=$out/cornell_box_error.png" --log
 render basis_element "$box" "${quality[@]}" --sites 200 --show basis --near 0.15,0.38,0.5592
 
-# A large hall, which is made, not kept.
+# A large hall, generated rather than stored.
 if [ -x "$bin/generate_scenes" ]; then
     "$bin/generate_scenes" --directory "$out/scenes" hall
     render hall "$out/scenes/hall.json" "${hall_quality[@]}" --tone filmic --report "$out/reports/hall.json"
 else
-    echo "hall: left out, since generate_scenes is not built (it comes with the tests)"
+    echo "hall: skipped, since generate_scenes is not built (it comes with the tests)"
 fi
 echo "written to $out"

@@ -1,4 +1,4 @@
-// inspect_basis mesh out: shows the finite elements that a bake would use. Options in, inspection, files out.
+// inspect_basis mesh out: shows the finite elements a bake would use. Parses options, inspects, writes files.
 #include "bake_arguments.h"
 #include "terminal.h"
 
@@ -24,12 +24,12 @@ Examples:
   inspect_basis mesh.off basis.vtp
       the element in the middle of the surface, and the sum of all; open in ParaView and colour by element
   inspect_basis mesh.off basis.vtp --element 42 --element 43 --basis shepard:k=3
-      two elements of another basis; --seed, --spacing and the like as for a bake, the elements are the same
+      two elements of another basis; with the same --seed, --spacing and so on as a bake, the elements are the same
   inspect_basis room.obj basis.vtp --near 1.2,0,0.5 --sites-output sites.vtp
       the element nearest to a point; the sites as points, for glyphs scaled by radius or reach
 
-Point arrays of the output: element (and element_N for every further one), sum (1 for a partition of unity), overlap
-(number of elements that do not vanish), lebesgue (sum of absolute values), nearest_site.
+Point arrays of the output: element (and element_N for each additional one), sum (1 for a partition of unity), overlap
+(number of nonzero elements), lebesgue (sum of absolute values), nearest_site.
 
 Exit codes: 0 done, 1 usage, 2 input, 3 not converged, 4 resources, 5 internal, 130 interrupted.
 )";
@@ -59,9 +59,8 @@ void declare(CLI::App& app, Arguments& a) {
 
     const std::string discretisation = "Discretisation";
     add_site_arguments(app, a.inspect, discretisation);
-    app.add_option(
-           "--visibility", a.inspect.visibility,
-           "ray casting of samplers that need it: embree or cgal; auto: embree where it is there, otherwise cgal")
+    app.add_option("--visibility", a.inspect.visibility,
+                   "ray casting for samplers that need it: embree or cgal; auto: embree if available, otherwise cgal")
         ->group(discretisation)
         ->type_name("NAME")
         ->capture_default_str();
@@ -87,7 +86,7 @@ void run(const Arguments& a) {
         throw UsageError("an output file is expected: inspect_basis " + a.mesh.string() + " basis.vtp (--help)");
     }
     difusa::check_outputs({{a.field, true}, {a.sites, true}}, {{a.mesh, "the mesh"}});
-    // A wrong name is a mistake even where none is needed.
+    // A wrong name is an error even if none is needed.
     std::vector<std::string> notes;
     difusa::choose_visibility(registry, a.inspect.visibility, notes);
 

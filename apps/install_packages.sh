@@ -1,6 +1,6 @@
 # shellcheck shell=bash disable=SC2034
 # Sourced by apps/quickstart.sh and tests/run.sh: the Debian 12 packages difusa is built with, in one place, and a
-# function that installs those of them that are missing.
+# function that installs the missing ones.
 
 # To build and run the programs.
 build_packages=(
@@ -10,16 +10,16 @@ build_packages=(
     libcli11-dev libnanoflann-dev nlohmann-json3-dev
 )
 
-# Beyond those, to run the tests and checks; formatting and lint depend on the version of clang.
+# In addition, to run the tests and checks; formatting and lint depend on the version of clang.
 test_packages=(
     libgtest-dev libgmock-dev libbenchmark-dev
     clang-14 clang-format-14 clang-tidy-14 libclang-rt-14-dev
 )
 
-# To open what is baked in ParaView and MeshLab without a screen. ParaView's Python modules: see fetch_paraview_python.
+# To open bakes in ParaView and MeshLab without a screen. ParaView's Python modules: see fetch_paraview_python.
 viewer_packages=(paraview xvfb meshlab python3)
 
-# missing_packages PACKAGE...: those that are not installed, separated by blanks.
+# missing_packages PACKAGE...: those not installed, separated by spaces.
 missing_packages() {
     local package missing=()
     for package in "$@"; do
@@ -30,8 +30,8 @@ missing_packages() {
     echo "${missing[*]}"
 }
 
-# install_packages PACKAGE...: installs what is missing, as root or through sudo; says what, and ends the script with
-# what to do if it cannot. Without anything missing it neither needs rights nor the network.
+# install_packages PACKAGE...: installs what is missing, as root or through sudo, and prints its names; if it cannot, it
+# ends the script with instructions. With nothing missing it needs neither root nor the network.
 install_packages() {
     if ! command -v dpkg-query >/dev/null; then
         echo "This is not Debian: make sure that the equivalents of these packages are installed:"
@@ -51,7 +51,7 @@ install_packages() {
             exit 4
         fi
         as_root=(sudo)
-        # Where nobody could type a password, sudo fails at once instead of waiting for one.
+        # If nobody can type a password, sudo fails at once instead of waiting for one.
         [ -t 0 ] || as_root=(sudo -n)
     fi
     as_root+=(env DEBIAN_FRONTEND=noninteractive)
@@ -72,8 +72,8 @@ install_packages() {
 }
 
 # fetch_paraview_python DIRECTORY: unpacks ParaView's Python modules there (in usr/lib/python3/dist-packages), unless
-# they are there in the version that is installed. Their package cannot be installed: it conflicts with one that
-# libvtk9-dev needs, and apt would remove that.
+# the installed version is there already. Their package cannot be installed: it conflicts with one that libvtk9-dev
+# needs, and apt would remove that.
 fetch_paraview_python() {
     if ! command -v dpkg-query >/dev/null; then
         return

@@ -1,4 +1,5 @@
-// measure_accuracy --output DIR: speed against error, on scenes whose radiosity is known. Options in, study, files out.
+// measure_accuracy --output DIR: speed against error, on scenes whose radiosity is known. Parses options, runs the
+// study, writes files.
 #include "bake_arguments.h"
 #include "terminal.h"
 
@@ -24,7 +25,7 @@ using difusa::shown;
 using difusa::UsageError;
 
 const char* const examples =
-    R"(Bakes scenes whose radiosity is known exactly, and tells how fast and how accurate each method is.
+    R"(Bakes scenes whose radiosity is known exactly, and reports how fast and how accurate each method is.
 
 Examples:
   measure_accuracy --output study
@@ -32,9 +33,9 @@ Examples:
   measure_accuracy --output study --case ball-over-disc --basis shepard --basis normalized-radial --spacing 3 --spacing 1
       two bases at two spacings; options that may be repeated are combined with each other
   measure_accuracy --output study --case ball-over-disc --projection galerkin --rays 1024 --rays 16384
-      how far more rays help
+      how much additional rays help
   measure_accuracy --output study --chapter7
-      the dissertation's chapter 7: curves over ball and disc for its three bases, as printed and as done here
+      the dissertation's chapter 7: curves over ball and disc for its three bases, as printed and as implemented here
 
 Cases: %CASES%.
 
@@ -50,13 +51,13 @@ struct Arguments {
 };
 
 void declare(CLI::App& app, Arguments& a) {
-    app.add_option("--output", a.output, "directory for the tables and charts; made if it does not exist")
+    app.add_option("--output", a.output, "directory for the tables and charts; created if it does not exist")
         ->type_name("DIR");
     const std::string what = "What is measured (all may be repeated)";
     const auto words = [&](const std::string& name, std::vector<std::string>& target, const std::string& meaning) {
         difusa::add_repeated(app, name, target, meaning)->group(what)->type_name("NAME");
     };
-    words("--case", a.plan.cases, "scene with a known answer (default: all)");
+    words("--case", a.plan.cases, "scene with a known solution (default: all)");
     words("--basis", a.plan.bases, "default: radial, normalized-radial, shepard, moving-least-squares");
     words("--projection", a.plan.projections, "default: natural, galerkin");
     words("--transport", a.plan.transports, "default: gather");
@@ -72,16 +73,17 @@ void declare(CLI::App& app, Arguments& a) {
             [](const std::string& option, const std::string& text) {
                 return difusa::parse_whole<std::size_t>(option, text, 1);
             });
-    numbers("--final-gather", a.plan.final_gathers, "rays at each place that is judged (default: 0, the basis)", whole);
+    numbers("--final-gather", a.plan.final_gathers, "rays at each point that is assessed (default: 0, the basis)",
+            whole);
     app.add_flag("--chapter7", a.chapter7, "curves of the ball over the disc instead, as in the dissertation");
 
     const std::string how = "How";
     add_light_arguments(app, a.plan.common, how);
-    add_whole<std::size_t>(app, "--places", a.plan.how.places, 1, "surface points at which fields are judged")
+    add_whole<std::size_t>(app, "--places", a.plan.how.places, 1, "surface points at which fields are assessed")
         ->group(how)
         ->type_name("N")
         ->default_str(shown(a.plan.how.places));
-    add_whole<std::size_t>(app, "--repeat", a.repeats, 1, "bakes of each; the fastest counts")
+    add_whole<std::size_t>(app, "--repeat", a.repeats, 1, "bakes per configuration; the fastest counts")
         ->group(how)
         ->type_name("N")
         ->default_str(shown(a.repeats));
@@ -141,7 +143,7 @@ double relative_rms(const std::vector<double>& curve, const std::vector<double>&
     return size > 0.0 ? std::sqrt(error / size) : 0.0;
 }
 
-/// Chapter 7 has its own scene, transports and way of judging.
+/// Chapter 7 has its own scene, transports and error measure.
 void refuse_for_chapter7(const Arguments& a) {
     const std::vector<std::pair<bool, std::string>> given{{!a.plan.cases.empty(), "--case"},
                                                           {!a.plan.projections.empty(), "--projection"},
@@ -173,7 +175,7 @@ void chapter7(Arguments& a, const difusa::Registry& registry, const difusa::Exec
                 options.rays = a.plan.rays[0];
                 options.output_spacing = reference.scene.mesh.diameter();
                 options.error_points = 0;
-                if (printed) { // T 5.5, 5.7: direct light is a part of the unknown
+                if (printed) { // T 5.5, 5.7: direct light is part of the unknown
                     options.transport = "pairwise:areas=neighbours";
                     options.kernel = "point";
                     options.direct = "interpolated";
@@ -222,7 +224,7 @@ void run(Arguments& a) {
         throw UsageError("a directory for the results is expected: measure_accuracy --output study (--help)");
     }
     const difusa::Registry registry = difusa::Registry::load(a.run.plugin_path);
-    // Wrong names are refused before the work.
+    // Wrong names are rejected before the work starts.
     for (const std::string& name : a.plan.cases) {
         difusa::require_reference_case(name);
     }
@@ -232,7 +234,7 @@ void run(Arguments& a) {
     if (a.chapter7) {
         refuse_for_chapter7(a);
     }
-    std::vector<std::string> notes; // the bakes tell them
+    std::vector<std::string> notes; // collected from the bakes
     difusa::choose_visibility(registry, a.plan.common.visibility, notes);
     std::string text;
     for (const std::string& projection : a.plan.projections) {
@@ -241,10 +243,10 @@ void run(Arguments& a) {
     std::error_code error;
     std::filesystem::create_directories(a.output, error);
     if (error) {
-        throw difusa::ResourceError(a.output.string() + ": cannot be made: " + error.message());
+        throw difusa::ResourceError(a.output.string() + ": cannot be created: " + error.message());
     }
     difusa::check_output_path(a.output / "measurements.csv", false);
-    difusa::TerminalProgress progress(true); // interruptible; the measurements tell how far it is
+    difusa::TerminalProgress progress(true); // interruptible; the measurements show the progress
     const difusa::Execution execution{a.run.threads, &progress};
     if (a.chapter7) {
         chapter7(a, registry, execution);

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# From a bare Debian 12 to a baked scene: installs the packages that are missing (as root or through sudo), builds
-# difusa in build/quickstart, bakes data/cornell_box.obj, and says what to open. Safe to run again, and quick then.
+# From a bare Debian 12 to a baked scene: installs missing packages (as root or through sudo), builds difusa in
+# build/quickstart, bakes data/cornell_box.obj, and says what to open. Safe to rerun; later runs are quick.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)

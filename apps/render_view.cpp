@@ -1,4 +1,5 @@
-// render_view scene out: bakes a scene and makes pictures of it, without a display. Options in, bake, pictures out.
+// render_view scene out: bakes a scene and makes pictures of it, without a display. Parses options, bakes, writes
+// pictures.
 #include "bake_arguments.h"
 #include "terminal.h"
 
@@ -27,31 +28,31 @@ using difusa::ExitCode;
 using difusa::UsageError;
 
 const char* const examples =
-    R"(Bakes a scene as bake_radiosity does, and makes pictures of it by casting rays: no display is needed.
+    R"(Bakes a scene as bake_radiosity does, and makes pictures of it by ray casting; no display is needed.
 
 Examples:
   render_view scene.json out.png
-      seen by the camera of the file, or, without one, by one that shows all of it
+      seen by the file's camera, or, if it has none, by one that frames the whole scene
   render_view room.obj out.png --eye 0.3,0.3,-0.8 --look-at 0.3,0.3,0.3 --up 0,1,0 --samples 16 --final-gather 256
-      from a given place, with smooth edges, accurate
+      from a given position, antialiased, accurate
   render_view room.obj out.png --also direct=direct.png --also luminance=luminance.png --also sites=sites.png
       several pictures of one bake
   render_view room.obj basis.png --show basis --element 42 --sites 500
-      an element of the basis
+      one basis element
   render_view house.off out.hdr --sky 1 --cull-backs
-      linear radiances; looking through the backs of walls
+      linear radiances; seeing through the backs of walls
 
-What can be shown: radiosity; direct and indirect, its parts; irradiance, irradiance-direct, irradiance-indirect,
-emission (W/m^2); reflectance; group:NAME, the radiosity of one light group; luminance, error (a bound), basis, by
-colours and a bar that explains them; sites, as dots. Backs of faces are dark grey.
+What can be shown: radiosity; its parts direct and indirect; irradiance, irradiance-direct, irradiance-indirect,
+emission (W/m^2); reflectance; group:NAME, the radiosity of one light group; luminance, error (a bound), basis, in
+false colours with a colour bar; sites, as dots. Back faces are dark grey.
 
 Exit codes: 0 done, 1 usage, 2 input, 3 not converged, 4 resources, 5 internal, 130 interrupted.
 )";
 
-/// A picture to be made.
+/// A picture to make.
 struct Picture {
     difusa::Show show;
-    std::string name; ///< of what it shows, as typed
+    std::string name; ///< name of what it shows, as typed
     std::filesystem::path file;
 };
 
@@ -76,7 +77,7 @@ struct Arguments {
 difusa::Vec3 parse_direction(const std::string& option, const std::string& text) {
     const difusa::Vec3 direction = difusa::parse_point(option, text);
     if (!(direction.stableNorm() > 0.0)) {
-        throw UsageError(option + " " + text + ": must be a direction, not zero");
+        throw UsageError(option + " " + text + ": must be a nonzero direction");
     }
     return direction;
 }
@@ -125,21 +126,20 @@ Picture parse_also(const std::string& option, const std::string& text) {
 }
 
 void declare_camera(CLI::App& app, Arguments& a) {
-    const std::string group = "Camera (of the scene's file, or one that shows all)";
-    add_parsed(app, "--eye", a.camera.eye, "where it is, in metres for a scene file", difusa::parse_point)
+    const std::string group = "Camera (default: the scene file's, or one that frames the whole scene)";
+    add_parsed(app, "--eye", a.camera.eye, "position, in metres for a scene file", difusa::parse_point)
         ->group(group)
         ->type_name("X,Y,Z");
-    add_parsed(app, "--look-at", a.camera.look_at, "a point in the middle of the picture", difusa::parse_point)
+    add_parsed(app, "--look-at", a.camera.look_at, "point in the middle of the picture", difusa::parse_point)
         ->group(group)
         ->type_name("X,Y,Z");
-    add_parsed(app, "--towards", a.camera.towards, "the direction it looks in, instead of --look-at", parse_direction)
+    add_parsed(app, "--towards", a.camera.towards, "viewing direction, instead of --look-at", parse_direction)
         ->group(group)
         ->type_name("X,Y,Z");
-    add_parsed(app, "--up", a.camera.up, "what is upwards in the picture (default: 0,0,1)", parse_direction)
+    add_parsed(app, "--up", a.camera.up, "up direction in the picture (default: 0,0,1)", parse_direction)
         ->group(group)
         ->type_name("X,Y,Z");
-    add_parsed(app, "--view-angle", a.camera.view_angle, "from the lower to the upper edge of the picture, in degrees",
-               parse_degrees)
+    add_parsed(app, "--view-angle", a.camera.view_angle, "vertical field of view in degrees", parse_degrees)
         ->group(group)
         ->type_name("DEGREES");
 }
@@ -150,7 +150,7 @@ void declare_picture(CLI::App& app, Arguments& a) {
         ->group(group)
         ->type_name("NAME")
         ->capture_default_str();
-    difusa::add_repeated(app, "--also", a.also, "a further picture of the same bake (may be repeated)", parse_also)
+    difusa::add_repeated(app, "--also", a.also, "additional picture of the same bake (may be repeated)", parse_also)
         ->group(group)
         ->type_name("SHOW=FILE");
     difusa::add_repeated(app, "--size", a.size, "width and height in pixels (default: 800 600)",
@@ -164,20 +164,21 @@ void declare_picture(CLI::App& app, Arguments& a) {
         ->group(group)
         ->type_name("N")
         ->default_str(difusa::shown(a.view.samples));
-    app.add_flag("--cull-backs", a.view.cull_backs, "look through the backs of faces")->group(group);
-    add_parsed(app, "--background", a.background,
-               "linear colour where nothing is met, 0 to 1, shown as it is (default: the sky; white around colour maps "
-               "and sites)",
-               parse_background)
+    app.add_flag("--cull-backs", a.view.cull_backs, "see through back faces")->group(group);
+    add_parsed(
+        app, "--background", a.background,
+        "linear colour where rays hit nothing, 0 to 1, shown as is (default: the sky; white around false colours "
+        "and sites)",
+        parse_background)
         ->group(group)
         ->type_name("R[,G,B]");
     add_parsed(app, "--exposure", a.exposure,
-               "what light is multiplied by before it is shown, or auto: 95 % of what the first picture of light shows "
-               "are at most 0.9 (default: auto)",
+               "factor applied to light before display, or auto: 95 % of what the first picture of light shows "
+               "is at most 0.9 (default: auto)",
                parse_exposure)
         ->group(group)
         ->type_name("E");
-    add_parsed(app, "--tone", a.tone, "linear, cut at 1, or filmic, which goes on to 1 slowly", parse_tone)
+    add_parsed(app, "--tone", a.tone, "linear, clipped at 1, or filmic, which approaches 1 gradually", parse_tone)
         ->group(group)
         ->type_name("NAME")
         ->default_str("linear");
@@ -191,8 +192,8 @@ void declare_picture(CLI::App& app, Arguments& a) {
                difusa::parse_point)
         ->group(group)
         ->type_name("X,Y,Z");
-    add_parsed(app, "--range", a.range,
-               "values at the ends of the colour bar (default: the least and the largest seen)", parse_range)
+    add_parsed(app, "--range", a.range, "values at the ends of the colour bar (default: the smallest and largest seen)",
+               parse_range)
         ->group(group)
         ->type_name("LOW,HIGH");
     app.add_flag("--log", a.logarithmic, "logarithmic colour bar")->group(group);
@@ -207,45 +208,45 @@ void declare(CLI::App& app, Arguments& a) {
     add_run_arguments(app, a.run, a.bake.options.seed, "the result does not depend");
 }
 
-/// All pictures, the first one first. Refuses what contradicts itself.
+/// All pictures, the first one first. Rejects contradictory options.
 std::vector<Picture> pictures_of(const Arguments& a) {
     if (a.mesh.empty()) {
         throw UsageError("a scene or mesh file is expected: render_view scene.json out.png (--help)");
     }
     if (a.out.empty()) {
-        throw UsageError("a file for the picture is expected: render_view " + a.mesh.string() + " out.png (--help)");
+        throw UsageError("a picture file is expected: render_view " + a.mesh.string() + " out.png (--help)");
     }
     std::vector<Picture> pictures{{difusa::parse_show(a.show), a.show, a.out}};
     pictures.insert(pictures.end(), a.also.begin(), a.also.end());
     bool basis = false, mapped = false;
     std::vector<difusa::OutputName> outputs;
     for (const Picture& picture : pictures) {
-        difusa::is_radiance_hdr(picture.file); // or refuse its name
+        difusa::is_radiance_hdr(picture.file); // or rejects its name
         outputs.push_back({picture.file, false});
         mapped = mapped || colouring_of(picture.show.quantity) == difusa::Colouring::map;
         basis = basis || picture.show.quantity == difusa::Quantity::basis;
     }
     if ((a.element || a.near) && !basis) {
-        throw UsageError(std::string(a.element ? "--element" : "--near") + ": goes with --show basis");
+        throw UsageError(std::string(a.element ? "--element" : "--near") + ": only valid with --show basis");
     }
     if (a.element && a.near) {
-        throw UsageError("--element and --near both choose the element that is shown: give one of them");
+        throw UsageError("--element and --near both choose the element to show: give only one of them");
     }
     if ((a.range || a.logarithmic) && !mapped) {
         throw UsageError(std::string(a.range ? "--range" : "--log") +
                          ": no picture has a colour bar; show luminance, error or basis");
     }
     if (a.range && a.logarithmic && !(a.range->first > 0.0)) {
-        throw UsageError("--range: must begin above 0 where --log is given");
+        throw UsageError("--range: must begin above 0 with --log");
     }
     if (a.camera.look_at && a.camera.towards) {
-        throw UsageError("--look-at and --towards both say where the camera looks: give one of them");
+        throw UsageError("--look-at and --towards both say where the camera looks: give only one of them");
     }
     check_bake_outputs(a.bake, outputs, {{a.mesh, "the scene"}});
     return pictures;
 }
 
-/// Pictures of the basis show the element that was asked for, if one was.
+/// Pictures of the basis show the requested element, if there is one.
 void choose_element(const Arguments& a, const difusa::SiteSet& sites, std::vector<difusa::Show>& shows) {
     std::optional<difusa::Index> element = a.element;
     if (a.near) {
@@ -263,7 +264,7 @@ void choose_element(const Arguments& a, const difusa::SiteSet& sites, std::vecto
     }
 }
 
-/// The content of a picture's file; says in `how` with which exposure or range it was made.
+/// The content of a picture's file; sets `how` to the exposure or range it was made with.
 std::string developed(const difusa::BakeResult& result, const difusa::View& view, std::size_t show, const Arguments& a,
                       const std::filesystem::path& file, double exposure, std::string& how,
                       const difusa::Execution& execution) {
@@ -288,7 +289,7 @@ std::string developed(const difusa::BakeResult& result, const difusa::View& view
     return png_of(develop(result, view, show, development, execution));
 }
 
-/// The exposure of all pictures of light.
+/// The common exposure of all pictures of light.
 double exposure_for(const Arguments& a, const difusa::View& view) {
     for (std::size_t k = 0; k < view.shows.size() && !a.exposure; ++k) {
         if (colouring_of(view.shows[k].quantity) == difusa::Colouring::light) {
@@ -356,7 +357,7 @@ void run(Arguments& a) {
         return;
     }
     std::cout << difusa::summary_of(result) << "pictures: " << view.rays << " rays and " << view.segments
-              << " segments, but for those through the pixels\n"
+              << " segments, not counting those through the pixels\n"
               << written;
     for (const std::filesystem::path& file : {a.bake.files.sites, a.bake.files.listed, a.bake.files.report}) {
         if (!file.empty()) {

@@ -22,7 +22,7 @@ void on_signal(int signal) {
     std::signal(signal, SIG_DFL); // the next one ends the process
 }
 
-/// What the caller had ignored (nohup, a job in the background of a script) stays ignored.
+/// What the caller ignores (nohup, a background job of a script) stays ignored.
 void cancel_on(int signal) {
     if (std::signal(signal, on_signal) == SIG_IGN) {
         std::signal(signal, SIG_IGN);
@@ -97,7 +97,8 @@ int run_program(const char* name, const std::function<void()>& program) {
         std::fprintf(stderr, "%s: %s\n", name, what);
         return static_cast<int>(code);
     };
-    std::signal(SIGXFSZ, SIG_IGN); // a file that grows too large is then an error with a message, not the end
+    std::signal(SIGXFSZ,
+                SIG_IGN); // a file that grows too large then gives an error message instead of ending the process
     try {
         program();
         if (!std::cout.flush()) {
@@ -112,7 +113,8 @@ int run_program(const char* name, const std::function<void()>& program) {
     } catch (const std::exception& error) {
         return report((std::string("internal error: ") + error.what()).c_str(), ExitCode::internal);
     } catch (...) {
-        return report("internal error: something that is no exception was thrown (by a plugin?)", ExitCode::internal);
+        return report("internal error: something other than an exception was thrown (by a plugin?)",
+                      ExitCode::internal);
     }
 }
 

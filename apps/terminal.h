@@ -1,4 +1,4 @@
-// What the programs share: progress on a terminal, interruption, and errors as exit codes.
+// Shared by the programs: progress on a terminal, interruption, and errors as exit codes.
 #pragma once
 
 #include <difusa/core/progress.h>
@@ -10,8 +10,9 @@
 
 namespace difusa {
 
-/// Shows phase, percent and remaining time: one line that is rewritten on a terminal, a line a phase elsewhere.
-/// Ctrl-C (SIGINT), SIGTERM and SIGHUP cancel, unless the caller ignores them; a second one ends the process at once.
+/// Shows phase, percentage and remaining time: on a terminal as one line that is overwritten, elsewhere as one line per
+/// phase. Ctrl-C (SIGINT), SIGTERM and SIGHUP cancel, unless the caller ignores them; a second one ends the process at
+/// once.
 class TerminalProgress final : public Progress {
   public:
     explicit TerminalProgress(bool silent);
@@ -24,10 +25,10 @@ class TerminalProgress final : public Progress {
     void remark(std::string_view what) override;
     bool cancelled() const override;
 
-    /// Says on standard error what was remarked: for runs that fail and will not say it otherwise.
+    /// Prints the notes on standard error: for runs that fail before they could report them.
     void print_remarks();
 
-    /// Takes the progress line off the terminal.
+    /// Clears the progress line on the terminal.
     void clear();
 
   private:
@@ -39,8 +40,8 @@ class TerminalProgress final : public Progress {
     Clock::time_point began_, last_shown_;
 };
 
-/// Runs `program`; turns what it throws, and a standard output that takes no more, into a message on standard error,
-/// "NAME: what", and the exit code.
+/// Runs `program`; turns what it throws, and a standard output that cannot be written to, into a message on standard
+/// error, "NAME: what", and the exit code.
 int run_program(const char* name, const std::function<void()>& program);
 
 } // namespace difusa

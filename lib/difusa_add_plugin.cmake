@@ -1,6 +1,6 @@
 # difusa_add_plugin(<target> <source>...)
-# Makes a plugin module of difusa: a shared module without "lib" before its name, linked to difusa::difusa, that
-# exports nothing but its entry. Put the file where difusa looks for plugins, or name its folder with --plugin-path.
+# Builds a difusa plugin module: a shared module without the "lib" prefix, linked to difusa::difusa, that exports only
+# its entry. Put the file where difusa looks for plugins, or name its folder with --plugin-path.
 function(difusa_add_plugin target)
     add_library(${target} MODULE ${ARGN})
     target_link_libraries(${target} PRIVATE difusa::difusa)

@@ -1,4 +1,4 @@
-"""What the scripts of this folder share: reading a field file of difusa, choosing an array, colours, camera, picture.
+"""Shared by the scripts in this folder: reading difusa's field files, choosing an array, colours, camera, picture.
 
 Runs in ParaView 5.11 or newer: in pvbatch and in the Python shell of the window.
 """
@@ -12,17 +12,17 @@ BACKGROUND = [0.2, 0.2, 0.25]
 
 
 class ViewError(Exception):
-    """Something the user can mend."""
+    """An error the user can fix."""
 
 
 class Field:
-    """A .vtp file: the reader in the pipeline, and the data, fetched from it."""
+    """A .vtp file: the reader in the pipeline, and the data fetched from it."""
 
     def __init__(self, file):
         if not os.path.isfile(file):
             raise ViewError("%s: there is no such file" % file)
         if not file.lower().endswith(".vtp"):
-            raise ViewError("%s: is not a .vtp file; difusa's programs write one if the output's name ends so" % file)
+            raise ViewError("%s: is not a .vtp file; difusa's programs write one if the output's name ends in .vtp" % file)
         self.file = file
         self.reader = simple.XMLPolyDataReader(registrationName=os.path.basename(file), FileName=[file])
         self.reader.UpdatePipeline()
@@ -31,7 +31,7 @@ class Field:
             raise ViewError("%s: ParaView finds no points in it" % file)
 
     def array(self, name, components=1):
-        """The point array of that name; an error that says which there are."""
+        """The point array of that name; if there is none, an error that lists the existing ones."""
         points = self.data.GetPointData()
         found = points.GetArray(name)
         if found is None:
@@ -49,7 +49,7 @@ class Field:
         return [v for v in values if v - v == 0.0]
 
     def title(self, name, component=None):
-        """"luminance, W/m^2": the name, with the component's and the unit if the file has them."""
+        """"luminance, W/m^2": the name, with those of the component and the unit if the file has them."""
         array = self.array(name, None)
         title = name
         if component is not None and array.GetNumberOfComponents() > 1:
@@ -64,17 +64,17 @@ def split_component(name):
     if not colon:
         return name, None
     if not component.isdigit():
-        raise ViewError("%s: after the colon comes the number of a component, from 0" % name)
+        raise ViewError("%s: the colon must be followed by a component number, from 0" % name)
     return base, int(component)
 
 
 def without_light(display):
-    """Colours appear as they are."""
+    """Shows colours unshaded."""
     display.Ambient, display.Diffuse, display.Specular = 1.0, 0.0, 0.0
 
 
 def show_surface(field, view, both_sides=False):
-    """The surface as it is, without light of ParaView's own; backs culled, so that one looks into rooms."""
+    """The surface without ParaView's own lighting; back faces culled, to see into rooms."""
     display = simple.Show(field.reader, view)
     display.Representation = "Surface"
     without_light(display)
@@ -85,7 +85,7 @@ def show_surface(field, view, both_sides=False):
 
 
 def colour_directly(field, display, name):
-    """The bytes of the array are the colours."""
+    """Uses the bytes of the array as colours."""
     array = field.array(name, 3)
     if array.GetDataType() != vtk.VTK_UNSIGNED_CHAR:
         raise ViewError("%s: %s does not hold colours as bytes" % (field.file, name))
@@ -94,11 +94,11 @@ def colour_directly(field, display, name):
 
 
 def colour_by(field, view, display, name, preset, limits=None, log_decades=None, centre=None):
-    """Colours by one component, with a scale bar that has name and unit; prints the range of the values.
+    """Colours by one component, with a scale bar showing name and unit; prints the range of the values.
 
-    limits       (least, largest) of the colours; by default of the values
-    log_decades  a logarithmic scale of so many decades below the largest; what is less gets the lowest colour
-    centre       this value gets the middle colour, and the limits lie equally far on both sides
+    limits       (least, largest) of the colour scale; by default those of the values
+    log_decades  a logarithmic scale of that many decades below the largest; smaller values get the lowest colour
+    centre       this value gets the middle colour, and the limits are equally far on either side
     """
     name, component = split_component(name)
     array = field.array(name, None if component is not None else 1)
@@ -119,7 +119,7 @@ def colour_by(field, view, display, name, preset, limits=None, log_decades=None,
     if log_decades and not low > 0.0:
         log_decades = None
         print("note: nothing is greater than 0: the scale is not logarithmic")
-    if high - low <= 1e-9 * max(abs(low), abs(high)): # one value everywhere but for rounding
+    if high - low <= 1e-9 * max(abs(low), abs(high)): # one value everywhere except for rounding
         reach = abs(low) / 2 or 1.0
         low, high = low - reach, high + reach
 
@@ -148,7 +148,7 @@ def colour_by(field, view, display, name, preset, limits=None, log_decades=None,
 
 
 def aim(view, field, options):
-    """The camera as given, or one that fits everything, seen from the direction options.towards."""
+    """The camera as given, or one that shows everything, looking along options.towards."""
     view.CameraViewAngle = options.view_angle
     view.CameraViewUp = options.up
     if options.eye:
@@ -169,8 +169,8 @@ def centre_of(field):
 
 
 def new_view(options):
-    """The view of the window if there is one, else a new one."""
-    simple._DisableFirstRenderCameraReset() # as ParaView's own recorded scripts do: the camera stays where it is put
+    """The view of the window if there is one, otherwise a new one."""
+    simple._DisableFirstRenderCameraReset() # as ParaView's own recorded scripts do: keeps the camera in place
     view = simple.GetActiveViewOrCreate("RenderView")
     view.ViewSize = options.size
     view.OrientationAxesVisibility = 0
@@ -189,34 +189,34 @@ def save(view, options):
 
 
 def parser(description, what):
-    """The options all scripts have."""
+    """Options common to all scripts."""
     result = argparse.ArgumentParser(prog=what, description=description, allow_abbrev=False,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    result.add_argument("file", metavar="FILE.vtp", help="what difusa wrote")
+    result.add_argument("file", metavar="FILE.vtp", help="file written by difusa")
     result.add_argument("picture", metavar="PICTURE.png", nargs="?",
-                        help="where to save the picture; may be left out in ParaView's window")
+                        help="where to save the picture; optional in ParaView's window")
     result.add_argument("--size", nargs=2, type=int, default=[1000, 800], metavar=("WIDTH", "HEIGHT"))
     result.add_argument("--towards", nargs=3, type=float, default=[0.5, 1.0, -0.6], metavar=("X", "Y", "Z"),
-                        help="direction one looks in; everything is fitted into the picture (0.5 1 -0.6)")
+                        help="viewing direction; everything is fitted into the picture (0.5 1 -0.6)")
     result.add_argument("--up", nargs=3, type=float, default=[0.0, 0.0, 1.0], metavar=("X", "Y", "Z"),
-                        help="direction that is up in the picture (0 0 1)")
-    result.add_argument("--eye", nargs=3, type=float, metavar=("X", "Y", "Z"), help="where one looks from")
+                        help="up direction in the picture (0 0 1)")
+    result.add_argument("--eye", nargs=3, type=float, metavar=("X", "Y", "Z"), help="camera position")
     result.add_argument("--target", nargs=3, type=float, metavar=("X", "Y", "Z"),
-                        help="what one looks at from there (the middle of the scene)")
-    result.add_argument("--view-angle", type=float, default=30.0, metavar="DEGREES", help="height of the view (30)")
+                        help="point to look at from there (the middle of the scene)")
+    result.add_argument("--view-angle", type=float, default=30.0, metavar="DEGREES", help="vertical field of view (30)")
     result.add_argument("--background", nargs=3, type=float, default=BACKGROUND, metavar=("R", "G", "B"),
-                        help="colour of the background, 0 to 1 (0.2 0.2 0.25)")
-    result.add_argument("--both-sides", action="store_true", help="do not cull backs")
+                        help="background colour, 0 to 1 (0.2 0.2 0.25)")
+    result.add_argument("--both-sides", action="store_true", help="do not cull back faces")
     return result
 
 
 def add_range(arguments):
     arguments.add_argument("--range", nargs=2, type=float, metavar=("LEAST", "LARGEST"),
-                           help="values of the lowest and the highest colour (those that occur)")
+                           help="values of the lowest and highest colours (those of the data)")
 
 
 def run(main):
-    """Calls main with the arguments of the command line; errors in one line, exit code 2 (of wrong arguments: 1)."""
+    """Calls main with the command line arguments; reports errors on one line, exit code 2 (1 for wrong arguments)."""
     try:
         main(sys.argv[1:])
         code = 0

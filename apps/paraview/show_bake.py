@@ -1,4 +1,4 @@
-"""Shows what bake_radiosity wrote (.vtp) in ParaView, as one would see it or in the colours of a scale.
+"""Shows the output of bake_radiosity (.vtp) in ParaView, as it would look or in false colours.
 
     xvfb-run -a -s -noreset pvbatch show_bake.py out.vtp picture.png                      # display_rgb
     xvfb-run -a -s -noreset pvbatch show_bake.py out.vtp picture.png --array luminance    # W/m^2, with a scale bar
@@ -16,8 +16,8 @@ import difusa_view as dv
 
 
 def limits_without_lamps(field, name):
-    """The values that occur where nothing emits, without the highest half percent: beside a lamp and what is close to
-    it all else would be black. None if nothing but lamps is there."""
+    """The range of the values where nothing emits, without the highest half percent: next to an area light and what is
+    close to it everything else would be black. None if there are only area lights."""
     if field.data.GetPointData().GetArray("emission") is None:
         return None
     base, component = dv.split_component(name)
@@ -36,7 +36,7 @@ def main(arguments):
                          help="point array, as in `luminance`, or one of its components, as in `radiosity:0` "
                               "(display_rgb)")
     options.add_argument("--range", nargs=2, type=float, metavar=("LEAST", "LARGEST"),
-                         help="values of the lowest and the highest colour (those where nothing emits, without the "
+                         help="values of the lowest and highest colours (those where nothing emits, without the "
                               "highest half percent)")
     options = options.parse_args(arguments)
 

@@ -1,11 +1,11 @@
-"""Shows what inspect_basis wrote (.vtp) in ParaView: an element of the basis, or what all of them come to.
+"""Shows the output of inspect_basis (.vtp) in ParaView: one basis element, or a quantity of all of them.
 
     xvfb-run -a -s -noreset pvbatch show_basis.py basis.vtp picture.png              # element
     xvfb-run -a -s -noreset pvbatch show_basis.py basis.vtp picture.png --array sum  # 1 in the middle
     xvfb-run -a -s -noreset pvbatch show_basis.py basis.vtp picture.png --sites sites.vtp --supports
 
-With --sites the sites are dots; with --supports the elements that are shown have the circle of their radius around
-their site, in its tangent plane.
+With --sites the sites are shown as dots; with --supports each element shown gets a circle of its radius around
+its site, in the tangent plane.
 """
 import os
 import sys
@@ -17,14 +17,14 @@ from paraview import simple
 
 
 def dots(sites, view):
-    """A ball on each site, a small part of its radius."""
+    """A ball at each site, a small fraction of its radius."""
     glyph = simple.Glyph(Input=sites.reader, GlyphType="Sphere")
     glyph.GlyphType.Radius = 0.05
     finish(glyph, view, [1.0, 1.0, 1.0])
 
 
 def circles(sites, view):
-    """Around each site that is shown (all, if the file does not say which) the circle of its radius."""
+    """A circle of its radius around each site shown (all, if the file does not say which)."""
     chosen = sites.reader
     if sites.data.GetPointData().GetArray("shown") is not None:
         chosen = simple.Threshold(Input=sites.reader)
@@ -35,7 +35,7 @@ def circles(sites, view):
     glyph.GlyphType.Resolution = 64
     glyph.GlyphType.Radius = 1.0
     glyph.GlyphType.Height = 0.01
-    glyph.GlyphTransform.Rotate = [0.0, 0.0, 90.0] # its axis to x, which goes to the site's normal
+    glyph.GlyphTransform.Rotate = [0.0, 0.0, 90.0] # its axis to x, which maps to the site's normal
     glyph.OrientationArray = ["POINTS", "Normals"]
     finish(glyph, view, [1.0, 0.6, 0.2]).Representation = "Feature Edges"
 
@@ -57,7 +57,7 @@ def main(arguments):
     options.add_argument("--array", default="element", metavar="NAME",
                          help="element, element_N, sum, overlap or lebesgue (element)")
     options.add_argument("--sites", metavar="SITES.vtp", help="the sites (inspect_basis --sites-output)")
-    options.add_argument("--supports", action="store_true", help="circles of the radii of the elements that are shown")
+    options.add_argument("--supports", action="store_true", help="circles with the radii of the elements shown")
     dv.add_range(options)
     options = options.parse_args(arguments)
     if options.supports and not options.sites:
@@ -70,7 +70,7 @@ def main(arguments):
     values = field.values(dv.split_component(options.array)[0])
     if options.array == "sum":
         dv.colour_by(field, view, display, options.array, "Cool to Warm", options.range, centre=1.0)
-    elif values and min(values) < 0.0: # an element that is negative somewhere
+    elif values and min(values) < 0.0: # the element is negative somewhere
         dv.colour_by(field, view, display, options.array, "Cool to Warm", options.range, centre=0.0)
     else:
         dv.colour_by(field, view, display, options.array, "Viridis (matplotlib)", options.range)

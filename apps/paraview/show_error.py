@@ -1,4 +1,4 @@
-"""Shows what compare_fields wrote (.vtp) in ParaView: where a field is wrong, and by how much.
+"""Shows the output of compare_fields (.vtp) in ParaView: where a field is wrong, and by how much.
 
     xvfb-run -a -s -noreset pvbatch show_error.py error.vtp picture.png
     xvfb-run -a -s -noreset pvbatch show_error.py error.vtp picture.png --array radiosity_error_relative
@@ -34,7 +34,7 @@ def main(arguments):
                            % (options.file, ", ".join(names) or "none"))
     base, component = dv.split_component(name)
     if component is None and field.array(base, None).GetNumberOfComponents() == 3:
-        name += ":1" # green has most of the luminance
+        name += ":1" # green contributes most of the luminance
     view = dv.new_view(options)
     display = dv.show_surface(field, view, options.both_sides)
     if "_error_absolute" in base or "_error_relative" in base:

@@ -19,14 +19,14 @@ Vector vector(const std::array<double, 3>& c) {
     return {c[0], c[1], c[2]};
 }
 
-/// Where blocks begin and end along one axis.
+/// The coordinates along one axis at which blocks begin or end.
 std::vector<double> sorted(std::vector<double> breaks) {
     std::sort(breaks.begin(), breaks.end());
     breaks.erase(std::unique(breaks.begin(), breaks.end()), breaks.end());
     return breaks;
 }
 
-/// An arch's faces between its front at y_low and its back at y_high; those towards solids are left out.
+/// An arch's faces between its front at y_low and its back at y_high; those towards solids are omitted.
 void add_arch(Surface& surface, const Vector& low, const Vector& high, int segments, unsigned material, bool open_low,
               bool open_high) {
     const double radius = 0.5 * (high.x - low.x), middle = 0.5 * (low.x + high.x);
@@ -48,7 +48,7 @@ void add_arch(Surface& surface, const Vector& low, const Vector& high, int segme
             continue;
         }
         const double y = back ? high.y : low.y;
-        // Counterclockwise seen from -y; turned for the back.
+        // Counterclockwise seen from -y; reversed for the back.
         const auto triangle = [&](const Vector& a, const Vector& b, const Vector& c) {
             surface.polygon(back ? std::vector<Vector>{a, c, b} : std::vector<Vector>{a, b, c}, material);
         };
@@ -108,7 +108,7 @@ void Blocks::add_to(Surface& surface) const {
     };
     const auto end = [&](std::size_t axis) { return static_cast<int>(breaks[axis].size()) - 1; };
 
-    /// The last step that a cell lies in; steps begin and end at breaks, so it lies in them wholly or not at all.
+    /// The last step containing a cell; steps begin and end at breaks, so it is either entirely inside or outside.
     const auto step_of = [&](const Cell& cell) {
         const auto low = place(cell);
         std::size_t found = 0;

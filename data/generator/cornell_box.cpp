@@ -8,14 +8,14 @@ namespace scenes {
 
 namespace {
 
-/// The published coordinates count in millimetres.
+/// The published coordinates are in millimetres.
 Vector millimetres(double x, double y, double z) {
     return {x / 1000.0, y / 1000.0, z / 1000.0};
 }
 
 using Corner = std::array<double, 2>;
 
-/// A block without its bottom: four corners of its top in (x, z), clockwise seen from above.
+/// A block without its bottom face: the four corners of its top in (x, z), clockwise seen from above.
 void add_block(Surface& surface, const std::array<Corner, 4>& plan, double height, unsigned material) {
     const auto at = [&](std::size_t k, double y) { return millimetres(plan[k % 4][0], y, plan[k % 4][1]); };
     surface.polygon({at(0, height), at(1, height), at(2, height), at(3, height)}, material);
@@ -51,8 +51,8 @@ Scene cornell_box() {
                  {0.78, 0.78, 0.78},
                  {std::numbers::pi * radiance.r, std::numbers::pi * radiance.g, std::numbers::pi * radiance.b}});
 
-    // Corners at the floor and the ceiling; low and high x as the published names of the walls have it: red is at
-    // high x, on the left of who looks in.
+    // Corners at the floor and the ceiling; low and high x in terms of the published names of the walls: red is at high
+    // x, on the viewer's left.
     const Vector floor_red_front = millimetres(552.8, 0.0, 0.0), floor_green_front = millimetres(0.0, 0.0, 0.0),
                  floor_green_back = millimetres(0.0, 0.0, 559.2), floor_red_back = millimetres(549.6, 0.0, 559.2);
     const Vector top_red_front = millimetres(556.0, 548.8, 0.0), top_red_back = millimetres(556.0, 548.8, 559.2),
@@ -74,7 +74,7 @@ Scene cornell_box() {
     add_block(box, {{{130.0, 65.0}, {82.0, 225.0}, {240.0, 272.0}, {290.0, 114.0}}}, 165.0, white);
     add_block(box, {{{423.0, 247.0}, {265.0, 296.0}, {314.0, 456.0}, {472.0, 406.0}}}, 330.0, white);
 
-    // The published camera: 25 mm of film, 35 mm behind it the lens.
+    // The published camera: 25 mm of film, lens 35 mm in front of it.
     scene.up = 'y';
     const Vector eye = millimetres(278.0, 273.0, -800.0);
     scene.camera = {eye, {eye.x, eye.y, 0.0}, 2.0 * std::atan(0.0125 / 0.035) * 180.0 / std::numbers::pi};

@@ -11,8 +11,7 @@ namespace scenes {
 namespace {
 
 // Reflectances at 400, 404, ..., 700 nm, as measured and published by the Cornell University Program of Computer
-// Graphics
-// ("Cornell Box Data", www.graphics.cornell.edu/online/box/data.html).
+// Graphics ("Cornell Box Data", www.graphics.cornell.edu/online/box/data.html).
 using Reflectances = std::array<double, 76>;
 
 const Reflectances white{0.343, 0.445, 0.551, 0.624, 0.665, 0.687, 0.708, 0.723, 0.715, 0.710, 0.745, 0.758, 0.739,
@@ -36,7 +35,7 @@ const Reflectances red{0.040, 0.046, 0.048, 0.053, 0.049, 0.050, 0.053, 0.055, 0
                        0.402, 0.443, 0.487, 0.513, 0.558, 0.584, 0.620, 0.606, 0.609, 0.651, 0.612, 0.610, 0.650,
                        0.638, 0.627, 0.620, 0.630, 0.628, 0.642, 0.639, 0.657, 0.639, 0.635, 0.642};
 
-/// The lamp's emission at 400, 500, 600 and 700 nm, from the same page.
+/// The area light's emission at 400, 500, 600 and 700 nm, from the same page.
 const std::array<double, 4> lamp{0.0, 8.0, 15.6, 18.4};
 
 double interpolate(const double* values, std::size_t last, double at) {
@@ -44,7 +43,7 @@ double interpolate(const double* values, std::size_t last, double at) {
     return values[i] + (values[i + 1] - values[i]) * (at - static_cast<double>(i));
 }
 
-/// A peak whose width differs on both sides; widths as reciprocals, in nm.
+/// A peak with different widths on either side; widths as reciprocals, in nm.
 double lobe(double nm, double height, double peak, double below, double above) {
     const double t = (nm - peak) * (nm < peak ? below : above);
     return height * std::exp(-0.5 * t * t);

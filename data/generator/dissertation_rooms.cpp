@@ -10,8 +10,8 @@ namespace scenes {
 
 namespace {
 
-/// A room whose inside reaches from the origin to `size`, x to the right and y away from who looks in. Walls are sheets
-/// that face the inside, but as thick as `wall` where a window shows it.
+/// A room whose inside spans from the origin to `size`, x to the right and y away from the viewer. Walls are sheets
+/// facing inwards, but show the thickness `wall` at windows.
 class Room {
   public:
     Room(const std::string& title, const Vector& size, double wall)
@@ -28,7 +28,7 @@ class Room {
         return scene.surface.add({name, reflectance, {}});
     }
 
-    /// Before anything stands in it or opens it.
+    /// The bare room, before objects and windows are added.
     void build(unsigned walls, unsigned left, unsigned right, unsigned floor) {
         blocks_.fill({-wall_, -wall_, -wall_}, {size_.x + wall_, size_.y + wall_, size_.z + wall_}, walls);
         blocks_.fill({-wall_, 0.0, 0.0}, {0.0, size_.y, size_.z}, left);
@@ -50,7 +50,7 @@ class Room {
         blocks_.fill({x_low, y_low, 0.0}, {x_low + side, y_low + side, side}, material);
     }
 
-    /// A ball that rests at a height. Its cells are odd in number, so that a face is lowest and does not quite touch.
+    /// A ball resting at a height. It has an odd number of cells, so that a face is lowest and does not quite touch.
     void ball(double x, double y, double resting, double radius, unsigned material) {
         add_ball(scene.surface, {x, y, resting + radius}, radius, radius > 12.0 ? 17 : 11, material);
     }

@@ -34,19 +34,18 @@ Vector unit(const Vector& v) {
     return 1.0 / std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z) * v;
 }
 
-/// Two unit vectors that make a right-handed frame with the unit vector `axis`.
+/// Two unit vectors that form a right-handed frame with the unit vector `axis`.
 std::pair<Vector, Vector> across(const Vector& axis) {
     const Vector u = unit(cross(std::abs(axis.z) < 0.9 ? Vector{0, 0, 1} : Vector{1, 0, 0}, axis));
     return {u, cross(axis, u)};
 }
 
-/// A corner of a solid of revolution's profile.
+/// A corner of the profile of a solid of revolution.
 struct Turn {
     double radius, height;
 };
 
-/// Parts as an exporter writes them: each a closed surface of its own, with no regard to what it stands on or runs
-/// through.
+/// Parts as an exporter writes them: each a separate closed surface, regardless of what it touches or penetrates.
 class Parts {
   public:
     Parts(Surface& surface, int segments) : surface_(surface), segments_(segments) {}
@@ -55,8 +54,8 @@ class Parts {
         add_box(surface_, low, high, {1, 1, 1}, {material, material, material, material, material, material}, false);
     }
 
-    /// The profile runs outside from the axis below to the axis above; `around` corners, by default as many as a part
-    /// of this accuracy has.
+    /// The profile runs along the outside from the axis below to the axis above; `around` corners, by default as
+    /// appropriate for a part of this accuracy.
     void lathe(const Vector& foot, const Vector& axis, const std::vector<Turn>& profile, unsigned material,
                int around = 0) {
         const int n = around > 0 ? around : segments_;
@@ -83,7 +82,7 @@ class Parts {
         lathe(foot, axis, {{0.0, 0.0}, {radius, 0.0}, {radius, height}, {0.0, height}}, material);
     }
 
-    /// A hexagon bolt of nominal size `size` with its washer; its shank sticks in the plate below `foot`.
+    /// A hexagon bolt of nominal size `size` with its washer; its shank penetrates the plate below `foot`.
     void bolt(const Vector& foot, const Vector& axis, double size, unsigned material) {
         const Vector along = unit(axis);
         cylinder(foot, along, 1.1 * size, 0.2 * size, material);
@@ -104,7 +103,7 @@ class Parts {
         }
     }
 
-    /// A pipe through the corners of a path that turns by right angles, with bends of radius `bend`.
+    /// A pipe through the corners of a path with right-angled turns, with bends of radius `bend`.
     void pipe(const std::vector<Vector>& path, double radius, double bend, unsigned material) {
         const int steps = std::max(2, segments_ / 4);
         std::vector<Vector> centre{path.front()}, along{unit(path[1] - path[0])};
@@ -119,7 +118,7 @@ class Parts {
         }
         centre.push_back(path.back());
         along.push_back(unit(path.back() - path[path.size() - 2]));
-        // Each frame is the one before, turned as little as possible: the bends lie in planes, so one axis is enough.
+        // Each frame is the previous one, rotated minimally: the bends are planar, so one axis is enough.
         std::vector<std::array<Vector, 2>> frame;
         auto [u, v] = across(along.front());
         for (const Vector& direction : along) {
@@ -176,7 +175,7 @@ void add_cylinder(Parts& parts, const Vector& top, int number, const Paints& pai
         // Down into the manifold, which lies along the block.
         parts.pipe({port + 0.02 * out, port + 0.12 * out, port + 0.12 * out - 0.26 * up}, 0.018, 0.04,
                    side < 0.0 ? paint.iron : paint.copper);
-        // An oil line on it all.
+        // An oil line across all of it.
         const double z = 0.012 * (number % 3);
         parts.pipe({top + Vector{0.03, side * 0.05, -0.02}, top + Vector{0.03, side * 0.05, 0.017 + z},
                     top + Vector{0.03, side * 0.16, 0.017 + z}, top + Vector{0.03, side * 0.16, -0.16}},
@@ -255,7 +254,7 @@ Scene engine(std::size_t triangles) {
         throw std::invalid_argument("the engine has " + std::to_string(scene.surface.triangle_count()) +
                                     " to 10 million triangles");
     }
-    // More segments make more triangles: double until there are too many, then halve the interval.
+    // More segments give more triangles: double until there are too many, then bisect.
     int high = 0;
     while (high == 0 || high - low > 1) {
         const int next = high == 0 ? 2 * low : (low + high) / 2;

@@ -1,10 +1,11 @@
-// Makes the scenes of data/.
+// Generates the scenes of data/.
 //     generate_scenes [--directory DIR] all
 //     generate_scenes [--directory DIR] NAME
 //     generate_scenes [--directory DIR] hall
 //     generate_scenes [--directory DIR] engine [TRIANGLES]
 //     generate_scenes [--directory DIR] room_with_balls TRIANGLES
-// `all` are those that are kept in data/: it must hold what this program makes. The last three are too large to keep.
+// `all` means those stored in data/, which must match the output of this program. The last three are too large to
+// store.
 #include "scenes.h"
 #include "write_scene.h"
 
@@ -54,7 +55,7 @@ std::string usage() {
     return text + ", hall; or engine [TRIANGLES] (45000 or more), room_with_balls TRIANGLES (2000 or more)";
 }
 
-/// Whether the word names what is made without a count.
+/// Whether the word names a scene generated without a count.
 bool is_name(const std::string& word) {
     return word == "all" || word == "hall" ||
            std::any_of(kept().begin(), kept().end(), [&](const Kept& scene) { return scene.name == word; });

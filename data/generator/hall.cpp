@@ -12,17 +12,18 @@ namespace scenes {
 
 namespace {
 
-/// A horizontal ring of a column: its greatest radius, and how much smaller it is in the middle of a flute.
+/// A horizontal ring of a column: its largest radius, and how much smaller it is in the middle of a flute.
 struct Ring {
     double z, radius, flute;
 };
 
 constexpr int flutes = 20, points_per_flute = 6;
 
-/// From the plinth to the abacus, z from 0 to 3.7: two tori with a hollow between, the shaft, a neck and the echinus.
+/// From the plinth to the abacus, z from 0 to 3.7: two tori with a hollow between them, the shaft, a neck and the
+/// echinus.
 std::vector<Ring> column_profile() {
     std::vector<Ring> rings;
-    // `steps` rings beyond the last, up to z; radius and flute over the share t of the way.
+    // Adds `steps` rings up to z; radius and flute as functions of the fraction t of the way.
     const auto rise = [&](double z, int steps, const auto& radius, const auto& flute) {
         const double low = rings.empty() ? 0.0 : rings.back().z;
         for (int i = rings.empty() ? 0 : 1; i <= steps; ++i) {
@@ -51,7 +52,7 @@ std::vector<Ring> column_profile() {
     return rings;
 }
 
-/// A column in a box of square plan, on a solid and under one: it closes the squares where they end.
+/// A column in a box with a square plan, standing on and supporting a solid: it closes the squares at its ends.
 void add_column(Surface& surface, const Vector& low, const Vector& high, unsigned material) {
     const Vector a = rounded(low), b = rounded(high);
     const Vector middle{0.5 * (a.x + b.x), 0.5 * (a.y + b.y), 0.0};
@@ -73,7 +74,7 @@ void add_column(Surface& surface, const Vector& low, const Vector& high, unsigne
     }
     for (const bool top : {false, true}) {
         const std::size_t ring = top ? rings.size() - 1 : 0;
-        // Counterclockwise seen from above; turned under the abacus.
+        // Counterclockwise seen from above; reversed under the abacus.
         const auto triangle = [&](const Vector& p, const Vector& q, const Vector& r) {
             surface.polygon(top ? std::vector<Vector>{p, r, q} : std::vector<Vector>{p, q, r}, material);
         };
@@ -111,7 +112,7 @@ Scene hall() {
     const int bays = 9;
     const double bay = 4.0, half = 0.45, length = bays * bay; // half: of a column's plinth and of the wall over it
     const double aisle = 3.5, nave = 8.0, wall = 2.0 * half, depth = 2.0 * (aisle + wall) + nave;
-    const double south = aisle, north = aisle + wall + nave; // where the arcades begin
+    const double south = aisle, north = aisle + wall + nave; // start of the arcades
     const double plinth = 0.3, abacus = 4.0, spring = 4.2, crown = 6.1, aisle_ceiling = 6.4, roof = 6.6;
     const double sill = 7.4, window_spring = 8.1, window_top = 10.0, beam = 10.2, ceiling = 10.6;
 

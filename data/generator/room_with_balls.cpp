@@ -21,10 +21,9 @@ Surface room_with_balls(std::size_t triangles) {
     const unsigned ball = room.add({"ball", {0.70, 0.65, 0.50}, {}});
     const unsigned lamp = room.add({"lamp", {0.80, 0.80, 0.80}, {60.0, 54.0, 44.0}});
 
-    // At most half of the triangles to the balls, the rest to the walls in squares of one size. Rounding up makes at
-    // least the rest of them: 2 triangles for each of two walls' ceil(a s) ceil(b s) squares, where s is squares a
-    // metre. It adds less than 4 (28 s + 3), for 28 m of edges meet in a corner's three walls; s < 0.053
-    // sqrt(triangles).
+    // At most half of the triangles go to the balls, the rest to the walls in squares of equal size. Rounding up gives
+    // at least the rest: 2 triangles for each of two walls' ceil(a s) ceil(b s) squares, where s is squares per metre.
+    // It adds less than 4 (28 s + 3), since 28 m of edges meet in a corner's three walls; s < 0.053 sqrt(triangles).
     const int lamp_triangles = 12;
     const auto ball_cells = static_cast<int>(std::sqrt(static_cast<double>(triangles) / 72.0));
     const double rest = static_cast<double>(triangles) - lamp_triangles - 36.0 * ball_cells * ball_cells;

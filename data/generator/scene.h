@@ -1,4 +1,4 @@
-// A surface with what lights it and where it is looked at from, as a JSON scene file holds them.
+// A surface with its lights and camera, as stored in a JSON scene file.
 #pragma once
 
 #include "surface.h"
@@ -10,7 +10,7 @@ namespace scenes {
 
 struct Sun {
     Vector towards;
-    Colour irradiance; ///< of a surface that faces it, W/m²
+    Colour irradiance; ///< on a surface facing it, W/m²
 };
 
 struct PointLight {

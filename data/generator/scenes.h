@@ -25,15 +25,16 @@ Scene room_d();
 /// A colonnaded hall of some 300,000 triangles, most of them in its sixteen fluted columns.
 Scene hall();
 
-/// An engine as a CAD program exports it: closed parts that stand on each other and stick in each other. As many
-/// segments around each part as `triangles` (45,000 to 10 million) allow. std::invalid_argument: too few or too many.
+/// An engine as a CAD program exports it: closed parts that touch and penetrate each other. As many segments around
+/// each part as `triangles` (45,000 to 10 million) allow. std::invalid_argument: too few or too many.
 Scene engine(std::size_t triangles);
 
-/// A closed room with walls in fine triangles, three balls and a lamp, of `triangles` triangles (2000 to 50 million) or
-/// up to 7 sqrt(triangles) more: 3 % of 50000, 0.7 % of a million. std::invalid_argument: too few or too many.
+/// A closed room with finely triangulated walls, three balls and an area light, with `triangles` triangles (2000 to 50
+/// million) or up to 7 sqrt(triangles) more: 3 % of 50000, 0.7 % of a million. std::invalid_argument: too few or too
+/// many.
 Surface room_with_balls(std::size_t triangles);
 
-/// The whole text of an OFF file with everything wrong that can be mended.
+/// The complete text of an OFF file with every defect that can be repaired.
 std::string ugly_off();
 
 } // namespace scenes

@@ -21,7 +21,7 @@ unsigned Surface::add(Material material) {
 }
 
 unsigned Surface::point(const Vector& place) {
-    // Adding 0 makes one zero of the two.
+    // Adding 0 turns -0 into 0.
     const std::array<double, 3> key{place.x + 0.0, place.y + 0.0, place.z + 0.0};
     const auto [entry, is_new] = number_.try_emplace(key, static_cast<unsigned>(points_.size()));
     if (is_new) {
@@ -51,7 +51,7 @@ void add_lattice_box(Surface& surface, const std::array<int, 3>& cells,
     for (unsigned side = 0; side < 6; ++side) {
         const std::size_t axis = side / 2;
         const bool high = side % 2 == 1;
-        // (axis, u, v) is right-handed for a front outside on the high side, left-handed on the low one.
+        // (axis, u, v) is right-handed for an outward front on the high side, left-handed on the low one.
         const std::size_t u = high != inward ? (axis + 1) % 3 : (axis + 2) % 3;
         const std::size_t v = 3 - axis - u;
         for (int j = 0; j < cells[v]; ++j) {
@@ -74,7 +74,7 @@ void add_lattice_box(Surface& surface, const std::array<int, 3>& cells,
 void add_box(Surface& surface, const Vector& low, const Vector& high, const std::array<int, 3>& cells,
              const std::array<unsigned, 6>& material, bool inward) {
     const auto between = [](double a, double b, int i, int n) {
-        return i == n ? b : a + (b - a) * i / n; // the far end exactly, so that what adjoins it fits
+        return i == n ? b : a + (b - a) * i / n; // the far end exactly, so that adjoining parts fit
     };
     add_lattice_box(
         surface, cells,

@@ -1,5 +1,5 @@
-// Polygons with materials, as a scene file holds them, and the shapes scenes are put together from. Standard C++ only,
-// so that scenes can be made before anything else is built.
+// Polygons with materials, as stored in scene files, and the shapes that scenes are built from. Standard C++ only, so
+// that scenes can be generated before anything else is built.
 #pragma once
 
 #include <array>
@@ -29,20 +29,20 @@ struct Face {
     unsigned material = 0;
 };
 
-/// Polygons that share their corners: no two points lie at one place.
+/// Polygons that share their corners: no two points coincide.
 class Surface {
   public:
     std::vector<Material> materials;
-    std::vector<std::string> remarks; ///< what the scene is and where it comes from: lines of comment for its files
+    std::vector<std::string> remarks; ///< description and origin of the scene: comment lines for its files
 
     const std::vector<Vector>& points() const { return points_; }
     const std::vector<Face>& faces() const { return faces_; }
     std::size_t triangle_count() const;
 
-    /// The number of a new material.
+    /// Adds a material and returns its number.
     unsigned add(Material material);
 
-    /// The number of the point there, a new one if there is none.
+    /// The number of the point at this position, added if there is none.
     unsigned point(const Vector& place);
 
     void face(std::vector<unsigned> corners, unsigned material);
@@ -57,17 +57,17 @@ class Surface {
 /// Sides of a box, in the order in which its materials are given.
 enum Side : unsigned { x_low, x_high, y_low, y_high, z_low, z_high };
 
-/// The surface of a box of nx × ny × nz lattice cells, two triangles a cell, watertight; `place` tells where lattice
-/// point (i, j, k) lies. Fronts are outside unless `inward`.
+/// The surface of a box of nx × ny × nz lattice cells, two triangles per cell, watertight; `place` gives the position
+/// of lattice point (i, j, k). Fronts are outside unless `inward`.
 void add_lattice_box(Surface& surface, const std::array<int, 3>& cells,
                      const std::function<Vector(int, int, int)>& place, const std::array<unsigned, 6>& material,
                      bool inward);
 
-/// The box between two corners, each side cut into equal cells.
+/// The box between two corners, each side divided into equal cells.
 void add_box(Surface& surface, const Vector& low, const Vector& high, const std::array<int, 3>& cells,
              const std::array<unsigned, 6>& material, bool inward);
 
-/// A ball of 12 n² triangles of about equal size, points on the sphere, fronts outside: a cube blown up.
+/// A ball of 12 n² triangles of about equal size, points on the sphere, fronts outside: a cube projected onto it.
 void add_ball(Surface& surface, const Vector& centre, double radius, int n, unsigned material);
 
 } // namespace scenes

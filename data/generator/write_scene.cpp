@@ -14,7 +14,7 @@ namespace {
 std::string number(double value) {
     char buffer[32];
     std::snprintf(buffer, sizeof buffer, "%.9g", value);
-    // Rounding noise around zero, such as the cosine of a right angle, is zero.
+    // Rounding noise around zero, such as the cosine of a right angle, becomes zero.
     return std::abs(value) < 1e-12 ? "0" : buffer;
 }
 
@@ -64,7 +64,7 @@ std::string entry(const std::string& name, const Colour& c) {
     return quoted(name) + ": " + list(c.r, c.g, c.b);
 }
 
-/// The lines of a JSON list, between its brackets.
+/// The lines of a JSON list, inside its brackets.
 std::string lines(const std::vector<std::string>& items) {
     std::string text;
     for (const std::string& item : items) {
@@ -73,7 +73,7 @@ std::string lines(const std::vector<std::string>& items) {
     return text + "\n  ";
 }
 
-/// The low bytes of a number, least first.
+/// The low bytes of a number, least significant first.
 void append(std::string& bytes, std::uint32_t bits, int count) {
     for (int i = 0; i < count; ++i) {
         bytes.push_back(static_cast<char>((bits >> (8 * i)) & 0xffU));

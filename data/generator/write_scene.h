@@ -1,4 +1,4 @@
-// Scenes as files. Numbers of text files are rounded to nine digits and those of binary files to single precision, so
+// Scenes as files. Numbers in text files are rounded to nine digits and those in binary files to single precision, so
 // that the last bit of a sine does not depend on the machine.
 #pragma once
 
@@ -15,10 +15,10 @@ namespace scenes {
 /// `directory`/`name`.obj with its materials in `name`.mtl.
 void write_obj(const Surface& surface, const std::filesystem::path& directory, const std::string& name);
 
-/// `directory`/`name`.off with a colour for each face; materials that emit are not possible in it.
+/// `directory`/`name`.off with a colour per face; emitting materials are not supported by this format.
 void write_off(const Surface& surface, const std::filesystem::path& directory, const std::string& name);
 
-/// `directory`/`name`.ply, binary, little endian, with a colour for each face; likewise.
+/// `directory`/`name`.ply, binary, little endian, with a colour per face; likewise.
 void write_ply(const Surface& surface, const std::filesystem::path& directory, const std::string& name);
 
 /// The surface as `directory`/`name`.obj and .mtl, and `name`.json, which refers to them and holds lights and camera.

@@ -19,8 +19,8 @@ namespace difusa {
 
 namespace {
 
-/// How well a basis whose coefficients are solved for represents the function 1 between its sites, at random surface
-/// points: a basis that cannot do that will not do better on light.
+/// How well a basis whose coefficients need a solve represents the function 1 between its sites, at random surface
+/// points: a basis that cannot do that will do no better on light.
 void check_constants(BakeResult& result, const Discretisation& discretisation, const Execution& execution) {
     if (discretisation.projection->is_identity()) {
         return;
@@ -39,7 +39,7 @@ void check_constants(BakeResult& result, const Discretisation& discretisation, c
     const std::string miss = text_of(100.0 * result.constant_error) + " % (rms)";
     if (!(result.constant_error < 0.25)) {
         throw NotConverged("the basis " + result.options.basis + " misses a constant by " + miss +
-                           " between its sites: its coefficients swing. Give it another width, or use "
+                           " between its sites: its coefficients oscillate. Give it another width, or use "
                            "--basis normalized-radial or shepard");
     }
     if (result.constant_error > 0.01) {
@@ -47,12 +47,12 @@ void check_constants(BakeResult& result, const Discretisation& discretisation, c
     }
 }
 
-/// Notes what of the surface and of the rays is lost.
+/// Notes how much of the surface and of the rays is lost.
 void check_coverage(BakeResult& result, const Discretisation& discretisation, const LightTransport& transport,
                     double dark_area, const Execution& execution) {
     const double area = result.scene->mesh.area, uncovered = discretisation.uncovered - dark_area;
     if (uncovered > 1e-3 * area) {
-        execution.note("no basis function lives on " + text_of(100.0 * uncovered / area) +
+        execution.note("no basis function covers " + text_of(100.0 * uncovered / area) +
                        " % of the surface: light is lost there; give the basis a larger width, or more sites");
     }
     for (const double back : transport.back) {
@@ -60,8 +60,8 @@ void check_coverage(BakeResult& result, const Discretisation& discretisation, co
     }
     if (result.mean_back > 0.1) {
         execution.note(text_of(std::round(100.0 * result.mean_back)) +
-                       " % of the light paths end on the backs of faces, which neither receive nor send light: if the "
-                       "result is too dark, turn those faces over in the modelling program");
+                       " % of the light paths end on back faces, which neither receive nor emit light: if the "
+                       "result is too dark, flip those faces in the modelling program");
     }
 }
 
@@ -110,7 +110,7 @@ LightingOptions lighting_options(const BakeResult& result, const Choices& choice
     return options;
 }
 
-/// The steps after the scene is there.
+/// The steps that follow once the scene exists.
 void finish(BakeResult& result, Choices& choices, const Execution& execution) {
     const Tracer tracer(result.scene->mesh, *choices.engine);
     const Placed placed = build_and_place(result, choices, tracer, execution, false);

@@ -1,4 +1,4 @@
-// The whole way from a mesh file to a radiosity field:
+// The complete pipeline from a mesh file to a radiosity field:
 // read, repair, scene, sites, discretisation, transport, system, solution, error estimate, output.
 #pragma once
 
@@ -12,18 +12,18 @@
 
 namespace difusa {
 
-/// Bakes `file`, a mesh or a scene (import/scene_file.h). Steps report themselves as phases of `execution`.
-/// Throws UsageError (unknown plugin or parameter), InputError (file, or a scene that no light reaches),
-/// NotConverged, ResourceError, Interrupted.
+/// Bakes `file`, a mesh or a scene (import/scene_file.h). Each step reports itself as a phase of `execution`. Throws
+/// UsageError (unknown plugin or parameter), InputError (file, or a scene that no light reaches), NotConverged,
+/// ResourceError, Interrupted.
 BakeResult bake(const Registry& registry, const std::filesystem::path& file, const BakeOptions& options,
                 const Execution& execution);
 
-/// Bakes a scene made by a program; `name` stands for its file in messages and reports. The mesh must be derived
-/// (Mesh::derive).
+/// Bakes a scene built by a program; `name` is used in place of a file name in messages and reports. The mesh must be
+/// derived (Mesh::derive).
 BakeResult bake(const Registry& registry, Scene scene, const std::string& name, const BakeOptions& options,
                 const Execution& execution);
 
-/// The first steps only: up to the sites, and an estimate of the rest.
+/// Runs the first steps only: up to the sites, plus an estimate of the rest.
 BakeResult dry_run(const Registry& registry, const std::filesystem::path& file, const BakeOptions& options,
                    const Execution& execution);
 

@@ -1,6 +1,6 @@
 #include <difusa/version.h>
 
-// DIFUSA_VERSION and DIFUSA_*_VERSION are given by the build.
+// DIFUSA_VERSION and DIFUSA_*_VERSION are defined by the build.
 
 namespace difusa {
 

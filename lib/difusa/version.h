@@ -1,4 +1,4 @@
-// Which difusa, built with which libraries.
+// The version of difusa, and the libraries it was built with.
 #pragma once
 
 #include <string>

@@ -1,21 +1,21 @@
-// Basis `moving-least-squares`: the value at x of the linear function on the tangent plane at x that fits the sites
-// around best. With the bells of `normalized-radial` as weights,
+// Basis `moving-least-squares`: the value at x of the linear function on the tangent plane at x that best fits the
+// surrounding sites. With the bells of `normalized-radial` as weights,
 //     w_i(x) = K(|x - p_i| / R_i) max(0, n_x·n_i),   R_i = width r_i,   K(t) = 2t³ - 3t² + 1 on [0,1],
-// and the sites projected on the tangent plane, d_i (2-vectors from x), the fit is (Lancaster and Salkauskas 1981)
+// and the sites projected onto the tangent plane, d_i (2-vectors from x), the fit is (Lancaster and Salkauskas 1981)
 //     phi_i(x) = w_i p(0)ᵀ M⁻¹ p(d_i),   p(d) = (1, d),   M = sum_j w_j p(d_j) p(d_j)ᵀ.
-// The same, with v_i = w_i / sum_j w_j, the mean m = sum_i v_i d_i and the covariance
-// C = sum_i v_i (d_i - m)(d_i - m)ᵀ:
+// Equivalently, with v_i = w_i / sum_j w_j, the mean m = sum_i v_i d_i and the covariance C = sum_i v_i (d_i - m)(d_i -
+// m)ᵀ:
 //     phi_i(x) = v_i (1 - gᵀ(d_i - m)),   g = C⁻¹ m.
-// These are the weights of `normalized-radial`, corrected by a slope. They sum to 1 whatever g is; with this one
-// sum_i phi_i d_i = 0, so functions linear on a plane are reproduced, up to its border, and errors are of second order.
-// Weights below 0 occur: not a partition of unity.
+// These are the weights of `normalized-radial`, corrected by a slope. They sum to 1 for any g; with this one sum_i
+// phi_i d_i = 0, so functions linear on a plane are reproduced up to its border, and errors are of second order.
+// Negative weights occur: not a partition of unity.
 //
-// Where sites are few, on a line, or all on one side of x, C is next to singular or m is far out, and g is bounded:
-//   - an eigenvalue of C below `least` H², H² = sum_i v_i R_i², counts as that in C⁻¹: no slope across a line of sites;
+// Where sites are few, collinear, or all on one side of x, C is nearly singular or m is far away, and g is bounded:
+//   - an eigenvalue of C below `least` H², H² = sum_i v_i R_i², is raised to it in C⁻¹: no slope across a site line;
 //   - g is shortened so that δ = sqrt(gᵀ C g) <= `steepest`.
-// Both are continuous in w and d. Since sum_i v_i |gᵀ(d_i - m)| <= δ (Cauchy and Schwarz), always
+// Both are continuous in w and d. Since sum_i v_i |gᵀ(d_i - m)| <= δ (Cauchy-Schwarz), always
 //     sum_i |phi_i(x)| <= 1 + steepest = 5,
-// and linear functions are reproduced wherever neither bound is met. With one site phi = 1.
+// and linear functions are reproduced wherever neither bound is active. With one site phi = 1.
 #include <difusa/discretisation/point_basis.h>
 #include <difusa/plugin/plugin.h>
 
@@ -27,10 +27,10 @@ namespace {
 
 using difusa::Vec3;
 
-/// Least eigenvalue of the covariance, relative to H²; a whole disc of sites has 0.12, half of it 0.04.
+/// Smallest eigenvalue of the covariance, relative to H²; a full disc of sites has 0.12, half of it 0.04.
 constexpr double least = 0.004;
-/// Largest distance from x to the mean of the sites in standard deviations; the border of a half-plane has 1.4, the tip
-/// of a right angle 2.
+/// Largest distance from x to the mean of the sites in standard deviations; it is 1.4 at the border of a half-plane, 2
+/// at the tip of a right angle.
 constexpr double steepest = 4.0;
 
 /// A unit vector perpendicular to the unit vector n.

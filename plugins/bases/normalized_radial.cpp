@@ -1,7 +1,7 @@
 // Basis `normalized-radial` (T 3.28, 4.9): phi_i = Psi_i / sum_j Psi_j with
 //     Psi_i(x) = K(|x - p_i| / (width r_i)) max(0, n_x·n_i),   K(t) = 2t³ - 3t² + 1 on [0,1].
-// A partition of unity that smooths: with the values at the sites as coefficients it is a quasi-interpolant,
-// bounded by its data.
+// A partition of unity that smooths: with the values at the sites as coefficients it is a quasi-interpolant, bounded by
+// its data.
 #include <difusa/discretisation/point_basis.h>
 #include <difusa/plugin/plugin.h>
 

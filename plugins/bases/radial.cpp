@@ -1,11 +1,11 @@
-// Basis `radial` (T 4.6, 4.7): phi_i(x) = Psi(‖x,p_i‖), a Gaussian exp(-½ (d/s_i)²), zero past 4 s_i, with
-// s_i = width r_i (r_i at most its median: in narrow places and near edges the m-th neighbour is far, and wide elements
-// on sites as close as elsewhere cannot be told apart); or (T 4.8) the cubic stand-in K(t) = 2t³ - 3t² + 1 of the same
-// width at half height, which ends at 2.3548 s_i. Not a partition of unity and not interpolating: coefficients are
-// solved for, not assumed. The dissertation's s_i = r_i is `width=1`; its elements overlap so much that the
-// interpolation matrix is ill-conditioned. Above the default the transport may amplify what the coefficients swing near
-// edges until its series diverges; below it there are dents between the sites. The cubic is not positive definite and
-// swings sooner. A bake detects all of this and refuses.
+// Basis `radial` (T 4.6, 4.7): phi_i(x) = Psi(‖x,p_i‖), a Gaussian exp(-½ (d/s_i)²), zero beyond 4 s_i, with s_i =
+// width r_i (r_i at most its median: in narrow places and near edges the m-th neighbour is far away, and wide elements
+// on sites spaced as densely as elsewhere are nearly indistinguishable); or (T 4.8) the cubic substitute K(t) = 2t³ -
+// 3t² + 1 of the same width at half height, which ends at 2.3548 s_i. Neither a partition of unity nor interpolating:
+// coefficients require a solve. The dissertation's s_i = r_i is `width=1`; its elements overlap so much that the
+// interpolation matrix is ill-conditioned. Above the default width the transport may amplify oscillations of the
+// coefficients near edges until its series diverges; below it there are dips between the sites. The cubic is not
+// positive definite and oscillates sooner. A bake detects all of this and refuses.
 #include <difusa/discretisation/point_basis.h>
 #include <difusa/plugin/plugin.h>
 
@@ -61,6 +61,6 @@ class Radial final : public difusa::PointBasis {
 } // namespace
 
 DIFUSA_PLUGIN(
-    basis, "radial", Radial, "Gaussian bells whose coefficients are solved for (T 4.6).",
+    basis, "radial", Radial, "Gaussian bells whose coefficients require a solve (T 4.6).",
     {{"width", difusa::ParameterSpec::Type::real, "0.4", "s_i as a multiple of the site's radius", 0.05, 20.0, {}},
      {"profile", difusa::ParameterSpec::Type::word, "gaussian", "the mother function", 0, 0, {"gaussian", "cubic"}}})

@@ -1,9 +1,9 @@
 // Basis `shepard` (T 3.29, 4.10, 4.11): inverse powers of the site distance, normalised:
 //     phi_i = w_i / sum_j w_j,   w_i(x) = ‖x,p_i‖^-k.
-// It interpolates and is a partition of unity. As printed every element reaches everywhere; to be sparse it needs
-// a finite support, here the radius r_i (the m-th neighbour). With `support=tapered` (the default) the weight goes
-// to zero there, w_i = (1/‖x,p_i‖ - 1/r_i)^k (after Franke and Little), so that the field stays continuous;
-// `support=sharp` cuts the printed formula off, which leaves small jumps.
+// It interpolates and is a partition of unity. As printed, every element extends everywhere; to be sparse it needs a
+// finite support, here the radius r_i (the m-th neighbour). With `support=tapered` (the default) the weight goes to
+// zero there, w_i = (1/‖x,p_i‖ - 1/r_i)^k (after Franke and Little), so that the field stays continuous;
+// `support=sharp` truncates the printed formula, which leaves small jumps.
 #include <difusa/discretisation/point_basis.h>
 #include <difusa/plugin/plugin.h>
 
@@ -30,7 +30,7 @@ class Shepard final : public difusa::PointBasis {
         if (weight.empty()) {
             return;
         }
-        // In units of one of the radii, so that no scale of the scene can overflow the powers.
+        // In units of one of the radii, so that the powers cannot overflow at any scale of the scene.
         const double unit = near.radius[0];
         bool at_site = false;
         for (std::size_t i = 0; i < weight.size(); ++i) {
@@ -40,7 +40,7 @@ class Shepard final : public difusa::PointBasis {
             const double excess = inverse_distance - inverse_radius;
             weight[i] = excess <= 0.0 ? 0.0 : tapered_ ? excess : inverse_distance;
         }
-        if (at_site) { // the limit x -> p_i; sites at one and the same place share it
+        if (at_site) { // the limit x -> p_i; coincident sites share it
             for (std::size_t i = 0; i < weight.size(); ++i) {
                 weight[i] = near.cosine[i] * unit / near.distance[i] < 1e60 ? 0.0 : 1.0;
             }

@@ -1,4 +1,4 @@
-// Kernel `disc` (M eq. 4): F A = cosθ_x cosθ_y A / (pi r² + A), the patch as a disc of its area facing the receiver.
+// Kernel `disc` (M eq. 4): F A = cosθ_x cosθ_y A / (pi r² + A), the patch as a disc of equal area facing the receiver.
 // Bounded by the cosines as r goes to 0; equals the point kernel far away.
 #include <difusa/plugin/plugin.h>
 #include <difusa/transport/kernel.h>
@@ -25,4 +25,4 @@ class DiscKernel final : public difusa::Kernel {
 
 } // namespace
 
-DIFUSA_PLUGIN(kernel, "disc", DiscKernel, "Point-to-disc form factor (M eq. 4): bounded close by.", {})
+DIFUSA_PLUGIN(kernel, "disc", DiscKernel, "Point-to-disc form factor (M eq. 4): bounded at short range.", {})

@@ -1,5 +1,5 @@
-// Kernel `point` (T 5.2): F A = cosθ_x cosθ_y A / (pi r²), the patch as if all of its area were at one point. Not
-// bounded: it exceeds 1 when r is below the size of the patch, and is kept here as printed.
+// Kernel `point` (T 5.2): F A = cosθ_x cosθ_y A / (pi r²), the patch as if all of its area were at one point.
+// Unbounded: it exceeds 1 when r is below the size of the patch, and is kept here as printed.
 #include <difusa/plugin/plugin.h>
 #include <difusa/transport/kernel.h>
 
@@ -24,4 +24,5 @@ class PointKernel final : public difusa::Kernel {
 
 } // namespace
 
-DIFUSA_PLUGIN(kernel, "point", PointKernel, "Point-to-point form factor times area (T 5.2); unbounded close by.", {})
+DIFUSA_PLUGIN(kernel, "point", PointKernel, "Point-to-point form factor times area (T 5.2); unbounded at short range.",
+              {})

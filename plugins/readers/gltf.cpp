@@ -1,21 +1,20 @@
 // reader gltf: scenes in glTF 2.0 (.gltf, .glb), with materials, textures, lights and camera.
 //
-// Read: nodes with their places, triangles, strips and fans, vertex colours, base colour and emission with textures
+// Read: nodes with their transforms, triangles, strips and fans, vertex colours, base colour and emission with textures
 // (PNG, JPEG; KHR_texture_transform), double-sided materials, point, spot and directional lights (KHR_lights_punctual),
 // the first perspective camera. Lengths are metres; y stays up.
 //
 // A diffuse surface reflects base colour times (1 - metallic), or the diffuse colour of
-// KHR_materials_pbrSpecularGlossiness times (1 - the largest channel of its specular colour), as the specifications
-// have it. They also say that a material without "metallicFactor" is metal: it is black here, and noted, since
-// exporters often mean paint. Unlit materials (KHR_materials_unlit) count as paint of their base colour. Faces of
-// primitives without a material have the default reflectance (--reflectance), and not glTF's white metal. glTF counts
-// light in photometric units, difusa in watts: 683 lm are taken for 1 W, the convention of exporters (its inverse turns
-// them back), so 1 cd/m² of emission is pi/683 W/m², 1 cd of intensity 1/683 W/sr, and 1 lux of a sun 1/683 W/m².
+// KHR_materials_pbrSpecularGlossiness times (1 - the largest channel of its specular colour), as specified. The
+// specifications also say that a material without "metallicFactor" is metal: it is black here, and noted, since
+// exporters often mean paint. Unlit materials (KHR_materials_unlit) are treated as paint of their base colour. Faces of
+// primitives without a material have the default reflectance (--reflectance), not glTF's white metal. glTF uses
+// photometric units, difusa watts: 683 lm are taken as 1 W, the convention of exporters (importing inverts it), so 1
+// cd/m² of emission is pi/683 W/m², 1 cd of intensity 1/683 W/sr, and 1 lux of a sun 1/683 W/m².
 //
-// Noted: lines and points, vertices left over, transparency, metal and specular colour by texture (their means count),
-// normal and occlusion textures, skins, morphs, instances, ranges of lights, materials with extensions that are not
-// known here. Refused: a file that cannot do without an extension that is neither read here nor without meaning for
-// diffuse light.
+// Noted: lines and points, leftover vertices, transparency, textured metalness and specular colour (their means are
+// used), normal and occlusion textures, skins, morph targets, instances, ranges of lights, materials with unknown
+// extensions. Rejected: a file that requires an extension that is neither supported nor irrelevant to diffuse light.
 #include <difusa/import/file_content.h>
 #include <difusa/import/gltf_input.h>
 #include <difusa/import/gltf_lights.h>
@@ -31,7 +30,7 @@ namespace {
 
 using namespace difusa;
 
-/// The walk over the nodes; what stands at them is read by the parts of import/.
+/// The traversal of the nodes; their contents are read by the parts of import/.
 class GltfScene {
   public:
     GltfScene(std::string_view content, const std::filesystem::path& name, PolygonSoup& soup)
@@ -46,7 +45,7 @@ class GltfScene {
     }
 
   private:
-    /// The axes of a matrix, of unit length. One that is lost is normal to the others.
+    /// The axes of a matrix, normalised. A degenerate one is replaced by the normal of the others.
     static Eigen::Matrix3d axes(const Eigen::Matrix3d& linear) {
         Eigen::Matrix3d result;
         for (Eigen::Index k = 0; k < 3; ++k) {
@@ -55,7 +54,7 @@ class GltfScene {
         for (Eigen::Index k = 0; k < 3; ++k) {
             if (result.col(k).isZero(0.0)) {
                 const Vec3 normal = result.col((k + 1) % 3).cross(result.col((k + 2) % 3));
-                result.col(k) = normal / normal.norm(); // NaN if another one is lost
+                result.col(k) = normal / normal.norm(); // NaN if another one is degenerate
             }
         }
         return result;
@@ -91,7 +90,7 @@ class GltfScene {
         return result;
     }
 
-    /// The nodes to begin with: those of the scene to be shown, or all that are no children.
+    /// The root nodes: those of the default scene, or all that are not children.
     std::vector<const JsonValue*> roots() {
         std::vector<const JsonValue*> result;
         const JsonValue *scenes = input_.file().root().find("scenes"), *shown = input_.file().root().find("scene");
@@ -99,7 +98,7 @@ class GltfScene {
             const JsonValue& scene = shown == nullptr ? scenes->items[0] : input_.file().entry("scenes", *shown);
             if (scenes->items.size() > 1) {
                 input_.soup().notes.push_back("the file has " + std::to_string(scenes->items.size()) +
-                                              " scenes, of which one is read: the one to be shown, or the first");
+                                              " scenes, of which one is read: the default one, or the first");
             }
             if (const JsonValue* nodes = scene.find("nodes")) {
                 for (const JsonValue& node : input_.checks().list(*nodes, quoted("nodes"))) {
@@ -151,9 +150,9 @@ class GltfScene {
             const JsonValue& node = input_.file().entry("nodes", *step.index);
             char& again = met[static_cast<std::size_t>(step.index->number)];
             if (again != 0) {
-                input_.checks().fail(*step.index, "node " +
-                                                      std::to_string(static_cast<std::size_t>(step.index->number)) +
-                                                      " has two parents, or is its own: export the scene again");
+                input_.checks().fail(*step.index,
+                                     "node " + std::to_string(static_cast<std::size_t>(step.index->number)) +
+                                         " has two parents, or is its own ancestor: export the scene again");
             }
             again = 1;
             const GltfNodePlace own = placement_of(node);
@@ -170,7 +169,7 @@ class GltfScene {
 
     void read_node(const JsonValue& node, const GltfNodePlace& place) {
         if (node.find("skin") != nullptr) {
-            input_.note("nodes with a skin", "their meshes are read as they are without it");
+            input_.note("nodes with a skin", "their meshes are read without it");
         }
         if (input_.extension(node, "EXT_mesh_gpu_instancing") != nullptr) {
             input_.note("nodes with many instances (EXT_mesh_gpu_instancing)",
@@ -211,4 +210,4 @@ class GltfReader final : public Reader {
 } // namespace
 
 DIFUSA_PLUGIN(reader, "gltf", GltfReader,
-              "glTF 2.0 scenes with textures, lights and camera (.gltf .glb); 683 lm count as 1 W.", {})
+              "glTF 2.0 scenes with textures, lights and camera (.gltf .glb); 683 lm are taken as 1 W.", {})

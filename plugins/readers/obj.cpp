@@ -1,11 +1,11 @@
 // reader obj: Wavefront OBJ polygons, with the materials of its MTL libraries.
 //
-// Read: v (with colours after the coordinates), vt, f (also relative indices), usemtl, mtllib, continued lines; the
-// pictures that map_Kd and map_Ke of the materials name. Passed over: normals, groups, smoothing. Noted: lines, points,
-// free-form surfaces, unknown statements, materials, libraries and pictures that are missing.
+// Read: v (with colours after the coordinates), vt, f (including relative indices), usemtl, mtllib, continued lines;
+// the images named by map_Kd and map_Ke of the materials. Skipped: normals, groups, smoothing. Noted: lines, points,
+// free-form surfaces, unknown statements, missing materials, libraries and images.
 //
-// tinyobjloader 2.0 is not used: its numbers are off by an ulp and NaN reads as 0, what is not a number reads as 0
-// too, a polygon has at most 255 corners, faces lose their line numbers, and a continued line is an error.
+// tinyobjloader 2.0 is not used: its numbers are off by an ulp, NaN and anything that is not a number read as 0, a
+// polygon has at most 255 corners, faces lose their line numbers, and a continued line is an error.
 #include <difusa/core/error.h>
 #include <difusa/core/tally.h>
 #include <difusa/import/file_colours.h>
@@ -81,7 +81,7 @@ class ObjFile {
                                      "scrv",     "sp",       "end",  "con",    "ctech",  "stech"})) {
             unknown_.add(line_, excerpt(word));
         }
-        // Not rest_of_line: the statement may go on after a `\`.
+        // Not rest_of_line: the statement may continue after a `\`.
         while (scanner_.next(word, Reach::line)) {
         }
     }
@@ -103,7 +103,7 @@ class ObjFile {
             }
         }
         if (soup_.points.size() + 1 >= none) {
-            scanner_.fail("the mesh has more points than 32 bits can number: split it");
+            scanner_.fail("the mesh has more than 2^32 points: split it");
         }
         soup_.points.push_back(point);
         soup_.point_line.push_back(line_);
@@ -153,7 +153,7 @@ class ObjFile {
             scanner_.fail_missing({"a texture coordinate"}, Reach::line);
         }
         if (coordinates_.size() + 1 >= none) {
-            scanner_.fail("the mesh has more texture coordinates than 32 bits can number: split it");
+            scanner_.fail("the mesh has more than 2^32 texture coordinates: split it");
         }
         coordinates_.push_back(coordinates);
     }
@@ -172,7 +172,7 @@ class ObjFile {
     }
 
     /// "point", "point/texture", "point//normal" or "point/texture/normal". Indices count from 1, or from -1 backwards
-    /// from the latest point. What cannot be the number of a point becomes `none`.
+    /// from the latest point. What cannot be a point number becomes `none`.
     Index parse_corner(std::string_view token) const {
         const std::size_t slash = std::min(token.find('/'), token.size());
         std::int64_t index = 0;
@@ -202,7 +202,7 @@ class ObjFile {
         texture_indices_.push_back(index == 0 || number < 0 || number >= beyond ? beyond : static_cast<Index>(number));
     }
 
-    /// A file without any `vt` may say what it likes; others name what they have.
+    /// A file without any `vt` may contain any indices; in others they must exist.
     void finish_texture_coordinates() {
         if (coordinates_.empty()) {
             return;
@@ -214,7 +214,7 @@ class ObjFile {
                 const Index index = texture_indices_[c];
                 if (index != none && index >= coordinates_.size()) {
                     scanner_.fail_at(soup_.face_line[f],
-                                     "a corner of a face names texture coordinates that the file does not have (it "
+                                     "a corner of a face refers to texture coordinates that the file does not have (it "
                                      "has " +
                                          std::to_string(coordinates_.size()) + "): correct the number, or remove it");
                 }
@@ -223,7 +223,7 @@ class ObjFile {
         }
     }
 
-    /// Numbers of names until the libraries are read: `mtllib` may follow the faces.
+    /// Numbers stand for names until the libraries are read: `mtllib` may follow the faces.
     void use_material(std::string_view name) {
         if (name.empty()) {
             material_ = none;
@@ -236,7 +236,7 @@ class ObjFile {
         material_ = place->second;
     }
 
-    /// One name, which may have blanks, or several.
+    /// One name, which may contain blanks, or several.
     void read_libraries(std::string_view names) {
         if (names.empty()) {
             scanner_.fail("mtllib names no file: write the name of the material library, or remove the line");
@@ -255,12 +255,12 @@ class ObjFile {
         }
     }
 
-    /// Exporters write paths of their own machine: the file may have moved along with the OBJ file.
+    /// Exporters write paths of their own machine: the file may have been moved together with the OBJ file.
     static std::string_view file_name(std::string_view path) {
         return path.substr(path.find_last_of("/\\") + 1); // npos + 1 = 0
     }
 
-    /// Reads the library `name` from the file `path`, seen from the OBJ file. False if there is no such file.
+    /// Reads the library `name` from the file `path`, relative to the OBJ file. False if there is no such file.
     bool read_library(std::string_view name, std::string_view path) {
         if (libraries_.contains(std::string(name))) {
             return true;
@@ -281,7 +281,7 @@ class ObjFile {
     void add_library(const std::filesystem::path& path) {
         std::error_code error;
         if (std::filesystem::file_size(path, error) == 0 && !error) {
-            return; // a library without materials; those that are used will be missed
+            return; // a library without materials; those used will be reported as missing
         }
         MaterialLibrary library = parse_material_library(read_file(path), path.string());
         read_textures(library, path);
@@ -312,8 +312,8 @@ class ObjFile {
             (use.emission ? material.emission_texture : material.reflectance_texture) =
                 textures_.texture(picture, wrap, wrap, use.placement);
         }
-        missing.note(path.string() + ": pictures of textures that are not there",
-                     "Kd and Ke alone count (without Kd: 0.5); put the pictures beside the MTL file", library.notes);
+        missing.note(path.string() + ": missing texture images",
+                     "only Kd and Ke are used (without Kd: 0.5); put the images next to the MTL file", library.notes);
     }
 
     void finish_colours() {
@@ -331,7 +331,7 @@ class ObjFile {
         }
         if (uncoloured > 0) {
             soup_.notes.push_back(std::to_string(uncoloured) + " of " + std::to_string(soup_.points.size()) +
-                                  " points have no colour though others do: their reflectance is 0.5");
+                                  " points have no colour although others do: their reflectance is 0.5");
         }
     }
 
@@ -356,23 +356,23 @@ class ObjFile {
     void write_notes() {
         std::vector<std::string>& notes = soup_.notes;
         notes.insert(notes.end(), textures_.notes().begin(), textures_.notes().end());
-        missing_libraries_.note("mtllib lines whose files are not there", "put the files beside the OBJ file", notes);
+        missing_libraries_.note("mtllib lines with missing files", "put the files next to the OBJ file", notes);
         undefined_.note("materials that are used but not defined",
-                        "faces of the default reflectance for it: " + std::to_string(faces_without_), notes);
-        redefined_.note("materials defined by more than one library", "the first definition counts", notes);
-        without_surface_.note("lines of kind l or p", "they carry no surface and are not read", notes);
+                        "faces with the default reflectance instead: " + std::to_string(faces_without_), notes);
+        redefined_.note("materials defined by more than one library", "the first definition is used", notes);
+        without_surface_.note("lines of kind l or p", "they have no surface and are ignored", notes);
         free_form_.note("free-form or called statements", "export polygons, or their surface is missing", notes);
-        unknown_.note("lines that begin with words OBJ does not know", "they are passed over", notes);
-        weighted_.note("points with a weight other than 1", "weights mean nothing for polygons", notes);
+        unknown_.note("lines that begin with unknown words", "they are ignored", notes);
+        weighted_.note("points with a weight other than 1", "weights are meaningless for polygons", notes);
         if (scanner_.ends_abruptly()) {
             soup_.notes.emplace_back(
-                "the last line has no end: if the file was cut short there, its last number is wrong");
+                "the last line has no line end: if the file is truncated there, its last number is wrong");
         }
     }
 
     static constexpr double without_colour = std::numeric_limits<double>::quiet_NaN(); // until all points are read
 
-    static constexpr Index beyond = none - 1; ///< texture coordinates that no file has
+    static constexpr Index beyond = none - 1; ///< index of nonexistent texture coordinates
 
     struct UsedName {
         std::string name;
@@ -383,7 +383,7 @@ class ObjFile {
     std::filesystem::path folder_;
     PolygonSoup& soup_;
     FileColours colours_;
-    std::uint32_t line_ = 0; ///< where the current statement begins
+    std::uint32_t line_ = 0; ///< where the current statement starts
     std::vector<std::string_view> words_;
     std::vector<Index> corners_;
     std::vector<TextureCoordinates> coordinates_;

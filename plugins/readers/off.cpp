@@ -1,9 +1,9 @@
 // reader off: Object File Format of Geomview, text and binary.
 //
-// Read: OFF with any of the prefixes ST, C and N (texture coordinates and normals are passed over), with or without
-// the keyword, polygons of any size, colours of points (after C) and of faces. Not read, with a message: 4OFF and
-// nOFF, whose points have other than three coordinates. A face colour that is a single number is an index into a
-// colour map kept elsewhere: noted, and passed over.
+// Read: OFF with any of the prefixes ST, C and N (texture coordinates and normals are skipped), with or without the
+// keyword, polygons of any size, colours of points (after C) and of faces. Rejected, with a message: 4OFF and nOFF,
+// whose points do not have three coordinates. A face colour that is a single number is an index into a colour map
+// stored elsewhere: noted, and ignored.
 #include <difusa/core/error.h>
 #include <difusa/core/tally.h>
 #include <difusa/import/byte_scanner.h>
@@ -18,7 +18,7 @@ namespace {
 using namespace difusa;
 using Reach = TextScanner::Reach;
 
-/// What the keyword says a point has.
+/// What the keyword says about points.
 struct Layout {
     bool texture = false, colour = false, normal = false;
 };
@@ -27,8 +27,8 @@ struct Counts {
     std::size_t points = 0, faces = 0;
 };
 
-/// The keyword's prefixes, or nothing if it is not one of OFF. Geomview writes them in the order ST, C, N, MeshLab in
-/// another; the numbers of a point have the same order in both.
+/// The keyword's prefixes, or nothing if it is not an OFF keyword. Geomview writes them in the order ST, C, N, MeshLab
+/// in a different one; the numbers of a point have the same order in both.
 std::optional<Layout> parse_keyword(std::string_view word) {
     Layout layout;
     for (bool found = true; found;) {
@@ -43,7 +43,7 @@ std::optional<Layout> parse_keyword(std::string_view word) {
         take("C", layout.colour);
         take("N", layout.normal);
     }
-    // The keyword is in capitals, but nothing else could be meant by `off`.
+    // The keyword is in capitals, but `off` is unambiguous.
     return word == "OFF" || word == "off" || word == "Off" ? std::optional(layout) : std::nullopt;
 }
 
@@ -52,7 +52,7 @@ bool is_other_dimension(std::string_view word) {
            word.find_first_not_of("STCN4n") == word.size() - 3;
 }
 
-/// Refuses counts that do not fit into the rest of the file, whose points and faces take the given bytes at least.
+/// Rejects counts that do not fit into the rest of the file, given the minimum bytes per point and face.
 template <class Scanner>
 Counts checked(std::int64_t points, std::int64_t faces, double point_bytes, double face_bytes, std::size_t available,
                const Scanner& scanner, const std::string& remedy) {
@@ -61,7 +61,7 @@ Counts checked(std::int64_t points, std::int64_t faces, double point_bytes, doub
             static_cast<double>(available)) {
         scanner.fail("the header announces " + std::to_string(points) + " points and " + std::to_string(faces) +
                      " faces, which is impossible in the " + std::to_string(available) +
-                     " bytes that follow: the file was cut short or its header is wrong; " + remedy);
+                     " bytes that follow: the file is truncated or its header is wrong; " + remedy);
     }
     return {static_cast<std::size_t>(points), static_cast<std::size_t>(faces)};
 }
@@ -71,7 +71,7 @@ Index corner(std::int64_t number) {
 }
 
 void note_map_indices(const Tally& faces, PolygonSoup& soup) {
-    faces.note("faces whose colour is a number in a colour map", "the map is not read, they have no colour",
+    faces.note("faces whose colour is an index into a colour map", "the map is not read, they have no colour",
                soup.notes);
 }
 
@@ -84,8 +84,8 @@ class TextFile {
 
     void read() {
         const Counts counts = read_counts();
-        // Geomview does not care for line ends among points. Where there are enough lines for one point and one face
-        // on each, we do: a line with a number too many or too few is damage, and is best found where it is.
+        // Geomview ignores line ends between points. If there are enough lines for one point or face on each, they
+        // matter here: a line with too many or too few numbers is damage, and is best reported where it is.
         reach_ = scanner_.count_lines() >= counts.points + counts.faces ? Reach::line : Reach::file;
         soup_.points.reserve(counts.points);
         soup_.point_line.reserve(counts.points);
@@ -100,20 +100,20 @@ class TextFile {
         }
         std::string_view token;
         if (scanner_.next(token, Reach::file)) {
-            scanner_.fail("the file goes on with " + excerpt(token) + " after the " + std::to_string(counts.points) +
+            scanner_.fail("the file continues with " + excerpt(token) + " after the " + std::to_string(counts.points) +
                           " points and " + std::to_string(counts.faces) +
-                          " faces its header announces: correct the header, or remove what is too much");
+                          " faces its header announces: correct the header, or remove the excess");
         }
         colours_.finish(scanner_, soup_);
         note_map_indices(map_indices_, soup_);
         if (scanner_.ends_abruptly()) {
             soup_.notes.emplace_back(
-                "the last line has no end: if the file was cut short there, its last number is wrong");
+                "the last line has no line end: if the file is truncated there, its last number is wrong");
         }
     }
 
   private:
-    /// "points faces edges"; the number of edges means nothing, and some writers leave it out.
+    /// "points faces edges"; the number of edges is meaningless, and some writers omit it.
     Counts read_counts() {
         const std::int64_t points = scanner_.integer({"the number of points"}, Reach::file);
         const std::uint32_t line = scanner_.line();
@@ -122,7 +122,7 @@ class TextFile {
         if (!scanner_.at_line_end() || !same_line) {
             scanner_.integer({"the number of edges"}, Reach::file);
         }
-        // A digit and a blank for each number; the last one may have no blank. Colours may be missing, see below.
+        // A digit and a blank for each number; the last one may lack the blank. Colours may be missing, see below.
         const double numbers = 3 + 3 * layout_.normal + 2 * layout_.texture;
         return checked(points, faces, 2 * numbers, 2, scanner_.remaining() + 1, scanner_, "export it again");
     }
@@ -150,8 +150,8 @@ class TextFile {
         }
     }
 
-    /// On a line of its own a point has 3 or 4 components, or no point of the file has any: some writers say COFF
-    /// where only faces have colours. In a stream it has 4.
+    /// On its own line a point has 3 or 4 colour components, or no point of the file has any: some writers use COFF
+    /// when only faces have colours. In a stream it has 4.
     void read_point_colour(const Expected& expected) {
         words_.clear();
         std::string_view token;
@@ -189,7 +189,7 @@ class TextFile {
         for (int k = 0; scanner_.next(token, Reach::line); ++k) {
             if (k == numbers) {
                 scanner_.fail("the line has more numbers than a point of this file; if they are colours, the first "
-                              "word of the file must be COFF, if normals NOFF; else correct the line");
+                              "word of the file must be COFF, if normals NOFF; otherwise correct the line");
             }
         }
     }
@@ -208,7 +208,7 @@ class TextFile {
         soup_.add_face(corners_, read_face_colour(), line);
     }
 
-    /// What is left of the line.
+    /// The rest of the line.
     Index read_face_colour() {
         words_.clear();
         std::string_view token;
@@ -229,7 +229,7 @@ class TextFile {
         case 4:
             return colours_.face_material(colours_.read(words_, scanner_));
         default:
-            scanner_.fail("after the corners of a face stands its colour, which has 3 or 4 components, not " +
+            scanner_.fail("the corners of a face are followed by its colour, which has 3 or 4 components, not " +
                           std::to_string(words_.size()) + ": correct the line");
         }
     }
@@ -270,7 +270,7 @@ class BinaryFile {
         note_map_indices(map_indices_, soup_);
         if (scanner_.remaining() > 0) {
             soup_.notes.push_back("the last " + std::to_string(scanner_.remaining()) +
-                                  " bytes of the file follow what its header announces, and were not read");
+                                  " bytes of the file follow what its header announces, and were ignored");
         }
     }
 
@@ -357,7 +357,7 @@ class OffReader final : public Reader {
         const TextScanner start = scanner;
         std::string_view word;
         if (!scanner.next(word, Reach::file)) {
-            scanner.fail("the file holds nothing but blanks and comments: export the mesh again");
+            scanner.fail("the file contains only blanks and comments: export the mesh again");
         }
         const std::optional<Layout> layout = parse_keyword(word);
         std::int64_t count = 0;
@@ -368,7 +368,7 @@ class OffReader final : public Reader {
         }
         if (!layout && is_other_dimension(word)) {
             scanner.fail("the first word is " + excerpt(word) +
-                         ", a mesh whose points have other than three coordinates: export it as OFF");
+                         ", a mesh whose points do not have three coordinates: export it as OFF");
         }
         if (!layout) {
             scanner.fail("the first word is " + excerpt(word) +

@@ -1,8 +1,9 @@
-// reader ply: polygon file format of Stanford: text, binary little-endian and binary big-endian.
+// reader ply: Stanford polygon file format: text, binary little-endian and binary big-endian.
 //
 // Read: the elements `vertex` (x y z, red green blue), `face` (vertex_indices or vertex_index, red green blue) and
-// `tristrips` (each strip as its triangles), in any order; `diffuse_red` and the like are colours too. Whole-number
-// colours count to 255 (ushort: to 65535), real ones to 1. Everything else is passed over, elements with a note.
+// `tristrips` (each strip as its triangles), in any order; `diffuse_red` and so on are also accepted as colours.
+// Whole-number colours range to 255 (ushort: to 65535), real ones to 1. Everything else is skipped, elements with a
+// note.
 #include <difusa/core/tally.h>
 #include <difusa/import/file_colours.h>
 #include <difusa/import/ply_body.h>
@@ -19,7 +20,7 @@ using namespace difusa::ply;
 
 // ---- body -----------------------------------------------------------------------------------------------------
 
-/// Takes the rows of the elements into a soup.
+/// Collects the rows of the elements in a soup.
 template <class Values> class Body {
   public:
     Body(Values values, const Header& header, PolygonSoup& soup)
@@ -33,12 +34,12 @@ template <class Values> class Body {
         colours_.append_materials(1.0, soup_.materials);
         finish(values_.scanner());
         if (!others_.empty()) {
-            soup_.notes.push_back("elements that carry no surface were not read: " + others_.substr(0, 200));
+            soup_.notes.push_back("elements without surface were ignored: " + others_.substr(0, 200));
         }
         note_opacity(translucent_, soup_.notes);
     }
 
-    // What read_rows wants of a sink.
+    // The sink interface of read_rows.
 
     static Expected expected(const Element& element, const Property&, std::size_t row) {
         return {element.name.c_str(), row + 1, element.count};
@@ -59,7 +60,7 @@ template <class Values> class Body {
             value /= one;
             if (!(value >= 0.0 && value <= 1.0)) {
                 values_.fail("the property " + excerpt(property.name) + " of " + expected.text() +
-                             " is outside of its range: colours of a real type count from 0 to 1, of a whole-number "
+                             " is out of range: colours of a real type range from 0 to 1, of a whole-number "
                              "type from 0 to 255 (ushort: 65535)");
             }
             if (property.role == alpha && value != 1.0) {
@@ -100,13 +101,13 @@ template <class Values> class Body {
         std::uint32_t line = 0;
     };
 
-    /// Refuses counts that do not fit into the rest of the file.
+    /// Rejects counts that do not fit into the rest of the file.
     void check_room() const {
         const double least = least_bytes<Values>(header_);
         if (least > static_cast<double>(values_.available())) {
             values_.fail("the header announces at least " + std::to_string(static_cast<std::uint64_t>(least)) +
                          " bytes of data, but only " + std::to_string(values_.available()) +
-                         " follow: the file was cut short or its header is wrong; export it again");
+                         " follow: the file is truncated or its header is wrong; export it again");
         }
     }
 
@@ -121,7 +122,7 @@ template <class Values> class Body {
         coloured_ = element.has(red) && element.has(green) && element.has(blue);
         if (!coloured_ && (element.has(red) || element.has(green) || element.has(blue))) {
             soup_.notes.push_back("the colours of the element " + excerpt(element.name) +
-                                  " are not read, for they lack red, green or blue");
+                                  " are ignored, since they lack red, green or blue");
         }
         row_ = {};
         const std::size_t faces_before = soup_.face_count();
@@ -135,24 +136,24 @@ template <class Values> class Body {
     void finish(TextScanner& scanner) {
         std::string_view token;
         if (scanner.next(token, TextScanner::Reach::file)) {
-            scanner.fail("the file goes on with " + excerpt(token) +
-                         " after all its header announces: correct the header, or remove what is too much");
+            scanner.fail("the file continues with " + excerpt(token) +
+                         " after all its header announces: correct the header, or remove the excess");
         }
         if (scanner.ends_abruptly()) {
             soup_.notes.emplace_back(
-                "the last line has no end: if the file was cut short there, its last number is wrong");
+                "the last line has no line end: if the file is truncated there, its last number is wrong");
         }
     }
     void finish(const ByteScanner& scanner) {
         if (scanner.remaining() > 0) {
             soup_.notes.push_back("the last " + std::to_string(scanner.remaining()) +
-                                  " bytes of the file follow all its header announces, and were not read");
+                                  " bytes of the file follow all its header announces, and were ignored");
         }
     }
 
     Rgb colour() const { return {row_.value[red], row_.value[green], row_.value[blue]}; }
 
-    /// The number of a point, as soups have it.
+    /// The number of a point, as used in soups.
     static Index corner(std::int64_t number) {
         return number < 0 || number >= none ? none : static_cast<Index>(number);
     }
@@ -163,7 +164,7 @@ template <class Values> class Body {
         soup_.add_face(corners_, material, row_.line);
     }
 
-    /// Strips of triangles one after another, each ended by -1; every second triangle of a strip runs clockwise.
+    /// Triangle strips in sequence, each terminated by -1; every second triangle of a strip runs clockwise.
     void add_strips() {
         std::size_t start = 0;
         for (std::size_t k = 0; k < row_.corners.size(); ++k) {
@@ -181,13 +182,13 @@ template <class Values> class Body {
     Values values_;
     const Header& header_;
     PolygonSoup& soup_;
-    Element::Kind kind_ = Element::Kind::other; ///< of the element that is read
+    Element::Kind kind_ = Element::Kind::other; ///< of the element being read
     bool coloured_ = false;
     Row row_;
     ColourTable colours_;
     std::vector<Index> corners_;
     Tally translucent_{Values::unit};
-    std::string others_; ///< names of the elements passed over
+    std::string others_; ///< names of the elements skipped
 };
 
 // ---- reader ---------------------------------------------------------------------------------------------------
@@ -216,4 +217,4 @@ class PlyReader final : public Reader {
 
 } // namespace
 
-DIFUSA_PLUGIN(reader, "ply", PlyReader, "PLY polygons, text or binary of either byte order (.ply).", {})
+DIFUSA_PLUGIN(reader, "ply", PlyReader, "PLY polygons, text or binary in either byte order (.ply).", {})

@@ -1,8 +1,8 @@
 // reader stl: stereolithography triangles, text and binary.
 //
-// Each facet brings its own points; the diagnosis merges equal ones. Normals are those of the facets' corners, in
-// the counterclockwise order that the format prescribes; the stored ones are passed over. A file is binary if its
-// size is the one its count of facets asks for, whatever its first word is: many binary files begin with "solid".
+// Each facet has its own points; the diagnosis merges equal ones. Normals follow from the facets' corners, in the
+// counterclockwise order prescribed by the format; the stored ones are skipped. A file is binary if its size matches
+// its count of facets, whatever its first word is: many binary files begin with "solid".
 #include <difusa/core/error.h>
 #include <difusa/core/tally.h>
 #include <difusa/import/byte_scanner.h>
@@ -17,7 +17,7 @@ namespace {
 using namespace difusa;
 using Reach = TextScanner::Reach;
 
-constexpr std::size_t header_bytes = 84; // 80 of any content, and the number of facets
+constexpr std::size_t header_bytes = 84; // 80 of arbitrary content, and the number of facets
 constexpr std::size_t facet_bytes = 50;  // 12 floats and a 16-bit attribute
 
 bool begins_with_solid(std::string_view content) {
@@ -26,7 +26,7 @@ bool begins_with_solid(std::string_view content) {
     return lower_case(content.substr(0, 5)) == "solid";
 }
 
-/// Bytes no text has, among the first ones.
+/// Bytes that cannot occur in text, among the first ones.
 bool has_control_bytes(std::string_view content) {
     const std::string_view front = content.substr(0, 512);
     return std::any_of(front.begin(), front.end(), [](char c) {
@@ -94,7 +94,7 @@ class TextFile {
         corners_.push_back(static_cast<Index>(soup_.points.size()));
         soup_.points.push_back(point);
         if (soup_.points.size() >= none) {
-            scanner_.fail("the mesh has more points than 32 bits can number: split it");
+            scanner_.fail("the mesh has more than 2^32 points: split it");
         }
     }
 
@@ -125,10 +125,10 @@ void read_binary(std::string_view content, PolygonSoup& soup) {
     if (facets > possible) {
         scanner.fail("the header announces " + std::to_string(facets) + " facets of 50 bytes, but only " +
                      std::to_string(scanner.remaining()) +
-                     " bytes follow: the file was cut short or is not an STL file; export it again");
+                     " bytes follow: the file is truncated or is not an STL file; export it again");
     }
     if (3 * facets >= none) {
-        scanner.fail("the mesh has more points than 32 bits can number: split it");
+        scanner.fail("the mesh has more than 2^32 points: split it");
     }
     soup.points.reserve(3 * facets);
     soup.corners.reserve(3 * facets);
@@ -155,12 +155,12 @@ void read_binary(std::string_view content, PolygonSoup& soup) {
     }
     coloured.note(
         "facets with colour bits in their attribute",
-        "there are two contrary conventions for them, and they are not read: export as PLY, OFF or OBJ to keep "
+        "there are two conflicting conventions for them, and they are ignored: export as PLY, OFF or OBJ to keep "
         "colours",
         soup.notes);
     if (scanner.remaining() > 0) {
         soup.notes.push_back("the last " + std::to_string(scanner.remaining()) +
-                             " bytes of the file follow the facets its header announces, and were not read");
+                             " bytes of the file follow the facets its header announces, and were ignored");
     }
 }
 
@@ -178,7 +178,7 @@ class StlReader final : public Reader {
         const bool text = begins_with_solid(content) && !has_control_bytes(content);
         if (content.size() < header_bytes && !text) {
             throw InputError(soup.file + ": does not begin with the word solid, and " + std::to_string(content.size()) +
-                             " bytes are less than the 84 of the header of a binary STL file: it was cut short or is "
+                             " bytes are less than the 84 of the header of a binary STL file: it is truncated or "
                              "in another format");
         }
         if (text && !has_binary_size(content)) {
@@ -186,7 +186,7 @@ class StlReader final : public Reader {
         } else if (has_binary_size(content) || has_control_bytes(content)) {
             read_binary(content, soup);
         } else {
-            throw InputError(soup.file + ": is a text that does not begin with the word solid: this is not an STL "
+            throw InputError(soup.file + ": is text that does not begin with the word solid: this is not an STL "
                                          "file; if it is in another format, give it that extension");
         }
         return soup;

@@ -2,12 +2,12 @@
 // are closer than the spacing D, and no surface point is farther than D (1 + 2^-20) from its nearest site: every face
 // region, wall side and small object has sites, whatever the shape of the triangles.
 //
-// First darts are thrown evenly over the area. What they leave is hunted down: the triangles are cut into pieces; a
-// piece that one site covers wholly is done; into any other a dart is thrown, and it is halved at its longest edge, and
-// both halves wait for the next round.
+// First, darts are thrown evenly over the area. The remaining gaps are then searched for: the triangles are divided
+// into pieces; a piece fully covered by one site is done; into any other a dart is thrown, the piece is halved at its
+// longest edge, and both halves are queued for the next round.
 //
-// All darts of a round have random priorities: those become sites that would if they were thrown one after another by
-// priority (SiteGrid::insert). So the threads share the work, and the result is that of serial dart throwing.
+// All darts of a round have random priorities: those become sites that would if they were thrown one at a time by
+// priority (SiteGrid::insert). The work is thus shared between threads, with the result of serial dart throwing.
 #include <difusa/core/error.h>
 #include <difusa/core/parallel.h>
 #include <difusa/core/text.h>
@@ -34,7 +34,7 @@ using difusa::SiteGrid;
 using difusa::SurfacePoint;
 using difusa::Vec3;
 
-/// A part of a triangle, its corners in the triangle's barycentric coordinates (u, v).
+/// Part of a triangle, its corners in the triangle's barycentric coordinates (u, v).
 struct Piece {
     Index face;
     std::array<Eigen::Vector2d, 3> corner;
@@ -69,7 +69,8 @@ std::size_t longest_edge(const std::array<Vec3, 3>& p, double& squared) {
     return longest;
 }
 
-/// Cut from the middle of the edge between corner k and the next, which is the first corner of both, to the third.
+/// Split from the midpoint of the edge between corner k and the next, the first corner of both halves, to the third
+/// corner.
 std::array<Piece, 2> halves(const Piece& piece, std::size_t k) {
     const Eigen::Vector2d &p = piece.corner[k], &q = piece.corner[(k + 1) % 3], &r = piece.corner[(k + 2) % 3],
                           middle = 0.5 * (p + q);
@@ -80,8 +81,8 @@ Piece whole(Index face) {
     return {face, {Eigen::Vector2d(0, 0), Eigen::Vector2d(1, 0), Eigen::Vector2d(0, 1)}};
 }
 
-/// Points spread evenly over the area of a mesh, in an order in which neighbours in space are near: along the
-/// triangles, and in a triangle along the Sierpinski curve through its halves, quarters, eighths, ...
+/// Points spread evenly over the area of a mesh, in an order that keeps spatial neighbours close: along the triangles,
+/// and within a triangle along the Sierpinski curve through its halves, quarters, eighths, ...
 class EvenDarts {
   public:
     EvenDarts(const Mesh& mesh, std::size_t count) : mesh_(mesh), count_(count), below_(mesh.areas.size()) {
@@ -92,8 +93,8 @@ class EvenDarts {
 
     /// The i-th of the points.
     Dart at(std::size_t i, RandomStream stream) const {
-        // Anywhere in the next `window` shares of the area: neighbours, which are a few shares apart at most, are as
-        // good as independent.
+        // Anywhere in the next `window` shares of the area: neighbours, at most a few shares apart, are practically
+        // independent.
         constexpr double window = 64.0;
         const auto count = static_cast<double>(count_);
         double share = (static_cast<double>(i) + window * stream.uniform()) / count;
@@ -116,10 +117,10 @@ class EvenDarts {
   private:
     const Mesh& mesh_;
     std::size_t count_;
-    std::vector<double> below_; ///< area of the triangles up to and with this one
+    std::vector<double> below_; ///< area of the triangles up to and including this one
 };
 
-/// For one loop of many: nobody can tell how many follow, so its progress is not told; but all end here if cancelled.
+/// For one of many loops: their number is unknown, so no progress is reported; but all end here if cancelled.
 difusa::Execution part_of(const difusa::Execution& execution) {
     if (execution.progress != nullptr) {
         execution.progress->check();
@@ -134,12 +135,12 @@ class PoissonDisk final : public difusa::Sampler {
     std::vector<SurfacePoint> sample(const Mesh& mesh, const difusa::Visibility* /*visibility*/, double spacing,
                                      std::size_t limit, RandomStream stream,
                                      const difusa::Execution& execution) const override {
-        // No site covers more than a disc: so many are needed at least.
+        // No site covers more than a disc: this gives a lower bound on their number.
         const double least = mesh.area / (std::numbers::pi * spacing * spacing);
         if (least > static_cast<double>(limit)) {
             throw difusa::ResourceError("at least " + difusa::text_of(least) + " sites are needed at spacing " +
-                                        difusa::text_of(spacing) + ", and at most " + std::to_string(limit) +
-                                        " can be held; give a larger --spacing");
+                                        difusa::text_of(spacing) + ", but at most " + std::to_string(limit) +
+                                        " fit; give a larger --spacing");
         }
         SiteGrid grid(mesh, spacing, limit);
         throw_darts(mesh, spacing, stream.bits(), grid, execution);
@@ -150,8 +151,8 @@ class PoissonDisk final : public difusa::Sampler {
   private:
     static void throw_darts(const Mesh& mesh, double spacing, std::uint64_t seed, SiteGrid& grid,
                             const difusa::Execution& execution) {
-        // Twice as many as a dense packing of discs of diameter D holds: beyond that most darts miss. Several lots:
-        // sites of the first save the others comparisons with each other.
+        // Twice as many as a dense packing of discs of diameter D contains: beyond that most darts miss. In several
+        // batches: sites of the first save the others comparisons with each other.
         constexpr std::size_t lots = 4, largest_lot = std::size_t{1} << 20U;
         auto left = static_cast<std::size_t>(2.0 * mesh.area / (spacing * spacing)) + 1;
         const EvenDarts even(mesh, std::clamp<std::size_t>(left / lots, 1, largest_lot));
@@ -167,7 +168,7 @@ class PoissonDisk final : public difusa::Sampler {
         }
     }
 
-    /// What a part of a round leaves: darts that no site of earlier rounds is close to, and the halves of the pieces.
+    /// The output of part of a round: darts not close to a site of earlier rounds, and the halves of the pieces.
     struct Left {
         std::vector<Dart> darts;
         std::vector<Piece> pieces;
@@ -175,7 +176,7 @@ class PoissonDisk final : public difusa::Sampler {
 
     static void fill_gaps(const Mesh& mesh, double spacing, std::uint64_t seed, SiteGrid& grid,
                           const difusa::Execution& execution) {
-        // Triangles are cut and filled in lots, which bounds the memory for pieces.
+        // Triangles are divided and filled in batches, which bounds the memory for pieces.
         constexpr std::size_t lot = std::size_t{1} << 16U;
         const double coarse = 4.0 * spacing;
         std::uint64_t used = 0; // random streams
@@ -207,7 +208,7 @@ class PoissonDisk final : public difusa::Sampler {
         }
     }
 
-    /// One round: what is left of the pieces.
+    /// One round; returns the remaining pieces.
     static std::vector<Piece> fill_round(const Mesh& mesh, double spacing, std::uint64_t seed, std::uint64_t used,
                                          std::vector<Piece> pieces, SiteGrid& grid,
                                          const difusa::Execution& execution) {
@@ -242,7 +243,7 @@ class PoissonDisk final : public difusa::Sampler {
             double squared = 0.0;
             const std::size_t k = longest_edge(corners, squared);
             const auto [a, b] = halves(piece, k);
-            if (squared > spacing * spacing) { // hardly ever covered by a single site
+            if (squared > spacing * spacing) { // rarely covered by a single site
                 stack.push_back(b);
                 stack.push_back(a);
                 continue;
@@ -254,7 +255,7 @@ class PoissonDisk final : public difusa::Sampler {
             if (!grid.conflicts(x)) {
                 left.darts.push_back({x, stream.bits()});
             }
-            // A piece of the smallest size is done: its dart becomes a site, or is within D of one, and the rest of it
+            // A piece of minimum size is done: its dart becomes a site, or is within D of one, and the rest of it is
             // within D 2^-20 of the dart.
             if (squared > smallest * smallest) {
                 left.pieces.push_back(a);
@@ -266,4 +267,4 @@ class PoissonDisk final : public difusa::Sampler {
 
 } // namespace
 
-DIFUSA_PLUGIN(sampler, "poisson-disk", PoissonDisk, "Maximal Poisson-disk sampling: blue noise that leaves no gap.", {})
+DIFUSA_PLUGIN(sampler, "poisson-disk", PoissonDisk, "Maximal Poisson-disk sampling: blue noise without gaps.", {})

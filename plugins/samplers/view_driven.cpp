@@ -1,10 +1,10 @@
-// Sampler `view-driven` (T 4.2.6): sites where an observer looks, and where the light that reaches those places comes
+// Sampler `view-driven` (T 4.2.6): sites where an observer looks, and where the light that reaches those surfaces comes
 // from. Rays through a regular grid from the observer give the first sites; then, a number of times, every site sends
-// rays in directions near its normal, whose hits are added. A hit closer to a site than the spacing is pruned as it
-// arrives. Unlike `poisson-disk` it leaves surfaces that nothing looked at without sites.
+// rays in directions near its normal, whose hits are added. A hit closer to a site than the spacing is discarded on
+// arrival. Unlike `poisson-disk` it leaves surfaces that nothing looked at without sites.
 //
-// Without an observer given, one is chosen: the centre of the scene looking all around, or, if no front is seen from
-// there, a place outside of the bounding box looking at its centre.
+// Without a given observer, one is chosen: the centre of the scene looking all around, or, if no front is visible from
+// there, a point outside the bounding box looking at its centre.
 #include <difusa/core/error.h>
 #include <difusa/core/parallel.h>
 #include <difusa/discretisation/sampler.h>
@@ -76,12 +76,12 @@ class ViewDriven final : public difusa::Sampler {
             if (execution.progress != nullptr) {
                 execution.progress->check();
             }
-            const difusa::Execution silent{execution.threads, nullptr}; // one pass of several
+            const difusa::Execution silent{execution.threads, nullptr}; // one of several passes
             difusa::parallel_for(rays.size(), 4096, silent, [&](std::size_t begin, std::size_t end, unsigned) {
                 visibility->first_hits(std::span(rays).subspan(begin, end - begin),
                                        std::span(hits).subspan(begin, end - begin));
             });
-            std::vector<Dart> darts; // the first come first
+            std::vector<Dart> darts; // earliest first
             for (const Hit& hit : hits) {
                 if (hit.face != difusa::none && hit.front) {
                     darts.push_back({mesh.at(hit.face, hit.u, hit.v), darts.size()});
@@ -98,7 +98,7 @@ class ViewDriven final : public difusa::Sampler {
         }
         if (sites.sites().empty()) {
             throw difusa::InputError("sampler view-driven: the observer sees no front of any face; give another "
-                                     "eye=x/y/z and target=x/y/z, check which way the faces are turned, or use "
+                                     "eye=x/y/z and target=x/y/z, check the orientation of the faces, or use "
                                      "--sampler poisson-disk");
         }
         for (std::size_t pass = 0; pass < passes_; ++pass) {
@@ -125,7 +125,7 @@ class ViewDriven final : public difusa::Sampler {
     }
 
     /// One ray through the centre of each cell: of a square in front of the observer, or of the sphere of directions
-    /// cut into cells of equal solid angle.
+    /// divided into cells of equal solid angle.
     std::vector<Ray> primary_rays(const Observer& observer) const {
         std::vector<Ray> rays;
         rays.reserve(grid_ * grid_);
@@ -176,11 +176,11 @@ using Type = difusa::ParameterSpec::Type;
 } // namespace
 
 DIFUSA_PLUGIN(sampler, "view-driven", ViewDriven,
-              "Sites where an observer looks and where light reaches those places from (T 4.2.6).",
-              {{"eye", Type::vector, "", "observer x/y/z; without it a place is chosen", 0, 0, {}},
-               {"target", Type::vector, "", "point looked at, x/y/z; without it all around the eye", 0, 0, {}},
+              "Sites where an observer looks and where the light there comes from (T 4.2.6).",
+              {{"eye", Type::vector, "", "observer x/y/z; chosen automatically if omitted", 0, 0, {}},
+               {"target", Type::vector, "", "point looked at, x/y/z; all around the eye if omitted", 0, 0, {}},
                {"fov", Type::real, "60", "degrees across the square view", 1.0, 179.0, {}},
                {"grid", Type::integer, "256", "primary rays across the view", 1, 8192, {}},
-               {"passes", Type::integer, "4", "how often all sites send secondary rays", 0, 64, {}},
-               {"secondary", Type::integer, "8", "secondary rays a site and pass", 1, 1024, {}},
+               {"passes", Type::integer, "4", "number of times all sites send secondary rays", 0, 64, {}},
+               {"secondary", Type::integer, "8", "secondary rays per site and pass", 1, 1024, {}},
                {"spread", Type::real, "60", "largest angle of a secondary ray to the normal, degrees", 0.0, 89.9, {}}})

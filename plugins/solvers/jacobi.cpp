@@ -1,5 +1,6 @@
-// Solver `jacobi` (T 5.8): h <- g + T h, the Neumann series summed term by term: iteration i holds all light of up to i
-// bounces. Converges as the spectral radius of T, at most the largest reflectance in a gathered transport.
+// Solver `jacobi` (T 5.8): h <- g + T h, the Neumann series summed term by term: iteration i contains all light of up
+// to i bounces. Converges at the rate of the spectral radius of T, at most the largest reflectance for gathered
+// transport.
 #include <difusa/algebra/solver.h>
 #include <difusa/plugin/plugin.h>
 
@@ -28,7 +29,7 @@ class Jacobi final : public difusa::Solver {
                 summary.residual_history[c].push_back(relative[c]);
             }
             summary.residual = relative[0];
-            for (const double r_c : relative) { // NaN is larger than all
+            for (const double r_c : relative) { // NaN counts as largest
                 summary.residual = r_c <= summary.residual ? summary.residual : r_c;
             }
             first = summary.iterations == 0 ? summary.residual : first;
@@ -52,4 +53,4 @@ class Jacobi final : public difusa::Solver {
 
 } // namespace
 
-DIFUSA_PLUGIN(solver, "jacobi", Jacobi, "Neumann series, one bounce an iteration (T 5.8).", {})
+DIFUSA_PLUGIN(solver, "jacobi", Jacobi, "Neumann series, one bounce per iteration (T 5.8).", {})

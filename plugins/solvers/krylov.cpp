@@ -1,6 +1,6 @@
-// Solver `krylov`: restarted GMRES (Saad and Schultz 1986) on A h = g, A = I - T. Each column has a Krylov space of its
-// own; all columns that are not done yet advance together, so that T is read once for all of them. The residual never
-// grows, and far fewer applications of T are needed than by `jacobi` where the reflectance is near 1.
+// Solver `krylov`: restarted GMRES (Saad and Schultz 1986) on A h = g, A = I - T. Each column has its own Krylov space;
+// all unfinished columns advance together, so that T is read once for all of them. The residual never grows, and far
+// fewer applications of T are needed than by `jacobi` if the reflectance is near 1.
 #include <difusa/algebra/solver.h>
 #include <difusa/plugin/plugin.h>
 
@@ -32,7 +32,7 @@ class Space {
     const Vector& residual() const { return residual_; } ///< r - A V y for the minimising y
     std::size_t size() const { return R_.size(); }
 
-    /// Extends the space by w = A newest(). False if nothing can be gained from going on.
+    /// Extends the space by w = A newest(). False if continuing gains nothing.
     bool extend(Vector w) {
         const auto k = static_cast<Eigen::Index>(V_.size()) - 1;
         Vector column = Vector::Zero(k + 2);
@@ -93,13 +93,13 @@ class Space {
     Vector residual_;
 };
 
-/// The solution of one column, step by step: `operand()` says what A is to be applied to next, `take` receives the
+/// The solution of one column, step by step: `operand()` gives the next vector to apply A to, `take` receives the
 /// result.
 class Column {
   public:
     Column(Vector g, const difusa::SolveOptions& options, std::size_t restart)
         : g_(std::move(g)), h_(g_), light_(largest(g_)), options_(options), restart_(restart) {
-        // One bounce short of nothing: a better start than zero, and its residual is the first bounce.
+        // Starts from g: better than zero, and its residual is the first bounce.
         if (light_ == 0.0) {
             history_.push_back(0.0);
             done_ = true;
@@ -133,7 +133,7 @@ class Column {
     }
 
   private:
-    /// From the true residual of h: done, given up, or a new space.
+    /// From the true residual of h: done, stalled, or a new space.
     void restart(const Vector& r) {
         const double now = largest(r) / light_;
         const bool first = history_.empty();
@@ -163,7 +163,7 @@ class Column {
     double light_;
     const difusa::SolveOptions& options_;
     std::size_t restart_;
-    std::vector<Space> space_; ///< none while the true residual is awaited, else one
+    std::vector<Space> space_; ///< empty while the true residual is pending, otherwise one
     std::vector<double> history_;
     double last_true_ = 0.0;
     int iterations_ = 0;
@@ -204,7 +204,7 @@ class Krylov final : public difusa::Solver {
             const Column& column = columns[c];
             summary.h.col(static_cast<Eigen::Index>(c)) = column.h();
             const double residual = column.history().back();
-            summary.residual = residual <= summary.residual ? summary.residual : residual; // NaN is larger than all
+            summary.residual = residual <= summary.residual ? summary.residual : residual; // NaN counts as largest
             summary.residual_history.push_back(column.history());
             summary.iterations = std::max(summary.iterations, column.iterations());
             if (column.reason() != SolveSummary::Reason::converged) {
@@ -221,10 +221,4 @@ class Krylov final : public difusa::Solver {
 } // namespace
 
 DIFUSA_PLUGIN(solver, "krylov", Krylov, "Restarted GMRES: few iterations at high reflectance.",
-              {{"restart",
-                difusa::ParameterSpec::Type::integer,
-                "50",
-                "iterations before the space is started anew",
-                2,
-                1000,
-                {}}})
+              {{"restart", difusa::ParameterSpec::Type::integer, "50", "iterations before a restart", 2, 1000, {}}})

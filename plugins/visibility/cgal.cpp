@@ -1,6 +1,6 @@
-// Visibility `cgal`: a CGAL AABB tree over the mesh's own index arrays, in double precision: the
-// reference. CGAL builds the tree and walks it, nearer child first; boxes and triangles are tested here, so that a
-// subtree behind the nearest hit so far is not entered, and triangles are met without gaps along their edges.
+// Visibility `cgal`: a CGAL AABB tree over the mesh's own index arrays, in double precision: the reference. CGAL builds
+// the tree and traverses it, nearer child first; boxes and triangles are tested here, so that a subtree beyond the
+// nearest hit so far is not entered, and triangles are intersected without gaps along their edges.
 #include <difusa/core/error.h>
 #include <difusa/plugin/plugin.h>
 #include <difusa/rays/brute_force.h>
@@ -25,7 +25,7 @@ using difusa::Mesh;
 using difusa::Vec3;
 using Kernel = CGAL::Simple_cartesian<double>;
 
-/// A triangle of the mesh by its number; the coordinates stay in the mesh.
+/// A triangle of the mesh by its number; the coordinates remain in the mesh.
 class Primitive {
   public:
     using Id = Index;
@@ -51,10 +51,10 @@ using Traits = CGAL::AABB_traits<Kernel, Primitive>;
 using Tree = CGAL::AABB_tree<Traits>;
 using Node = CGAL::AABB_node<Traits>;
 
-/// Where the ray [0, limit] enters a box, or infinity if it misses it. Boxes are widened on all sides by what the
-/// triangle test rounds (`WatertightRay::rounding`): of the two triangles of an edge it may find the one whose box the
-/// exact ray misses. The far end is widened besides by the rounding of the three products (Ize, "Robust BVH Ray
-/// Traversal", JCGT 2(2), 2013). So no box is missed by rounding.
+/// Where the ray [0, limit] enters a box, or infinity if it misses it. Boxes are widened on all sides by the rounding
+/// of the triangle test (`WatertightRay::rounding`): of the two triangles sharing an edge it may find the one whose box
+/// the exact ray misses. The far end is additionally widened by the rounding of the three products (Ize, "Robust BVH
+/// Ray Traversal", JCGT 2(2), 2013). No box is thus missed due to rounding.
 class BoxTest {
   public:
     BoxTest(const Mesh& mesh, const Vec3& origin, const Vec3& direction)
@@ -69,8 +69,8 @@ class BoxTest {
         for (int axis = 0; axis < 3; ++axis) {
             const double a = ((box.min)(axis)-origin_[axis] - margin_) * inverse_[axis];
             const double b = ((box.max)(axis)-origin_[axis] + margin_) * inverse_[axis];
-            // 0 times infinity, NaN, arises only where the ray runs along a face of the widened box, outside of the box
-            // itself: whatever the comparisons below make of it is right.
+            // 0 times infinity, NaN, only arises if the ray runs along a face of the widened box, outside the box
+            // itself: either result of the comparisons below is correct.
             const double low = a < b ? a : b, high = (a < b ? b : a) * (1.0 + 0x1p-50);
             enter = low > enter ? low : enter;
             leave = high < leave ? high : leave;

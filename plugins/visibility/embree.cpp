@@ -1,9 +1,10 @@
-// Visibility `embree`: Intel Embree builds the tree and walks it, several times faster than `cgal`. Embree computes in
-// single precision, so it only chooses the triangles that a ray may meet; each of them is tested here in double
-// precision, by the same arithmetic as in the other engines. The answers are those of `cgal`, to the last bit.
+// Visibility `embree`: Intel Embree builds the tree and traverses it, several times faster than `cgal`. Embree computes
+// in single precision, so it only selects the triangles that a ray may hit; each of them is tested here in double
+// precision, by the same arithmetic as in the other engines. The hits are those of `cgal`, to the last bit.
 //
-// For that no box may be missed by rounding. The mesh is centred and scaled to unit diameter before it is rounded, rays
-// from far outside start where they enter a cube around it, and boxes are widened by more than all roundings together.
+// This requires that no box is missed due to rounding. The mesh is centred and scaled to unit diameter before it is
+// rounded, rays from far outside start where they enter a cube around it, and boxes are widened by more than all
+// roundings together.
 #include "embree_api.h"
 
 #include <difusa/core/error.h>
@@ -33,19 +34,19 @@ using difusa::Vec3;
 using difusa::WatertightRay;
 using difusa::embree::Context;
 
-/// By how much boxes are widened on all sides, in diameters. Inside the cube [-1, 1]³ around the mesh a point of a ray
-/// at most 2√3 long is moved by no more than 2^-25 (the origin's rounding) + 2√3 2^-25 (the direction's), the corners
-/// of a box by 2^-25: together less than 2^-22. Embree's own arithmetic (RTC_SCENE_FLAG_ROBUST) misses no box that the
-/// rounded ray meets. The triangle test rounds by less than the rest up to a distance of 2^25 diameters.
+/// How far boxes are widened on all sides, in diameters. Inside the cube [-1, 1]³ around the mesh, a point of a ray at
+/// most 2√3 long is displaced by no more than 2^-25 (rounding of the origin) + 2√3 2^-25 (of the direction), the
+/// corners of a box by 2^-25: together less than 2^-22. Embree's own arithmetic (RTC_SCENE_FLAG_ROBUST) misses no box
+/// that the rounded ray hits. The triangle test rounds by less than the remainder up to a distance of 2^25 diameters.
 constexpr float margin = 0x1p-21F;
 
-/// What each triangle test needs.
+/// Data for each triangle test.
 struct Surface {
     const Mesh* mesh;
     OwnPlane own_plane;
-    std::vector<std::array<Vec3, 3>> corners; ///< #T, in one place each: fetching them is most of a test's time
+    std::vector<std::array<Vec3, 3>> corners; ///< #T, each stored contiguously: fetching them is most of a test's time
     Vec3 centre;
-    double scale; ///< a point p of the mesh is (p - centre) scale for Embree
+    double scale; ///< Embree sees a point p of the mesh as (p - centre) scale
 
     explicit Surface(const Mesh& m)
         : mesh(&m), own_plane(m), corners(m.triangles.size()), centre(0.5 * m.low + 0.5 * m.high),
@@ -60,12 +61,12 @@ struct Surface {
     }
 };
 
-/// A ray as Embree takes it: its direction has unit length, `tfar` counts from `skipped` on in diameters.
+/// A ray in Embree's form: its direction has unit length, `tfar` is in diameters, measured from `skipped`.
 struct ScaledRay {
     RTCRay ray{};
     double speed = 0.0;   ///< diameters per unit of t
     double skipped = 0.0; ///< t at which it enters the cube [-1, 1]³
-    bool misses = true;   ///< the cube, or it has no direction
+    bool misses = true;   ///< misses the cube, or has no direction
 
     ScaledRay(const Surface& surface, const Vec3& origin, const Vec3& direction) {
         const double length = direction.stableNorm();
@@ -99,7 +100,7 @@ struct ScaledRay {
         ray.dir_x = static_cast<float>(d[0]);
         ray.dir_y = static_cast<float>(d[1]);
         ray.dir_z = static_cast<float>(d[2]);
-        ray.tfar = 4.0F; // no way through the cube is longer
+        ray.tfar = 4.0F; // no path through the cube is longer
         ray.mask = 0xffffffffU;
     }
 
@@ -110,7 +111,7 @@ struct ScaledRay {
     }
 };
 
-/// The search for a ray's first hit. Embree hands `context` to the callback.
+/// The search for a ray's first hit. Embree passes `context` to the callback.
 struct FirstHit {
     struct Handle {
         Context context;
@@ -138,7 +139,7 @@ struct FirstHit {
         }
     }
 
-    /// Looks at triangle f; true if it is the first hit so far.
+    /// Tests triangle f; true if it is the first hit so far.
     bool meets(Index f) {
         const auto& [a, b, c] = surface.corners[f];
         WatertightRay::Meeting m;
@@ -221,7 +222,7 @@ void bounds(const RTCBoundsFunctionArguments* arguments) {
 
 /// The device of all engines of the process, as Embree recommends; null if Embree cannot be started. It is never
 /// released: releasing the last device lets TBB's workers end in the background, where nobody can wait for them, and a
-/// process that ends meanwhile takes their memory from under them.
+/// process that ends meanwhile unmaps the memory they use.
 RTCDevice the_device() {
     static auto* const device = rtcNewDevice("threads=1,set_affinity=0");
     return device;
@@ -240,7 +241,7 @@ class EmbreeVisibility final : public difusa::Visibility {
         surface_.emplace(mesh);
         if (!(surface_->scale > 0.0 && std::isfinite(surface_->scale))) {
             throw difusa::InputError("the mesh is too " + std::string(surface_->scale > 0.0 ? "small" : "large") +
-                                     " for double precision: give its coordinates in another unit");
+                                     " for double precision: use another unit for its coordinates");
         }
         RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER);
         rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(mesh.triangles.size()));
@@ -289,4 +290,4 @@ class EmbreeVisibility final : public difusa::Visibility {
 } // namespace
 
 DIFUSA_PLUGIN(visibility, "embree", EmbreeVisibility,
-              "Intel Embree's tree, triangles tested in double precision: same answers, several times as fast.", {})
+              "Intel Embree's tree, triangles tested in double precision: same hits, several times as fast.", {})

@@ -1,4 +1,4 @@
-// Embree 3 and 4 by one name each: Embree 4 calls the intersect context a ray query context, and takes it in a struct
+// Uniform names for Embree 3 and 4: Embree 4 calls the intersect context a ray query context, and takes it in a struct
 // of arguments.
 #pragma once
 

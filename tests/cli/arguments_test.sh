@@ -10,7 +10,7 @@ usage() { # usage TEXT ARGUMENT...
 
 usage "a mesh file is expected"
 usage "an output file is expected" "$box"
-usage "\`third\` is neither" "$box" out.vtp third
+usage "\`third\` is one argument too many" "$box" out.vtp third
 usage "a mesh file is expected" "" out.vtp
 
 # Unknown names, with the nearest known one.
@@ -23,7 +23,7 @@ usage "did you mean 'poisson-disk'?" "$box" out.vtp --sampler poison_disk
 usage "did you mean 'low-discrepancy'?" "$box" out.vtp --directions low-discrepancies
 usage "did you mean 'disc'?" "$box" out.vtp --kernel disk --transport pairwise
 usage "did you mean 'disc'?" "$box" out.vtp --kernel disk
-usage "leave it out, or use --transport pairwise" "$box" out.vtp --kernel point
+usage "omit it, or use --transport pairwise" "$box" out.vtp --kernel point
 usage "did you mean gather?" "$box" out.vtp --transport gathr
 usage "did you mean 'width'?" "$box" out.vtp --basis radial:widht=1
 usage "no parameter 'areas'" "$box" out.vtp --transport gather:areas=integral

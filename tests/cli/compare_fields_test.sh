@@ -33,7 +33,7 @@ expect_exit 0 "$compare" other.vtp coarse.vtp --report seed.json
 [ "$(entry seed.json error)" != 0.0 ] || fail "another seed makes no difference"
 expect_exit 0 "$compare" coarse.vtp fine.vtp error.vtp --report fine.json --array irradiance --array reflectance
 expect_text fine.json '"same_mesh": false' '"unmatched_vertices": 0' '"name": "reflectance"' '"name": "irradiance"'
-expect_no_text stdout "counts for no norm"
+expect_no_text stdout "excluded from the norms"
 # The same bits for any number of threads.
 expect_exit 0 "$compare" coarse.vtp fine.vtp again.vtp --report again.json --array irradiance --array reflectance \
     --threads 3
@@ -62,7 +62,7 @@ expect_text stdout "compare_fields " CGAL
 # Usage.
 refused 1 "two fields are expected"
 refused 1 "two fields are expected" coarse.vtp
-refused 1 "\`fourth\` is neither" coarse.vtp fine.vtp error.vtp fourth
+refused 1 "\`fourth\` is one argument too many" coarse.vtp fine.vtp error.vtp fourth
 refused 1 "unknown option --aray, did you mean --array?" coarse.vtp fine.vtp --aray radiosity
 refused 1 "must end in .vtp" coarse.vtp fine.vtp errors.ply
 refused 1 "must end in .vtp" coarse.vtp fine.vtp errors
@@ -77,9 +77,9 @@ cp coarse.vtp coarse.copy
 cp fine.vtp fine.copy
 ln -s fine.vtp link.vtp
 mkdir deeper
-refused 1 "would be written over the result" coarse.vtp fine.vtp deeper/../coarse.vtp
-refused 1 "would be written over the reference" coarse.vtp fine.vtp link.vtp
-refused 1 "would be written over the reference" coarse.vtp fine.vtp new.vtp --report "$PWD/fine.vtp"
+refused 1 "would overwrite the result" coarse.vtp fine.vtp deeper/../coarse.vtp
+refused 1 "would overwrite the reference" coarse.vtp fine.vtp link.vtp
+refused 1 "would overwrite the reference" coarse.vtp fine.vtp new.vtp --report "$PWD/fine.vtp"
 refused 1 "two outputs have this name" coarse.vtp fine.vtp new.vtp --report ./new.vtp
 refused 4 "the directory \`nowhere\` does not exist" coarse.vtp fine.vtp nowhere/error.vtp
 cmp coarse.vtp coarse.copy && cmp fine.vtp fine.copy || fail "an input has changed"
@@ -88,9 +88,9 @@ cmp coarse.vtp coarse.copy && cmp fine.vtp fine.copy || fail "an input has chang
 refused 2 "missing.vtp: cannot be opened" missing.vtp fine.vtp new.vtp
 refused 2 "did you mean 'reflectance'?" coarse.vtp fine.vtp new.vtp --array reflectanse
 refused 2 "and no triangles" sites.vtp fine.vtp new.vtp
-refused 2 "a field is read from .vtp or .ply" "$box" fine.vtp new.vtp
+refused 2 "fields are read from .vtp or .ply" "$box" fine.vtp new.vtp
 head -c 9000 coarse.vtp >cut.vtp
-refused 2 "cut.vtp: is no whole VTK XML PolyData file" cut.vtp fine.vtp new.vtp
+refused 2 "cut.vtp: is not a complete VTK XML PolyData file" cut.vtp fine.vtp new.vtp
 head -c 9000 coarse.ply >cut.ply
 refused 2 "cut.ply" fine.vtp cut.ply new.vtp
 [ "$(wc -l <stderr)" -le 3 ] || fail "more than progress and a message"

@@ -10,7 +10,7 @@ expect_refusal 1 "--rays" "$bake" "$box" kept.ply --rays none
 expect_refusal 2 "missing.off: cannot be opened" "$bake" missing.off kept.ply
 expect_refusal 2 "is a directory" "$bake" "$DIFUSA_DATA" kept.ply
 printf 'words\n' >words.txt
-expect_refusal 2 "readers are there for: " "$bake" words.txt kept.ply
+expect_refusal 2 "there are readers for: " "$bake" words.txt kept.ply
 expect_text message .obj .off .ply .stl
 printf 'OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n' >short.off
 expect_refusal 2 "short.off" "$bake" short.off kept.ply

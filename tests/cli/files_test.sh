@@ -11,7 +11,7 @@ mkfifo pipe.vtp
 expect_refusal 1 "device or pipe" "$bake" "$box" pipe.vtp
 expect_refusal 4 "the directory \`nowhere\` does not exist" "$bake" "$box" out.vtp --report nowhere/report.json
 expect_refusal 4 "the directory \`nowhere\` does not exist" "$bake" "$box" out.vtp --sites-output nowhere/sites.vtp
-[ ! -d /proc ] || expect_refusal 4 "no file can be made in the directory \`/proc\`" "$bake" "$box" /proc/o.vtp
+[ ! -d /proc ] || expect_refusal 4 "no file can be created in the directory \`/proc\`" "$bake" "$box" /proc/o.vtp
 touch file
 expect_refusal 4 "\`file\` is not a directory" "$bake" "$box" file/out.vtp
 
@@ -21,9 +21,9 @@ ln -s mesh.ply link.ply
 ln mesh.ply hard.ply
 mkdir deeper
 for name in mesh.ply ./mesh.ply deeper/../mesh.ply "$PWD/mesh.ply" link.ply hard.ply; do
-    expect_refusal 1 "would be written over the mesh" "$bake" mesh.ply "$name"
-    expect_refusal 1 "would be written over the mesh" "$bake" mesh.ply out.vtp --sites-output "$name"
-    expect_refusal 1 "would be written over the mesh" "$bake" mesh.ply out.vtp --report "$name"
+    expect_refusal 1 "would overwrite the mesh" "$bake" mesh.ply "$name"
+    expect_refusal 1 "would overwrite the mesh" "$bake" mesh.ply out.vtp --sites-output "$name"
+    expect_refusal 1 "would overwrite the mesh" "$bake" mesh.ply out.vtp --report "$name"
 done
 cmp mesh.ply "$DIFUSA_DATA/bowl.ply" || fail "the mesh has changed"
 expect_refusal 1 "two outputs have this name" "$bake" mesh.ply out.vtp --sites-output ./out.vtp

@@ -11,7 +11,7 @@ refuse() { # refuse CODE TEXT ARGUMENT...
 # Wrong command lines.
 refuse 1 "a mesh file is expected"
 refuse 1 "an output file is expected" "$box"
-refuse 1 "\`third\` is neither" "$box" basis.vtp third
+refuse 1 "\`third\` is one argument too many" "$box" basis.vtp third
 refuse 1 "unknown option --elemnt, did you mean --element?" "$box" basis.vtp --elemnt 12
 refuse 1 "did you mean 'shepard'?" "$box" basis.vtp --basis shepherd
 refuse 1 "did you mean 'embree'?" "$box" basis.vtp --visibility embre
@@ -31,7 +31,7 @@ cp "$box" mesh.obj
 cp "${box%.obj}.mtl" .
 refuse 1 "two outputs have this name" mesh.obj basis.vtp --sites-output ./basis.vtp
 mv mesh.obj mesh.ply
-refuse 1 "would be written over the mesh" mesh.ply mesh.ply
+refuse 1 "would overwrite the mesh" mesh.ply mesh.ply
 rm mesh.ply
 
 # A number out of range is refused with the range.
@@ -60,7 +60,7 @@ expect_text basis.vtp 'Name="element"' 'Name="sum"' 'Name="overlap"' 'Name="lebe
 expect_text sites.vtp 'Name="radius"' 'Name="reach"' 'Name="area"' 'Name="element"' 'Name="shown"' 'Name="Normals"'
 [ "$(grep -c '^element ' stdout)" -ge 2 ] || fail "two elements are asked for at least"
 [ "$(grep -c '^element 3:' stdout)" = 1 ] || fail "an element asked for twice is shown once"
-expect_text stdout "sum: 1 to 1," "sum of absolute values (Lebesgue): 1 in the mean, at most 1" "written: sites.vtp"
+expect_text stdout "sum: 1 to 1," "sum of absolute values (Lebesgue): 1 on average, at most 1" "written: sites.vtp"
 expect_exit 0 "$inspect" "$box" basis.vtp $few --basis radial
 expect_no_text stdout "sum: 1 to 1,"
 

@@ -9,7 +9,7 @@ expect_refusal 1 "unknown option --bases, did you mean --basis?" "$measure" --ou
 expect_refusal 1 "--spacing 0: must be a positive number" "$measure" --output study --spacing 0
 expect_refusal 1 "--rays 0" "$measure" --output study --rays 0
 echo "in the way" >file
-expect_refusal 4 "file/study: cannot be made" "$measure" --output file/study --case sphere
+expect_refusal 4 "file/study: cannot be created" "$measure" --output file/study --case sphere
 
 expect_exit 0 "$measure" --help
 expect_text stdout "Cases: ball-over-disc"

@@ -10,9 +10,9 @@ refuse() { # refuse CODE TEXT ARGUMENT...
     shift 2
     expect_refusal "$code" "$text" "$bake" square.off out.ply "$@"
 }
-refuse 1 "--at places.csv: what is found there has to be written; name a file, --at-output FILE.csv" --at places.csv
-refuse 1 "--at-output light.csv: no places were given; name a file with them, --at FILE" --at-output light.csv
-refuse 1 "would be written over the list of places" --at places.csv --at-output ./places.csv
+refuse 1 "--at places.csv: the results need an output file, --at-output FILE.csv" --at places.csv
+refuse 1 "--at-output light.csv: no points were given; name a file of points, --at FILE" --at-output light.csv
+refuse 1 "would overwrite the list of points" --at places.csv --at-output ./places.csv
 refuse 1 "two outputs have this name" --at places.csv --at-output light.csv --report light.csv
 printf '1,5,,0\n' >empty_field.csv
 refuse 2 "empty_field.csv, line 1: field 3 is empty" --at empty_field.csv --at-output light.csv
@@ -45,10 +45,10 @@ expect_exit 0 "$bake" "$box" out.ply $small --point-light 0,0,0,1 --light-groups
 expect_text light.csv ,radiosity_of_point_R, ,irradiance_of_point_B
 
 # A .ply has room for neither.
-refuse 1 "--light-groups: a .ply has no room for the light of each group; write out.ply as a .vtp" --light-groups
-refuse 1 "--face-centres: a .ply has no room for the light at the centres of faces; write out.ply as a .vtp" \
+refuse 1 "--light-groups: a .ply cannot hold the light of each group; write out.ply as a .vtp" --light-groups
+refuse 1 "--face-centres: a .ply cannot hold the light at the centres of faces; write out.ply as a .vtp" \
     --face-centres --at places.csv --at-output light2.csv
-expect_refusal 1 "--face-centres: a .ply has no room" "$bake" square.off OUT.PLY --face-centres
+expect_refusal 1 "--face-centres: a .ply cannot hold" "$bake" square.off OUT.PLY --face-centres
 
 # A name that XML has to be told of comes through to other programs.
 cat >named.json <<'SCENE'

@@ -11,8 +11,8 @@ refuse() { # refuse CODE TEXT ARGUMENT...
 
 # Wrong command lines.
 refuse 1 "a scene or mesh file is expected"
-refuse 1 "a file for the picture is expected" "$box"
-refuse 1 "\`third\` is neither" "$box" out.png third
+refuse 1 "a picture file is expected" "$box"
+refuse 1 "\`third\` is one argument too many" "$box" out.png third
 refuse 1 "unknown option --sampels, did you mean --samples?" "$box" out.png --sampels 4
 refuse 1 "--show radiosty: unknown, did you mean radiosity?" "$box" out.png --show radiosty
 refuse 1 "--also direct.png: takes SHOW=FILE" "$box" out.png --also direct.png
@@ -26,7 +26,7 @@ refuse 1 "--size 0: must be a whole number of at least 1" "$box" out.png --size 
 refuse 1 "--size: width and height must be from 1 to 32768" "$box" out.png --size 10 32769
 refuse 1 "--view-angle 180: must be below 180" "$box" out.png --view-angle 180
 refuse 1 "takes three numbers X,Y,Z" "$box" out.png --eye 1,2
-refuse 1 "--up 0,0,0: must be a direction" "$box" out.png --up 0,0,0
+refuse 1 "--up 0,0,0: must be a nonzero direction" "$box" out.png --up 0,0,0
 refuse 1 "--exposure 0: must be a positive number" "$box" out.png --exposure 0
 refuse 1 "--background 2,0,0: must be from 0 to 1 in each channel" "$box" out.png --background 2,0,0
 refuse 1 "--tone flimic: must be linear or filmic" "$box" out.png --tone flimic
@@ -34,23 +34,23 @@ refuse 1 "--range 2,1: takes LOW,HIGH" "$box" out.png --show luminance --range 2
 refuse 1 "--range: no picture has a colour bar" "$box" out.png --range 1,2
 refuse 1 "--log: no picture has a colour bar" "$box" out.png --log
 refuse 1 "--range: must begin above 0" "$box" out.png --show luminance --range 0,2 --log
-refuse 1 "--element: goes with --show basis" "$box" out.png --element 3
-refuse 1 "--near: goes with --show basis" "$box" out.png --near 1,2,3
+refuse 1 "--element: only valid with --show basis" "$box" out.png --element 3
+refuse 1 "--near: only valid with --show basis" "$box" out.png --near 1,2,3
 refuse 1 "--element and --near both" "$box" out.png --show basis --element 3 --near 1,2,3
 refuse 1 "two outputs have this name" "$box" out.png --also direct=./out.png
 refuse 1 "two outputs have this name" "$box" out.png --report out.png
-refuse 1 "--at places.csv: what is found there has to be written" "$box" out.png --at places.csv
+refuse 1 "--at places.csv: the results need an output file" "$box" out.png --at places.csv
 refuse 2 "no-such.off" no-such.off out.png
 refuse 4 "no-such-directory" "$box" out.png --also sites=no-such-directory/sites.png
 cp "$box" scene.png
-refuse 1 "would be written over the scene" scene.png scene.png
+refuse 1 "would overwrite the scene" scene.png scene.png
 rm scene.png
 # What only the bake can tell leaves no picture either.
 refuse 1 "there is no such element; they are numbered from 0 to" "$box" out.png $small --show basis --element 9999
 refuse 1 "there is no such light group; there are" "$box" out.png $small --show group:sun
-refuse 1 "--show error: there is no estimate" "$box" out.png $small --show error --error-points 0
+refuse 1 "--show error: there is no error estimate" "$box" out.png $small --show error --error-points 0
 refuse 1 "--look-at and --towards both" "$box" out.png --look-at 0,0,0 --towards 0,0,1
-refuse 1 "--look-at: from where?" "$box" out.png $small --look-at 0,0,0
+refuse 1 "--look-at: needs a viewpoint" "$box" out.png $small --look-at 0,0,0
 refuse 1 "the camera looks along --up" "$box" out.png $small --towards 0,0,1
 
 # Pictures of one bake; the same bits for any number of threads; other samples with another seed.

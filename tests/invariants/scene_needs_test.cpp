@@ -109,7 +109,7 @@ TEST(Bake, SaysWhichEmittersFaceAway) {
     const BakeResult result = baked(scene, quick(0.3));
     const bool said =
         std::any_of(result.journal.notes().begin(), result.journal.notes().end(), [](const std::string& note) {
-            return note.find("2 emitting triangles light nothing, the first of them of face 12 (material bulb)") == 0;
+            return note.find("2 emitting triangles light nothing, the first in face 12 (material bulb)") == 0;
         });
     EXPECT_TRUE(said);
     add(scene.mesh, rectangle(Vec3(0.4, 0.4, 0.9), Vec3(0, 0.1, 0), Vec3(0.1, 0, 0)), 1); // in the room, facing down

@@ -283,7 +283,7 @@ TEST(Compare, WhatHasNoMatchIsCountedAndNotUsed) {
     EXPECT_EQ(c.matching.unmatched_vertices, 18u);
     EXPECT_NEAR(c.quantities[0].norms.all.linf.error, 1.0, 16 * eps); // weights sum to 1 within rounding
     EXPECT_THAT(c.notes, testing::Contains(HasSubstr("16.6667 % of the result's area is farther than")));
-    EXPECT_THAT(c.notes, testing::Contains(HasSubstr("66.6667 % of the result's area faces a way")));
+    EXPECT_THAT(c.notes, testing::Contains(HasSubstr("66.6667 % of the result's area faces a direction")));
     EXPECT_THAT(c.notes, testing::Contains(HasSubstr("the surfaces differ")));
     const Values e = array(error_field(c, result, "", ""), "luminance_error");
     EXPECT_NEAR(e(0, 0), 1.0, 16 * eps);
@@ -381,7 +381,7 @@ TEST(Compare, WhatCannotBeComparedIsRefused) {
     refused(cloud, field, "", "result.vtp: has 9 points and no triangles");
     FieldFile hole = field;
     std::get<Values>(hole.point_arrays[1].data)(4, 1) = std::numeric_limits<double>::quiet_NaN();
-    refused(field, hole, "", "reference.vtp: radiosity is no finite number at point 4");
+    refused(field, hole, "", "reference.vtp: radiosity is not finite at point 4");
 }
 
 TEST(Compare, TheNumberOfThreadsChangesNoBit) {

@@ -46,7 +46,7 @@ TEST(Diagnosis, IndexOutOfRange) {
     EXPECT_THAT(message, AllOf(HasSubstr("scene.obj:101: "), HasSubstr("face 1 (line 101)"), HasSubstr("point 3"),
                                HasSubstr("has 3 points"), HasSubstr("Correct the number")));
     EXPECT_THAT(refusal(make_soup({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, none}})),
-                HasSubstr("face 0 (line 100) names a point before the first"));
+                HasSubstr("face 0 (line 100) refers to a point before the first"));
 }
 
 TEST(Diagnosis, CoordinatesThatAreNotFinite) {

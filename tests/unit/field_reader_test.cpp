@@ -256,10 +256,10 @@ TEST(FieldReader, PolygonsThatCrossThemselvesOrLeaveThePointsAreRefused) {
         EXPECT_THAT([&] { read_text(scratch, "bad.vtp", with(connectivity, offsets, 2)); },
                     ThrowsMessage<InputError>(testing::AllOf(HasSubstr("bad.vtp: "), HasSubstr(why))));
     };
-    refused("0 1 2 0 2 3", "3 9", "is no whole VTK XML PolyData file");
-    refused("0 1 2 0 2 3", "6 3", "is no whole VTK XML PolyData file");
+    refused("0 1 2 0 2 3", "3 9", "is not a complete VTK XML PolyData file");
+    refused("0 1 2 0 2 3", "6 3", "is not a complete VTK XML PolyData file");
     refused("0 1 2 0 2 1 3", "3 7", "polygon 2 crosses itself");
-    refused("0 1 2 0 2 4", "3 6", "cell 2 has a corner at point 4, and the points are 0 to 3");
+    refused("0 1 2 0 2 4", "3 6", "cell 2 has a corner at point 4, but the points are 0 to 3");
     refused("0 1 2 0 2 -1", "3 6", "cell 2 has a corner at point -1");
 }
 
@@ -379,7 +379,7 @@ TEST(FieldReader, ReadsEveryFormatOfPly) {
     refused("8 -2", "8 -2.5", "bad.ply");
     refused("4 0 1 2 3", "4 0 1 2 4", "cell 1 has a corner at point 4");
     refused("4 0 1 2 3", "-4 0 1 2 3", "is impossible");
-    refused("1 1 0 2.5", "1 nan 0 2.5", "point 3 has a coordinate that is no finite number");
+    refused("1 1 0 2.5", "1 nan 0 2.5", "point 3 has a non-finite coordinate");
     refused("vertex 4", "vertex 4000000000", "more data than follow");
 }
 
@@ -395,9 +395,9 @@ TEST(FieldReader, OtherFilesAreRefusedWithTheRemedy) {
     EXPECT_THAT([&] { read_field(scratch.path()); }, ThrowsMessage<InputError>(HasSubstr("is a directory")));
     refused("a.vtk", "# vtk DataFile Version 3.0\n", "save it as VTK PolyData (.vtp)");
     refused("a.vtp", "", "is empty");
-    refused("b.vtp", "# vtk DataFile Version 3.0\n", "is no whole VTK XML PolyData file");
-    refused("c.vtp", std::string(3000, '\0'), "is no whole VTK XML PolyData file");
-    refused("d.vtp", R"(<VTKFile type="ImageData"><ImageData></ImageData></VTKFile>)", "is no whole");
+    refused("b.vtp", "# vtk DataFile Version 3.0\n", "is not a complete VTK XML PolyData file");
+    refused("c.vtp", std::string(3000, '\0'), "is not a complete VTK XML PolyData file");
+    refused("d.vtp", R"(<VTKFile type="ImageData"><ImageData></ImageData></VTKFile>)", "is not a complete");
     refused("e.vtp",
             R"(<VTKFile type="PolyData"><PolyData><Piece NumberOfPoints="99999999999999" NumberOfPolys="0">)"
             R"(<Points/></Piece></PolyData></VTKFile>)",

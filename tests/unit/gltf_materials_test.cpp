@@ -53,12 +53,12 @@ TEST(GltfReader, MaterialsAndLight) {
     EXPECT_NEAR(lamp.emission[1], 0.5 * std::numbers::pi, 1e-14);
     EXPECT_THAT(notes(soup), HasSubstr("materials that are not opaque: 1"));
     EXPECT_THAT(notes(gltf("\"nodes\":[{\"mesh\":0}],\"materials\":[{}]," + square_mesh + "," + square().embedded())),
-                AllOf(HasSubstr("materials without \"metallicFactor\": 1 (\"material 0\"); glTF then means metal"),
+                AllOf(HasSubstr("materials without \"metallicFactor\": 1 (\"material 0\"); glTF then implies metal"),
                       HasSubstr("black here; for paint export \"metallicFactor\": 0")));
     EXPECT_THAT(notes(gltf("\"nodes\":[{\"mesh\":0}],\"materials\":[{\"name\":\"gold\",\"pbrMetallicRoughness\":{"
                            "\"metallicFactor\":1}}]," +
                            square_mesh + "," + square().embedded())),
-                HasSubstr("materials of metal: 1 (\"gold\")"));
+                HasSubstr("metallic materials: 1 (\"gold\")"));
 }
 
 TEST(GltfReader, NotesNameMaterialsAndMeshesOnce) {
@@ -80,10 +80,10 @@ TEST(GltfReader, NotesNameMaterialsAndMeshesOnce) {
     EXPECT_THAT(
         soup.notes,
         testing::UnorderedElementsAre(
-            "materials with normal textures: 7" + first + "; they are not read: the shape is that of the triangles",
-            "materials with occlusion textures: 1 (\"material 3\"); they are not read: shade is computed",
-            "materials with KHR_materials_madeup: 7" + first + "; it is not read, the rest of them counts",
-            "vertices left over that make no triangle: 1 (mesh 0); they are not read; export the mesh again"));
+            "materials with normal textures: 7" + first + "; they are ignored: the shape is that of the triangles",
+            "materials with occlusion textures: 1 (\"material 3\"); they are ignored: occlusion is computed",
+            "materials with KHR_materials_madeup: 7" + first + "; it is ignored, the rest of them is used",
+            "leftover vertices that form no triangle: 1 (mesh 0); they are ignored; export the mesh again"));
 }
 
 /// A picture of 2 by 2 pixels as BMP (told by its bytes): upper row 0 and 1, lower row 1 and 1, in all channels, where
@@ -133,7 +133,7 @@ TEST(GltfReader, PicturesThatAreMissingOrDamaged) {
                "\"baseColorTexture\":{\"index\":0}}}]," +
                square_mesh + "," + square().embedded();
     };
-    EXPECT_THAT(notes(gltf(with("{\"uri\":\"gone.png\"}"))), HasSubstr("pictures of textures that are not there: 1"));
+    EXPECT_THAT(notes(gltf(with("{\"uri\":\"gone.png\"}"))), HasSubstr("missing texture images: 1"));
     EXPECT_THAT(refused(with("{\"bufferView\":0}")), HasSubstr("test.gltf, image 0: "));
     EXPECT_THAT(refused(with("{\"uri\":\"data:image/png;base64,?\"}")), HasSubstr("base64"));
     EXPECT_THAT(refused(with("{\"uri\":\"https://a.b/c.png\"}")), HasSubstr("download"));
@@ -147,7 +147,7 @@ TEST(GltfReader, MetalOfATextureIsItsMean) {
         "\"index\":0}}}]," +
         square_mesh + "," + square().embedded());
     EXPECT_TRUE((soup.materials[0].reflectance == 0.25).all());
-    EXPECT_THAT(notes(soup), HasSubstr("painted by a texture: 1"));
+    EXPECT_THAT(notes(soup), HasSubstr("metalness has a texture: 1"));
 }
 
 /// Both colours of KHR_materials_pbrSpecularGlossiness, and that they take the place of the others.
@@ -174,12 +174,12 @@ TEST(GltfReader, SpecularGlossiness) {
     }
     const PolygonSoup mirror = material("", extension, false);
     EXPECT_TRUE((mirror.materials[0].reflectance == 0.0).all()) << "both colours are white by default";
-    EXPECT_THAT(notes(mirror), HasSubstr("materials of metal: 1 (\"material 0\")"));
+    EXPECT_THAT(notes(mirror), HasSubstr("metallic materials: 1 (\"material 0\")"));
     // Three of four pixels are white: 1/4 of what is diffuse is left, with half the specular colour 5/8.
     const PolygonSoup painted =
         material("\"specularFactor\":[0.5,0,0.5],\"specularGlossinessTexture\":{\"index\":0}", extension, false);
     EXPECT_TRUE((painted.materials[0].reflectance == 0.625).all());
-    EXPECT_THAT(notes(painted), HasSubstr("specular colour is painted by a texture: 1"));
+    EXPECT_THAT(notes(painted), HasSubstr("specular colour has a texture: 1"));
     EXPECT_THAT(refused(scene("{\"mesh\":0}")
                             .replace(scene("{\"mesh\":0}").find("\"pbrMetallicRoughness\""), 0,
                                      "\"extensions\":{\"" + extension + "\":{\"diffuseFactor\":[1,1,1]}},")),

@@ -201,7 +201,7 @@ TEST(ImageFile, DamagedBmpIsRefused) {
         EXPECT_THAT(refusal(good.substr(0, length)), HasSubstr("folder/a.png")) << length;
     }
     EXPECT_THAT(refusal(bmp(2, 2, 8, palette, Bytes("\0\2\0\0\1\0", 6))), HasSubstr("the colour 2 of 2"));
-    EXPECT_THAT(refusal(bmp(2, 2, 16, {}, Bytes(8, '\0'))), HasSubstr("16 bits a pixel"));
+    EXPECT_THAT(refusal(bmp(2, 2, 16, {}, Bytes(8, '\0'))), HasSubstr("16 bits per pixel"));
     EXPECT_THAT(refusal(bmp(-2, 2, 24, {}, Bytes(8, '\0'))), HasSubstr("0 by 2 pixels"));
 }
 
@@ -342,8 +342,8 @@ TEST(ImageFile, JpegOfEvenBlocks) {
 }
 
 TEST(ImageFile, OtherFilesAreRefused) {
-    EXPECT_THAT(refusal("solid"), HasSubstr("no picture of a kind that is read"));
-    EXPECT_THAT(refusal(""), HasSubstr("no picture of a kind that is read"));
+    EXPECT_THAT(refusal("solid"), HasSubstr("not an image of a supported format"));
+    EXPECT_THAT(refusal(""), HasSubstr("not an image of a supported format"));
     std::vector<std::string> notes;
     EXPECT_THROW(read_image("no-such-directory/a.png", PixelEncoding::srgb, notes), InputError);
 }

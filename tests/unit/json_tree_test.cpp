@@ -47,11 +47,11 @@ TEST(JsonTree, RefusesWhatIsNoJson) {
     EXPECT_THAT(refusal(""), HasSubstr("a.json:1: "));
     EXPECT_THAT(refusal("{} {}"), HasSubstr("a.json:1: "));
     EXPECT_THAT(refusal("[1, nan]"), HasSubstr("not JSON"));
-    EXPECT_THAT(refusal("[1,\n1e999,\n2]"), AllOf(HasSubstr("a.json:2: '1e999' is too large a number"),
+    EXPECT_THAT(refusal("[1,\n1e999,\n2]"), AllOf(HasSubstr("a.json:2: '1e999' is too large: "),
                                                   Not(HasSubstr("exception")), Not(HasSubstr("not JSON"))));
-    EXPECT_THAT(refusal("-1e400"), HasSubstr("a.json:1: '-1e400' is too large a number"));
+    EXPECT_THAT(refusal("-1e400"), HasSubstr("a.json:1: '-1e400' is too large: "));
     EXPECT_THAT(refusal("{\"a\": 1,\n\"b\": 2,\n\"a\": 3}"),
-                AllOf(HasSubstr("a.json:3: 'a' stands twice"), HasSubstr("line 1")));
+                AllOf(HasSubstr("a.json:3: 'a' occurs twice"), HasSubstr("line 1")));
     EXPECT_EQ(refusal(std::string(64, '[') + std::string(64, ']')), "");
     EXPECT_THAT(refusal(std::string(65, '[') + std::string(65, ']')), HasSubstr("nested"));
     EXPECT_THAT(refusal(std::string(1000000, '[')), HasSubstr("nested"));

@@ -71,17 +71,17 @@ TEST_F(PointList, AHeadingNamesTheColumnsInOrder) {
 }
 
 TEST_F(PointList, WhatIsNoPlace) {
-    EXPECT_THAT(refused("1,2\n"), HasSubstr("line 1: a place has 3 coordinates, or 3 and a normal of 3, not 2"));
+    EXPECT_THAT(refused("1,2\n"), HasSubstr("line 1: a point has 3 coordinates, or 3 and a normal of 3, not 2"));
     EXPECT_THAT(refused("1,2,3,4\n"), HasSubstr("not 4 numbers"));
-    EXPECT_THAT(refused("1,2,3,0,0,0\n"), HasSubstr("the normal has no length"));
+    EXPECT_THAT(refused("1,2,3,0,0,0\n"), HasSubstr("the normal has length 0"));
     EXPECT_THAT(refused("1,nan,3\n"), HasSubstr("not finite"));
     EXPECT_THAT(refused("1,1.#INF,3\n"), HasSubstr("not finite"));
     EXPECT_THAT(refused("1,2,1e76\n"), HasSubstr("beyond 1e75"));
     EXPECT_THAT(refused("1,2,up\n"), HasSubstr("expected a coordinate, found 'up'"));
     EXPECT_THAT(refused("1,\"2,3\n"), HasSubstr("never closed"));
     EXPECT_THAT(refused("\"1\"2,3,4\n"), HasSubstr("expected a comma, a semicolon or a blank, found '2'"));
-    EXPECT_THAT(refused("1,5;2,5;3,5\n"), HasSubstr("commas and semicolons both"));
-    EXPECT_THAT(refused("x,y,z\n# nothing\n"), HasSubstr("no place in it"));
+    EXPECT_THAT(refused("1,5;2,5;3,5\n"), HasSubstr("both commas and semicolons"));
+    EXPECT_THAT(refused("x,y,z\n# nothing\n"), HasSubstr("contains no points"));
 }
 
 } // namespace

@@ -117,7 +117,7 @@ TEST(ObjReader, PointsWithoutColourAmongColouredOnesAreNoted) {
 
 TEST(ObjReader, NotesWhatItDoesNotRead) {
     const std::string text = notes(obj(square + "l 1 2\np 1\nl 2 3\nfoo 1\nsurf 0 1 0 1 1 2\nv 0 0 0 2\n"));
-    EXPECT_THAT(text, AllOf(HasSubstr("lines of kind l or p: 3 (first at line 7: 'l'); they carry no surface"),
+    EXPECT_THAT(text, AllOf(HasSubstr("lines of kind l or p: 3 (first at line 7: 'l'); they have no surface"),
                             HasSubstr("first at line 10: 'foo'"), HasSubstr("first at line 11: 'surf'"),
                             HasSubstr("points with a weight other than 1: 1 (first at line 12)")));
 }
@@ -181,7 +181,7 @@ TEST_F(ObjLibraries, LibrariesMayFollowTheFacesBeSeveralAndHaveBlanksInTheirName
     EXPECT_THAT(soup.face_material, ElementsAre(none, none, 0, 1, 2));
     EXPECT_EQ(soup.materials[2].reflectance[1], 0.3);
     EXPECT_THAT(notes(soup), AllOf(HasSubstr("materials defined by more than one library: 1 "), HasSubstr("'a'"),
-                                   Not(HasSubstr("not there"))));
+                                   Not(HasSubstr("missing"))));
 }
 
 TEST_F(ObjLibraries, WhatIsMissingIsNoted) {
@@ -189,9 +189,9 @@ TEST_F(ObjLibraries, WhatIsMissingIsNoted) {
     const PolygonSoup soup = read("mtllib room.mtl\nmtllib gone.mtl\nmtllib .\n" + square +
                                   "usemtl b\nf 1 2 3\nf 1 2 3\nusemtl c\nf 1 2 3\n");
     EXPECT_THAT(soup.face_material, ElementsAre(none, none, none, none, none));
-    EXPECT_THAT(notes(soup), AllOf(HasSubstr("mtllib lines whose files are not there: 2 (first at line 2: 'gone.mtl')"),
+    EXPECT_THAT(notes(soup), AllOf(HasSubstr("mtllib lines with missing files: 2 (first at line 2: 'gone.mtl')"),
                                    HasSubstr("materials that are used but not defined: 2 (first at line 10: 'b')"),
-                                   HasSubstr("faces of the default reflectance for it: 3")));
+                                   HasSubstr("faces with the default reflectance instead: 3")));
 }
 
 TEST_F(ObjLibraries, AMalformedLibraryIsRefusedWithItsLine) {
@@ -288,7 +288,7 @@ TEST_F(ObjLibraries, PicturesThatAreMissingOrDamaged) {
     EXPECT_TRUE((soup.materials[0].reflectance == 0.25).all());
     EXPECT_TRUE((soup.materials[1].reflectance == 0.5).all());
     EXPECT_TRUE((soup.materials[1].emission == 0.0).all());
-    EXPECT_THAT(notes(soup), AllOf(HasSubstr("room.mtl: pictures of textures that are not there: 3 (first at line 3: "
+    EXPECT_THAT(notes(soup), AllOf(HasSubstr("room.mtl: missing texture images: 3 (first at line 3: "
                                              "'gone.png')"),
                                    Not(HasSubstr("without texture coordinates"))));
     write("gone.png", "\x89PNG\r\n");
@@ -331,7 +331,7 @@ TEST(MaterialLibrary, OptionsOfTextures) {
     for (const std::string& note : library.notes) {
         text += note + "\n";
     }
-    EXPECT_THAT(text, AllOf(HasSubstr("options of textures that are not read: 2 (first at line 2: '-blendu')"),
+    EXPECT_THAT(text, AllOf(HasSubstr("unsupported texture options: 2 (first at line 2: '-blendu')"),
                             HasSubstr("materials that are mirrors (illum 3 with Ks): 1 (first at line 1)"),
                             HasSubstr("mirrors are not computed")));
     EXPECT_THROW(parse_material_library("newmtl a\nmap_Kd -clamp on\n", "a.mtl"), InputError);

@@ -169,10 +169,10 @@ TEST(OffReader, NotesWhatItDoesNotRead) {
 }
 
 TEST(OffReader, RefusesWhatItCannotReadWithAReason) {
-    EXPECT_THAT(refusal("off", "4OFF 1 1 0\n0 0 0 1\n1 0\n"), HasSubstr("other than three coordinates"));
-    EXPECT_THAT(refusal("off", "STC4nOFF 4\n1 1 0\n0 0 0 1\n1 0\n"), HasSubstr("other than three coordinates"));
+    EXPECT_THAT(refusal("off", "4OFF 1 1 0\n0 0 0 1\n1 0\n"), HasSubstr("do not have three coordinates"));
+    EXPECT_THAT(refusal("off", "STC4nOFF 4\n1 1 0\n0 0 0 1\n1 0\n"), HasSubstr("do not have three coordinates"));
     EXPECT_THAT(refusal("off", "solid a\nendsolid\n"), AllOf(HasSubstr("line 1"), HasSubstr("'solid'")));
-    EXPECT_THAT(refusal("off", "# nothing\n\n"), HasSubstr("nothing but blanks"));
+    EXPECT_THAT(refusal("off", "# nothing\n\n"), HasSubstr("only blanks"));
     EXPECT_THAT(refusal("off", "\xff\xfeO\0F\0F\0"), HasSubstr("UTF-16"));
     EXPECT_THAT(refusal("off", "OFF -1 1 0\n"), HasSubstr("impossible"));
     EXPECT_THAT(refusal("off", "OFF 1 1 0\n0 0\n1 0\n"), AllOf(HasSubstr("line 2"), HasSubstr("point 1 of 1")));

@@ -182,7 +182,7 @@ TEST(PlyReader, RefusesDamagedTextWhereItIs) {
                 AllOf(HasSubstr("line 13"), HasSubstr("'5'")));
     EXPECT_THAT(refusal("ply", triangle_header + "0 0 0\n1 0 0\n0 1 0\n3 0 1 x\n"),
                 AllOf(HasSubstr("face 1 of 1"), HasSubstr("'x'")));
-    EXPECT_THAT(refusal("ply", triangle + "3 0 1 2\n"), AllOf(HasSubstr("line 16"), HasSubstr("goes on")));
+    EXPECT_THAT(refusal("ply", triangle + "3 0 1 2\n"), AllOf(HasSubstr("line 16"), HasSubstr("continues")));
 }
 
 TEST(PlyReader, BytesThatFollowBinaryDataAreNoted) {

@@ -143,7 +143,7 @@ TEST(RegistryTest, CodeOfARefusedModuleDoesNotRun) {
     const EnvironmentVariable variable("DIFUSA_TEST_MARKER", marker.string());
     EXPECT_THAT(refusal(module("wrong_version")),
                 AllOf(HasSubstr("interface tag is 999999"),
-                      HasSubstr("expected " + std::to_string(DIFUSA_INTERFACE_VERSION)), HasSubstr("build it again")));
+                      HasSubstr("expected " + std::to_string(DIFUSA_INTERFACE_VERSION)), HasSubstr("rebuild it")));
     EXPECT_FALSE(fs::exists(marker));
 }
 
@@ -153,13 +153,13 @@ TEST(RegistryTest, RefusesModulesThatDoNotKeepTheContract) {
     EXPECT_THAT(refusal(module("other_name")), AllOf(HasSubstr("'delivered'"), HasSubstr("'promised'")));
     EXPECT_THAT(refusal(module("unknown_kind")), AllOf(HasSubstr("'teapot'"), HasSubstr("basis, directions")));
     EXPECT_THAT(refusal(module("bad_default")), AllOf(HasSubstr("'width'"), HasSubstr("from 0 to 1")));
-    EXPECT_THAT(refusal(module("not_a_plugin")), HasSubstr("not a plugin of difusa"));
+    EXPECT_THAT(refusal(module("not_a_plugin")), HasSubstr("not a difusa plugin"));
 }
 
 TEST(RegistryTest, RefusesWhatIsNoModule) {
     const Directory directory;
     EXPECT_THAT(refusal(directory.write("empty.so", "")), HasSubstr("too short"));
-    EXPECT_THAT(refusal(directory.write("text.so", "INPUT(libm.so.6) but no plugin")), HasSubstr("mark of ELF"));
+    EXPECT_THAT(refusal(directory.write("text.so", "INPUT(libm.so.6) but no plugin")), HasSubstr("ELF magic number"));
     EXPECT_THAT(refusal(directory.path() / "missing.so"), HasSubstr("not a regular file"));
     EXPECT_THAT(refusal(directory.path()), HasSubstr("not a regular file"));
 

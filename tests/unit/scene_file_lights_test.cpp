@@ -60,7 +60,7 @@ TEST_F(SceneFile, ASkysBrightSpotsBecomeSuns) {
     const Sun& sun = soup.lights.suns[0];
     EXPECT_EQ(sun.name, "sky");
     EXPECT_TRUE(sun.of_sky);
-    EXPECT_THAT(soup.notes, testing::ElementsAre(HasSubstr("its brightest spots count as suns: 1")));
+    EXPECT_THAT(soup.notes, testing::ElementsAre(HasSubstr("its brightest spots become suns: 1")));
     // The middle column lies towards y, the next ones to the right of it, x.
     const double polar = 10.5 / 32.0 * std::numbers::pi, azimuth = (40.5 / 64.0 - 0.5) * 2.0 * std::numbers::pi;
     EXPECT_LT(
@@ -91,7 +91,7 @@ TEST_F(SceneFile, BrightSpotsTooWideForSunsAreNoted) {
     write("sky.hdr", hdr);
     const PolygonSoup soup = with("\"sky\": {\"type\": \"image\", \"file\": \"sky.hdr\"}");
     EXPECT_THAT(soup.lights.suns, IsEmpty());
-    EXPECT_THAT(soup.notes, testing::ElementsAre(HasSubstr("sr stay more than 20 times as bright as its mean")));
+    EXPECT_THAT(soup.notes, testing::ElementsAre(HasSubstr("sr remain more than 20 times as bright as its mean")));
     EXPECT_THAT(with("\"sky\": {\"type\": \"image\", \"file\": \"sky.hdr\", \"split_suns\": false}").notes, IsEmpty());
 }
 
@@ -120,7 +120,8 @@ TEST_F(SceneFile, Cameras) {
     EXPECT_NEAR(soup.camera->view_angle, std::numbers::pi / 3.0, 1e-15);
     EXPECT_THAT(refused_with("\"camera\": {\"eye\": [0, 0, 1], \"look_at\": [0, 0, 0]}"), HasSubstr("straight along"));
     EXPECT_THAT(refused_with("\"camera\": {\"eye\": [0, 0, 1]}"), HasSubstr("either \"towards\" or \"look_at\""));
-    EXPECT_THAT(refused_with("\"camera\": {\"eye\": [0, 0, 1], \"look_at\": [0, 0, 1]}"), HasSubstr("from where"));
+    EXPECT_THAT(refused_with("\"camera\": {\"eye\": [0, 0, 1], \"look_at\": [0, 0, 1]}"),
+                HasSubstr("position from which"));
 }
 
 } // namespace

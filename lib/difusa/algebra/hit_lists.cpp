@@ -12,11 +12,11 @@ namespace difusa {
 
 namespace {
 
-/// A row: the number of its bins (32 bits), the Rice parameter r (8 bits), then for each gap g from the bin before, the
-/// quotient g >> r in unary (ones, then a zero) and the r low bits of g. A quotient of `escape` ones and more is
-/// written as `escape` ones followed by all 32 bits of g.
+/// A row: the number of its bins (32 bits), the Rice parameter r (8 bits), then for each gap g from the previous bin
+/// the quotient g >> r in unary (ones, then a zero) and the r low bits of g. A quotient of `escape` or more is written
+/// as `escape` ones followed by all 32 bits of g.
 constexpr unsigned escape = 24;
-constexpr unsigned most_low_bits = 31; ///< shifts of 32-bit gaps by 32 are not defined
+constexpr unsigned most_low_bits = 31; ///< shifting 32-bit gaps by 32 is undefined
 constexpr std::size_t header = 5;
 constexpr std::size_t slack = 8;
 
@@ -48,7 +48,7 @@ class BitWriter {
     unsigned held_ = 0;
 };
 
-/// Calls `act(bin)` for each bin of the row that begins at `codes`.
+/// Calls `act(bin)` for each bin of the row that starts at `codes`.
 template <class Act> void decode(const std::uint8_t* codes, const Act& act) {
     std::uint32_t count = 0;
     std::memcpy(&count, codes, sizeof count);
@@ -88,7 +88,7 @@ void HitLists::set(std::size_t j, std::vector<Index>& bins) {
     Block& block = blocks_[j / rows_per_block_];
     DIFUSA_REQUIRE(block.begin.size() == j % rows_per_block_, "rows of a block are set in order");
     std::sort(bins.begin(), bins.end());
-    // The best parameter for gaps that are distributed geometrically, about log2 of 0.69 times their mean.
+    // The best parameter for geometrically distributed gaps, about log2 of 0.69 times their mean.
     const double mean = bins.empty() ? 0.0 : static_cast<double>(bins.back()) / static_cast<double>(bins.size());
     const unsigned r =
         mean < 1.5

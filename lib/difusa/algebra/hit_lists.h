@@ -1,5 +1,5 @@
 // A matrix whose rows are counts: entry (j, k) is how many of the N rays of point j ended in bin k, over N. A row is a
-// sorted list of bins, kept as the gaps between them in Golomb-Rice codes: one or two bytes a ray, where a list of
+// sorted list of bins, stored as the gaps between them in Golomb-Rice codes: one or two bytes per ray, where a list of
 // columns and values takes twelve.
 #pragma once
 
@@ -13,25 +13,25 @@ namespace difusa {
 
 class HitLists final : public LinearOperator {
   public:
-    /// Room for `rows` rows over `columns` bins, with `rays` rays a row. Threads may fill different blocks of
-    /// `rows_per_block` rows, each block's rows in their order.
+    /// Allocates `rows` rows over `columns` bins, with `rays` rays per row. Threads may fill different blocks of
+    /// `rows_per_block` rows, the rows of each block in order.
     HitLists(std::size_t rows, std::size_t columns, std::size_t rays, std::size_t rows_per_block);
 
     std::size_t rows() const override { return rows_; }
     std::size_t columns() const override { return columns_; }
     std::size_t rays() const { return rays_; }
 
-    /// Sets row j to the bins of its rays, in any order, of which it makes a sorted list. At most `rays` of them: what
-    /// ended in no bin is left out. Row j - 1 of its block is set before.
+    /// Sets row j to the bins of its rays, given in any order, and sorts them. At most `rays` of them: rays that ended
+    /// in no bin are omitted. Row j - 1 of its block must be set before.
     void set(std::size_t j, std::vector<Index>& bins);
 
-    /// Releases what the blocks have in reserve. To be called once all rows are set.
+    /// Releases spare capacity of the blocks. To be called once all rows are set.
     void close_block(std::size_t first_row);
 
-    /// The bins of row j in ascending order, each as often as rays ended in it.
+    /// The bins of row j in ascending order, each repeated as often as rays ended in it.
     void row(std::size_t j, std::vector<Index>& bins) const;
 
-    /// Bytes taken.
+    /// Size in bytes.
     std::size_t bytes() const;
 
     void apply(const Values& x, Values& y, const Execution& execution) const override;
@@ -39,7 +39,7 @@ class HitLists final : public LinearOperator {
 
   private:
     struct Block {
-        std::vector<std::uint8_t> codes;  ///< 8 bytes longer than the codes, so that words may be read whole
+        std::vector<std::uint8_t> codes;  ///< 8 bytes longer than the codes, so that whole words can be read
         std::vector<std::uint32_t> begin; ///< of each row in `codes`
     };
     const std::uint8_t* codes_of(std::size_t j) const {

@@ -31,7 +31,7 @@ std::vector<double> relative_residual(const SolveProblem& problem, const Values&
     residual += problem.g - h;
     std::vector<double> relative;
     for (Eigen::Index c = 0; c < h.cols(); ++c) {
-        // NaN in the light or the residual must come out as NaN, not be passed over by a comparison.
+        // NaN in the light or the residual must propagate to the result, not be lost in a comparison.
         const double light = problem.g.col(c).cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
         const double largest = residual.col(c).cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
         relative.push_back(light == 0.0 ? 0.0 : largest / light);

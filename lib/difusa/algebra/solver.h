@@ -8,32 +8,32 @@
 
 namespace difusa {
 
-/// The equation h = g + T h: T gathers what the surface reflects of the irradiance h, g is what arrives otherwise. One
-/// column for each channel and set of lights; T may act on each column in another way.
+/// The equation h = g + T h: T gathers the reflected part of the irradiance h, g is the irradiance that arrives
+/// otherwise. One column for each channel and set of lights; T may act differently on each column.
 struct SolveProblem {
     const LinearOperator* T = nullptr;
     Values g; ///< #points by #columns, W/m²
 };
 
-/// A residual of so much of max|h| is rounding: of sums over the rays of a point, of which there may be hundreds.
+/// A residual of this fraction of max|h| is rounding: of sums over the rays of a point, of which there may be hundreds.
 inline constexpr double rounding_of_residual = 0x1p-46;
 
 struct SolveOptions {
-    double tolerance = 1e-6; ///< on max|g + T h - h| / max|g|, per column; a residual of mere rounding will do, too
+    double tolerance = 1e-6; ///< on max|g + T h - h| / max|g|, per column; a residual within rounding is also accepted
     int max_iterations = 1000;
 };
 
-/// What came out, and why it ended.
+/// The result, and why the iteration ended.
 struct SolveSummary {
     enum class Reason { converged, max_iterations, diverged, stagnated };
     Reason reason = Reason::converged;
-    int iterations = 0;                                ///< applications of T, the most of all columns
+    int iterations = 0;                                ///< applications of T, maximum over the columns
     std::vector<std::vector<double>> residual_history; ///< per column: relative residual after 0, 1, ... iterations
-    double residual = 0.0;                             ///< the last one, largest over the columns
+    double residual = 0.0;                             ///< the last one, maximum over the columns
     Values h;                                          ///< #points by #columns, W/m²
 
     bool converged() const { return reason == Reason::converged; }
-    /// One sentence for a person.
+    /// One sentence for the user.
     std::string sentence() const;
 };
 

@@ -7,7 +7,7 @@
 
 namespace difusa {
 
-/// #rows by #columns. Rows are independent, so that threads may fill different ones; columns ascend in a row.
+/// #rows by #columns. Rows are independent, so threads may fill different ones; columns are ascending within a row.
 class SparseRows final : public LinearOperator {
   public:
     SparseRows() = default;
@@ -24,7 +24,7 @@ class SparseRows final : public LinearOperator {
     const Row& row(std::size_t i) const { return rows_[i]; }
     std::size_t nonzeros() const;
 
-    /// Bytes taken by the rows.
+    /// Size of the rows in bytes.
     std::size_t bytes() const { return nonzeros() * (sizeof(Index) + sizeof(double)) + rows() * sizeof(Row); }
 
     void apply(const Values& x, Values& y, const Execution& execution) const override;

@@ -1,12 +1,12 @@
-// Does the light die out? The Neumann series of T converges exactly if its spectral radius is below 1.
+// Does the light die out? The Neumann series of T converges if and only if its spectral radius is below 1.
 #pragma once
 
 #include <difusa/algebra/linear_operator.h>
 
 namespace difusa {
 
-/// Estimate of the spectral radius of the square operator T, which acts on one column, by `steps` steps of Arnoldi's
-/// method from the constant vector (which is near the dominant eigenvector of a transport operator).
+/// Estimate of the spectral radius of the square operator T, which acts on one column, by `steps` steps of the Arnoldi
+/// iteration from the constant vector (close to the dominant eigenvector of a transport operator).
 double spectral_radius(const LinearOperator& T, int steps, const Execution& execution);
 
 } // namespace difusa

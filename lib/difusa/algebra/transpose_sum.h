@@ -1,4 +1,4 @@
-// Products with the transpose of an operator that is stored by rows.
+// Products with the transpose of an operator stored by rows.
 #pragma once
 
 #include <difusa/core/parallel.h>
@@ -10,7 +10,7 @@
 namespace difusa {
 
 /// y = Aᵀ x where `scatter(i, sum)` adds row i of A, times row i of x, to `sum` (#columns of A by #columns of x). Rows
-/// are dealt to a fixed number of parts whose sums are added in order: the same bits for any number of threads.
+/// are assigned to a fixed number of parts whose sums are added in order: bit-identical for any number of threads.
 template <class Scatter>
 void sum_transposed(std::size_t rows, std::size_t columns, Eigen::Index width, Values& y, const Execution& execution,
                     const Scatter& scatter) {

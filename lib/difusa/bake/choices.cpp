@@ -36,9 +36,9 @@ Choices make_choices(const Registry& registry, const BakeOptions& options) {
     if (choices.pairwise) {
         make(choices.kernel, options.kernel.empty() ? "disc" : options.kernel);
     } else if (!options.kernel.empty()) {
-        registry.describe("kernel", options.kernel); // a wrong name is the first mistake
+        registry.describe("kernel", options.kernel); // a wrong name is reported first
         throw UsageError("--kernel " + options.kernel +
-                         ": rays need no form-factor kernel; leave it out, or use "
+                         ": rays need no form-factor kernel; omit it, or use "
                          "--transport pairwise");
     }
     std::string projection;

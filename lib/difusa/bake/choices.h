@@ -1,4 +1,4 @@
-// The choices of a bake as objects.
+// The choices of a bake, as objects.
 #pragma once
 
 #include <difusa/bake/options.h>
@@ -26,14 +26,14 @@ struct Choices {
     std::shared_ptr<Solver> solver;
     ProjectionChoice projection;
     bool pairwise = false;
-    bool neighbour_areas = false;                             ///< of pairwise transport
+    bool neighbour_areas = false;                             ///< for pairwise transport
     bool direct_in_basis = false;                             ///< BakeOptions::direct is "interpolated"
-    std::string visibility;                                   ///< the engine that "auto" stands for
-    std::vector<std::string> notes;                           ///< on choices that could not be had
-    std::vector<std::pair<std::string, std::string>> plugins; ///< kind and choice with all parameters
+    std::string visibility;                                   ///< the engine chosen by "auto"
+    std::vector<std::string> notes;                           ///< about choices that were not available
+    std::vector<std::pair<std::string, std::string>> plugins; ///< kind, and choice with all parameters
 };
 
-/// Throws UsageError for what is unknown, contradicts itself or would do nothing.
+/// Throws UsageError for anything unknown, contradictory or without effect.
 Choices make_choices(const Registry& registry, const BakeOptions& options);
 
 } // namespace difusa

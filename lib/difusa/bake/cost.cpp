@@ -13,20 +13,20 @@ namespace difusa {
 
 namespace {
 
-constexpr double bytes_per_ray = 2.5;      ///< of a HitLists, an upper estimate
-constexpr double bytes_per_surfel = 250.0; ///< of surfels, averages and their light
+constexpr double bytes_per_ray = 2.5;      ///< in HitLists, an upper estimate
+constexpr double bytes_per_surfel = 250.0; ///< surfel, averages and light
 constexpr double pooled_directions = 32.0; ///< sets of directions in a DirectionPool
-constexpr double other_work = 1.25;        ///< over the time of rays
+constexpr double other_work = 1.25;        ///< factor on the time of the rays
 
-/// How hard direct light is to evaluate.
+/// How expensive direct light is to evaluate.
 struct ShadowRays {
-    double samples;     ///< on a surfel
-    std::size_t rounds; ///< towards area lights, from a point
+    double samples;     ///< per surfel
+    std::size_t rounds; ///< towards area lights, per point
 };
 constexpr ShadowRays most{20.0, AreaLights::most_rounds}, usual{6.0, 2};
 constexpr std::size_t rays_of_round = 64;
 
-/// How many surfels there will be; an upper estimate.
+/// Number of surfels to expect; an upper estimate.
 double surfels_of(const Mesh& mesh, double edge) {
     double in_grids = 0.0, small = 0.0, small_area = 0.0;
     for (Index t = 0; t < mesh.triangles.size(); ++t) {
@@ -35,7 +35,7 @@ double surfels_of(const Mesh& mesh, double edge) {
             longest = std::max(longest, (mesh.corner(t, (k + 1) % 3) - mesh.corner(t, k)).norm());
         }
         if (longest > edge) {
-            // Half of the rectangle's squares, and those that the two other sides cross.
+            // Half the squares of the rectangle, plus those the two other sides cross.
             const double across = std::ceil(longest / edge), up = std::ceil(2.0 * mesh.areas[t] / longest / edge);
             in_grids += std::min(across * up, 0.5 * across * up + across + up);
         } else {
@@ -43,7 +43,7 @@ double surfels_of(const Mesh& mesh, double edge) {
             small_area += mesh.areas[t];
         }
     }
-    // A plane meets at most sqrt(3) cubes for the area of a square; curved surfaces turn sideways in some.
+    // A plane crosses at most sqrt(3) cubes per square of area; curved surfaces turn sideways in some.
     return in_grids + std::min(small, 3.0 * small_area / (edge * edge) + 1.0);
 }
 
@@ -56,7 +56,7 @@ std::size_t segments_for(std::size_t sites, const BakeResult& result, const Choi
     std::size_t segments =
         static_cast<std::size_t>(on_surfels) + points * lights.rays_per_point(needed.rounds * rays_of_round);
     if (lights.any()) {
-        segments += points * ((result.options.rays + 1) / 2); // towards points drawn on bright surfels
+        segments += points * ((result.options.rays + 1) / 2); // towards samples on bright surfels
     }
     return choices.pairwise ? segments + sites * (sites - 1) / 2 : segments;
 }
@@ -83,7 +83,7 @@ BakeEstimate estimate_cost(const BakeResult& result, const Choices& choices, con
         static_cast<double>(points) * rays * bytes_per_ray +
         surfels_of(result.scene->mesh, Discretisation::surfel_edge(result.options.spacing)) * bytes_per_surfel;
     if (choices.pairwise) {
-        // Lists of who sees whom, then the matrix.
+        // Lists of mutually visible sites, then the matrix.
         estimate.transport_bytes += n * n * (2.0 * sizeof(Index) + sizeof(double));
     }
     // Directions are pooled; each thread holds the rays and hits of one site.

@@ -1,4 +1,4 @@
-// What a bake would take.
+// The cost of a bake.
 #pragma once
 
 #include <difusa/bake/choices.h>
@@ -7,17 +7,17 @@
 
 namespace difusa {
 
-/// Points at which light is gathered.
+/// Points where light is gathered.
 std::size_t gather_points(const ProjectionChoice& projection, std::size_t sites);
 
-/// Points at which the error is estimated: BakeOptions::error_points, or an eighth of the sites, 128 to 4096.
+/// Points where the error is estimated: BakeOptions::error_points, or an eighth of the sites, 128 to 4096.
 std::size_t error_points(const BakeOptions& options, std::size_t sites);
 
-/// Counts of rays and bytes for so many sites. Throws ResourceError, naming the remedy, if memory would not suffice.
+/// Numbers of rays and bytes for this many sites. Throws ResourceError, with the remedy, if memory would not suffice.
 BakeEstimate estimate_cost(const BakeResult& result, const Choices& choices, const DirectLight& lights,
                            std::size_t sites, const Execution& execution);
 
-/// Casts the rays of a few sites to see how long all would take. Phase "time a sample of rays".
+/// Casts the rays of a few sites to estimate the time for all. Phase "time a sample of rays".
 void time_sample(BakeEstimate& estimate, const BakeResult& result, const Choices& choices, const DirectLight& lights,
                  const SiteSet& sites, const Execution& execution);
 

@@ -13,9 +13,9 @@ namespace difusa {
 
 namespace {
 
-constexpr std::size_t bytes_of_triangle = 500; ///< of the output, with its share of vertices and arrays
+constexpr std::size_t bytes_of_triangle = 500; ///< of the output, including its share of vertices and arrays
 
-/// The centre of a triangle of the output; with the mean of its corners' normals.
+/// The centre of an output triangle, with the mean of its corners' normals.
 SurfacePoint centre_of(const BakeResult& result, std::size_t f) {
     const Mesh& mesh = result.scene->mesh;
     const Index face = result.mesh.face[f];
@@ -40,8 +40,8 @@ PointValues values_at(const BakeResult& result, const std::vector<SurfacePoint>&
     return values;
 }
 
-/// One reflection leaves at most rho_max of the error; the noise of the rays comes on top. Returns the noise around
-/// each vertex, #V by 1, W/m².
+/// One reflection leaves at most rho_max of the error, plus the noise of the rays. Returns the noise around each
+/// vertex, #V by 1, W/m².
 Values judge_gathered(BakeResult& result, const Execution& execution) {
     const Values& noise = result.output.noise;
     ErrorEstimate& error = *result.error;
@@ -61,12 +61,12 @@ Values judge_gathered(BakeResult& result, const Execution& execution) {
 }
 
 void bound_error(BakeResult& result, const Execution& execution) {
-    const double bound = result.error->bound_largest; // of the field as its basis gives it, anywhere
+    const double bound = result.error->bound_largest; // of the field as represented in its basis, anywhere
     const Values noise = result.options.final_gather > 0 ? judge_gathered(result, execution) : Values();
     result.residual =
         spread_residual(*result.error, *result.system->discretisation().basis, result.mesh.vertices, execution);
-    // What arrives may be wrong by the largest error anywhere, of which the point reflects rho; where rho is 0,
-    // nothing, even if there is no bound.
+    // The incident light may be off by the largest error anywhere, of which the point reflects rho; where rho is 0, the
+    // error is 0, even without a bound.
     const Eigen::ArrayXd rho = result.output.rho.rowwise().maxCoeff().array();
     const Eigen::ArrayXd reflected = (rho > 0.0).select(rho * bound, 0.0);
     result.error_bound = (reflected + (result.options.final_gather == 0 ? result.residual : noise).array()).matrix();
@@ -88,17 +88,18 @@ void find_listed(BakeResult& result, const Execution& execution) {
         const Vec3 n = wanted.normal.value_or(Vec3::Zero());
         const NearestSurface::Place place = surface.nearest({p, n, p + n * options.spacing});
         if (place.triangle == none) {
-            throw InputError("--at: no surface faces the way of the normal of place " + std::to_string(i) +
-                             " (counting from 0): turn the normal, or leave it out");
+            throw InputError("--at: no surface faces the direction of the normal of point " + std::to_string(i) +
+                             " (counting from 0): turn the normal, or omit it");
         }
         result.listed.push_back(mesh.at(place.triangle, place.weight[1], place.weight[2]));
         result.listed_distance.push_back(place.distance);
         far += place.distance > options.spacing ? 1 : 0;
     }
     if (far > 0) {
-        execution.note(std::to_string(far) + " of the " + std::to_string(options.at.size()) +
-                       " places of --at are farther from the surface than the spacing of the sites: what is told is "
-                       "the light at the nearest surface point");
+        execution.note(
+            std::to_string(far) + " of the " + std::to_string(options.at.size()) +
+            " points of --at are farther from the surface than the site spacing: the light reported there is "
+            "that at the nearest surface point");
     }
 }
 
@@ -116,8 +117,8 @@ void estimate_error_of(BakeResult& result, const Execution& execution) {
     result.error = estimate_error(result.field(), points, std::max<std::size_t>(1, result.options.rays / 2),
                                   result.options.seed, execution);
     if (!(result.error->largest_reflectance < 1.0)) {
-        execution.note("some surface absorbs nothing (reflectance 1): the residual is measured, but no bound of the "
-                       "error follows from it");
+        execution.note("some surface absorbs nothing (reflectance 1): the residual is measured, but gives no error "
+                       "bound");
     }
 }
 
@@ -154,7 +155,7 @@ void list_savings(const BakeResult& result, const Execution& execution) {
     }
     if (!field.direct->any()) {
         execution.save({"direct light by shadow rays",
-                        scene.has_emitters() ? "there is no sun and no point light, and the faces that emit are too "
+                        scene.has_emitters() ? "there is no sun and no point light, and the emitting faces are too "
                                                "large, or emit too unevenly, for area lights"
                                              : "there is no sun, no point light and no area light",
                         "rays", points});
@@ -173,7 +174,7 @@ void list_savings(const BakeResult& result, const Execution& execution) {
             {"shadow rays between sites", "the room is convex and empty", "rays", 0.5 * points * (points - 1.0)});
     }
     if (const std::size_t clear = execution.journal->count_of("unobstructed points"); clear > 0) {
-        execution.save({"shadow rays to area lights where nothing can come between", "all of the light is seen there",
+        execution.save({"shadow rays to area lights with nothing in between", "all of the light is visible there",
                         "rays", static_cast<double>(clear * field.shadow_rays_per_round)});
     }
 }

@@ -1,4 +1,4 @@
-// The field of a bake at the places where its light is wanted, and how wrong it is there.
+// The field of a bake at the points where its light is wanted, and its error there.
 #pragma once
 
 #include <difusa/bake/result.h>
@@ -14,11 +14,11 @@ void check_output(const BakeResult& result);
 /// Fills in `error`: the residual of the field at random surface points. Phase "estimate error".
 void estimate_error_of(BakeResult& result, const Execution& execution);
 
-/// Fills in `mesh`, `output` and what the options ask for besides: centres, listed_values, residual, error_bound.
+/// Fills in `mesh`, `output` and what else the options request: centres, listed_values, residual, error_bound.
 /// Phases "refine output", "evaluate".
 void evaluate_output(BakeResult& result, const Execution& execution);
 
-/// Writes down what this scene did not need.
+/// Records what this scene did not need.
 void list_savings(const BakeResult& result, const Execution& execution);
 
 } // namespace difusa

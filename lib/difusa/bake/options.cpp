@@ -52,12 +52,12 @@ void check_options(const BakeOptions& options) {
     }
     for (const Sun& sun : options.suns) {
         if (!is_sound(sun)) {
-            refuse("--sun", "needs a direction, and an irradiance that is not negative");
+            refuse("--sun", "needs a direction, and a non-negative irradiance");
         }
     }
     for (const PointLight& light : options.point_lights) {
         if (!is_sound(light)) {
-            refuse("--point-light", "needs a place, and an intensity that is not negative");
+            refuse("--point-light", "needs a position, and a non-negative intensity");
         }
     }
     if (!(options.solve.tolerance > 0.0) || options.solve.tolerance >= 1.0) {

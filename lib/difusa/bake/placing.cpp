@@ -13,18 +13,18 @@ namespace {
 
 constexpr std::size_t default_sites = 5000;
 constexpr std::size_t most_sites = std::size_t{1} << 30U;
-constexpr std::size_t bytes_of_site = 400; ///< while it is placed and bound
+constexpr std::size_t bytes_of_site = 400; ///< while it is placed and linked to its neighbours
 
-/// The spacing for the wanted number of sites: those on dark surfaces will be left out.
+/// The spacing that gives the desired number of sites; sites on dark surfaces will be dropped.
 double spacing_for(const BakeResult& result, const Choices& choices, const LitSurface& lit, std::size_t limit,
                    const Execution& execution) {
     const Mesh& mesh = result.scene->mesh;
     const std::size_t wanted = result.options.sites;
     if (wanted > limit) {
-        throw ResourceError(std::to_string(wanted) + " sites are asked for, and memory is there for " +
+        throw ResourceError(std::to_string(wanted) + " sites are requested, but memory suffices for only " +
                             std::to_string(limit) + ": give fewer --sites");
     }
-    constexpr double most = 50.0; // times the wanted number, on dark surfaces for the most part
+    constexpr double most = 50.0; // times the desired number, mostly on dark surfaces
     const double more =
         choices.sampler->needs_visibility() ? 1.0 : std::min(most, mesh.area / (mesh.area - lit.dark_area));
     const double count = std::min(static_cast<double>(limit), more * static_cast<double>(wanted));
@@ -40,7 +40,7 @@ LitSurface lit_surface(const BakeResult& result, const DirectLight& lights, cons
     const Scene& scene = *result.scene;
     const Mesh& mesh = scene.mesh;
     LitSurface lit{dark_regions(scene, lights, tracer, result.options.seed, execution), 0.0};
-    std::size_t lost = 0; // triangles whose light goes nowhere
+    std::size_t lost = 0; // triangles whose light reaches nothing
     Index first_lost = none;
     for (Index t = 0; t < mesh.triangles.size(); ++t) {
         if (lit.dark[mesh.region[t]] == 0) {
@@ -53,10 +53,10 @@ LitSurface lit_surface(const BakeResult& result, const DirectLight& lights, cons
     }
     const bool all_dark = std::find(lit.dark.begin(), lit.dark.end(), 0) == lit.dark.end();
     if (lost > 0 && !all_dark) {
-        execution.note(std::to_string(lost) + " emitting triangles light nothing, the first of them of face " +
+        execution.note(std::to_string(lost) + " emitting triangles light nothing, the first in face " +
                        std::to_string(mesh.original_face[first_lost]) + " (material " +
                        scene.materials[mesh.material[first_lost]].name +
-                       "): their fronts face away from every surface; turn them over, or make the material "
+                       "): their fronts face away from every surface; flip them, or make the material "
                        "double-sided");
     }
     if (all_dark || result.options.every_surface) {
@@ -82,12 +82,12 @@ std::shared_ptr<SiteSet> place_sites(BakeResult& result, const Choices& choices,
     std::erase_if(points, [&](const SurfacePoint& x) { return lit.dark[mesh.region[x.face]] != 0; });
     if (points.empty()) {
         throw InputError(result.file + ": the observer of the sampler " + options.sampler +
-                         " sees nothing but surface that no light reaches: turn it, or use --sampler poisson-disk");
+                         " sees only surface that no light reaches: turn it, or use --sampler poisson-disk");
     }
     if (points.size() < all) {
         execution.save({"sites",
                         text_of(100.0 * lit.dark_area / mesh.area) + " % of the surface sees nothing that "
-                                                                     "sends light",
+                                                                     "emits or reflects light",
                         "sites", static_cast<double>(all - points.size())});
     }
     auto sites = std::make_shared<SiteSet>(

@@ -1,4 +1,4 @@
-// Where the sites go.
+// Placement of the sites.
 #pragma once
 
 #include <difusa/bake/choices.h>
@@ -11,19 +11,19 @@
 
 namespace difusa {
 
-/// Which regions of the surface the lights reach.
+/// The regions of the surface that light reaches.
 struct LitSurface {
-    std::vector<char> dark; ///< #regions: 1 where no light comes; all 0 if none does anywhere, or sites are wanted
+    std::vector<char> dark; ///< #regions: 1 where no light arrives; all 0 if none arrives anywhere, or sites are wanted
                             ///< everywhere
     double dark_area = 0.0;
 };
 
-/// Phase "look for dark surfaces". Notes emitters whose light goes nowhere.
+/// Phase "look for dark surfaces". Notes emitters whose light reaches nothing.
 LitSurface lit_surface(const BakeResult& result, const DirectLight& lights, const Tracer& tracer,
                        const Execution& execution);
 
-/// Sites on the lit surface, at BakeOptions::spacing, which is chosen for BakeOptions::sites if it is 0. Phase "place
-/// sites". Throws ResourceError, InputError.
+/// Sites on the lit surface, at BakeOptions::spacing, which is chosen to match BakeOptions::sites if it is 0. Phase
+/// "place sites". Throws ResourceError, InputError.
 std::shared_ptr<SiteSet> place_sites(BakeResult& result, const Choices& choices, const LitSurface& lit,
                                      const Execution& execution);
 

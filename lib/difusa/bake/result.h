@@ -1,4 +1,4 @@
-// Everything known about a finished bake.
+// Everything about a finished bake.
 #pragma once
 
 #include <difusa/bake/options.h>
@@ -18,7 +18,7 @@
 
 namespace difusa {
 
-/// What a bake would take.
+/// The cost of a bake.
 struct BakeEstimate {
     std::size_t rays = 0, segments = 0;
     double transport_bytes = 0.0; ///< upper estimate
@@ -32,31 +32,31 @@ struct BakeResult {
     std::string file;
     std::shared_ptr<Scene> scene;
     std::shared_ptr<const SiteSet> sites;
-    BakeOptions options;                                      ///< with what was left open filled in
+    BakeOptions options;                                      ///< with defaults filled in
     std::vector<std::pair<std::string, std::string>> plugins; ///< kind and choice with all parameters
     bool dry_run = false;                                     ///< nothing below `estimate` is filled in
     unsigned threads = 1;
-    std::optional<Camera> camera; ///< that of the scene's file
+    std::optional<Camera> camera; ///< from the scene file
     int channels = 3;             ///< 1 for a grey scene
     Journal journal;              ///< times of the phases, notes, savings; counts "rays", "segments", "output rays",
                                   ///< "output segments"
 
     BakeEstimate estimate;
-    std::shared_ptr<const RadiositySystem> system; ///< what knows geometry alone; may be lit otherwise
+    std::shared_ptr<const RadiositySystem> system; ///< depends on geometry alone; can be solved for other lights
     Solution solution;
     double constant_error = 0.0; ///< rms by which the basis misses the function 1 at random surface points
-    double mean_back = 0.0;      ///< share of the rays that met the back of a face
+    double mean_back = 0.0;      ///< share of the rays that hit the back of a face
     std::optional<ErrorEstimate> error;
 
     OutputMesh mesh;
     PointValues output;                  ///< at its vertices
     std::optional<PointValues> centres;  ///< at the centres of its triangles
     std::vector<SurfacePoint> listed;    ///< the surface points nearest to BakeOptions::at
-    std::vector<double> listed_distance; ///< from there to them
+    std::vector<double> listed_distance; ///< their distances from those points
     PointValues listed_values;
     Values residual;    ///< #V by 1: rms of the residual around the vertex, W/m²; empty without an error estimate
-    Values error_bound; ///< #V by 1: estimated bound of the error of B there: residual + rho times the largest error
-                        ///< anywhere; of a gathered output noise + that; likewise
+    Values error_bound; ///< #V by 1: estimated error bound of B there: residual + rho times the largest error
+                        ///< anywhere; for a gathered output plus the noise; likewise
 
     const Field& field() const { return *solution.field; }
     bool has_groups() const { return options.light_groups; }

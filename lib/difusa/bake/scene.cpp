@@ -16,26 +16,26 @@ std::string list(const Rgb& c) {
     return text_of(c[0]) + "," + text_of(c[1]) + "," + text_of(c[2]);
 }
 
-/// Refuses a scene made by a program that reading a file would not have let pass.
+/// Rejects a scene built by a program that would not have passed when read from a file.
 void check_scene(const Scene& scene, const std::string& name) {
     const auto refuse = [&](const std::string& why) { throw InputError(name + ": " + why); };
     const Mesh& mesh = scene.mesh;
     if (mesh.triangles.empty() || mesh.normals.size() != mesh.triangles.size() ||
         mesh.material.size() != mesh.triangles.size()) {
-        refuse("the mesh is empty, not derived (Mesh::derive), or has no material for each triangle");
+        refuse("the mesh is empty, not derived (Mesh::derive), or lacks a material for some triangle");
     }
     for (const Index material : mesh.material) {
         if (material >= scene.materials.size()) {
-            refuse("a triangle has the material " + std::to_string(material) + " of " +
+            refuse("a triangle has material number " + std::to_string(material) + " of " +
                    std::to_string(scene.materials.size()));
         }
         if (is_textured(scene.materials[material]) && mesh.corner_texture.size() != mesh.triangles.size()) {
             refuse("the material " + scene.materials[material].name +
-                   " has a texture, and the mesh no texture coordinates for each triangle");
+                   " has a texture, but some triangles have no texture coordinates");
         }
         if (scene.materials[material].vertex_colours && mesh.corner_reflectance.size() != mesh.triangles.size()) {
             refuse("the material " + scene.materials[material].name +
-                   " is that of the vertices' colours, and the mesh has none for each triangle");
+                   " uses vertex colours, but some triangles have none");
         }
     }
     for (std::size_t t = 0; t < mesh.corner_reflectance.size(); ++t) {
@@ -51,8 +51,8 @@ void check_scene(const Scene& scene, const std::string& name) {
     for (const Material& material : scene.materials) {
         if (!((material.reflectance >= 0.0) && (material.reflectance <= 1.0)).all() || !is_light(material.emission)) {
             refuse("the material " + material.name +
-                   " has a reflectance outside [0,1], or an emission that is negative "
-                   "or not finite");
+                   " has a reflectance outside [0,1], or a negative or non-finite "
+                   "emission");
         }
         if (material.reflectance_texture &&
             !(material.reflectance_texture->brightest() * material.reflectance <= 1.0).all()) {
@@ -61,23 +61,22 @@ void check_scene(const Scene& scene, const std::string& name) {
     }
     for (const Sun& sun : scene.suns) {
         if (!is_sound(sun)) {
-            refuse("a sun has a direction that is not of unit length, or an irradiance that is negative or not finite");
+            refuse("a sun has a direction of non-unit length, or a negative or non-finite irradiance");
         }
     }
     for (const PointLight& light : scene.point_lights) {
         if (!is_sound(light)) {
-            refuse(
-                "a point light has a place that is not finite, an axis that is not of unit length, an intensity that "
-                "is negative or not finite, or an inner cone wider than the outer one");
+            refuse("a point light has a non-finite position, an axis of non-unit length, a negative or non-finite "
+                   "intensity, or an inner cone wider than the outer one");
         }
     }
 }
 
-/// Adds the lights of the options, and a sky if there would be no light at all.
+/// Adds the lights from the options, and a sky if there would be no light at all.
 void add_lights(BakeResult& result, const Execution& execution) {
     Scene& scene = *result.scene;
     BakeOptions& options = result.options;
-    if (options.sky) { // in place of the scene's, with the suns taken out of that
+    if (options.sky) { // replaces the scene's, including suns split off from it
         std::erase_if(scene.suns, [](const Sun& sun) { return sun.of_sky; });
     }
     scene.suns.insert(scene.suns.end(), options.suns.begin(), options.suns.end());
@@ -86,7 +85,7 @@ void add_lights(BakeResult& result, const Execution& execution) {
                                    [](const Sun& sun) { return (sun.irradiance > 0.0).any(); }) ||
                        std::any_of(scene.point_lights.begin(), scene.point_lights.end(),
                                    [](const PointLight& light) { return (light.intensity > 0.0).any(); });
-    if (options.sky) { // in place of the scene's
+    if (options.sky) { // replaces the scene's
         scene.sky = *options.sky;
         scene.dome = nullptr;
     } else if (!scene.has_emitters() && !sunny && !scene.has_sky()) {
@@ -101,7 +100,7 @@ void add_lights(BakeResult& result, const Execution& execution) {
     result.channels = scene.is_grey() ? 1 : 3;
 }
 
-/// Gives faces without a material the default one, or that of the colours in the file.
+/// Gives faces without a material the default one, or one using the colours in the file.
 void add_default_material(BakeResult& result, const PolygonSoup& soup, const Execution& execution) {
     Scene& scene = *result.scene;
     const auto number = static_cast<Index>(soup.materials.size());

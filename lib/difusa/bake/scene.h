@@ -1,4 +1,4 @@
-// The scene of a bake: read, repaired, lit by what the options add.
+// The scene of a bake: read, repaired, with the lights of the options added.
 #pragma once
 
 #include <difusa/bake/result.h>
@@ -9,12 +9,12 @@
 
 namespace difusa {
 
-/// Reads and repairs a mesh or scene file into `result`: file, diagnosis, scene, camera, channels, and the options that
-/// the file answers. Phases: "read", "diagnose".
+/// Reads and repairs a mesh or scene file into `result`: file, diagnosis, scene, camera, channels, and the options
+/// determined by the file. Phases: "read", "diagnose".
 void read_into(BakeResult& result, const Registry& registry, const std::filesystem::path& file,
                const Execution& execution);
 
-/// The same for a scene made by a program, which is checked as reading a file would have.
+/// The same for a scene built by a program, checked as if it were read from a file.
 void adopt_into(BakeResult& result, Scene scene, const std::string& name, const Execution& execution);
 
 } // namespace difusa

@@ -1,4 +1,4 @@
-// Boxes in space, found by the box they overlap.
+// Boxes in space, found by overlap with a box.
 #pragma once
 
 #include <difusa/core/types.h>
@@ -11,7 +11,7 @@
 
 namespace difusa {
 
-/// A binary tree of boxes, halved at the median along the longest side. Boxes are closed: those that touch overlap.
+/// A binary tree of boxes, split at the median along the longest side. Boxes are closed: touching boxes overlap.
 class BoxTree {
   public:
     using Box = Eigen::AlignedBox3d;
@@ -29,7 +29,7 @@ class BoxTree {
         return visit_boxes(overlaps, act);
     }
 
-    /// The same for each box of which `meets(box)` is true; it must be true of every box that holds such a box.
+    /// The same for each box for which `meets(box)` is true; it must be true of every box that contains such a box.
     template <class Meets, class Act> bool visit_where(const Meets& meets, const Act& act) const {
         return visit_boxes(meets, [&](Index item, const Box&) { return act(item); });
     }
@@ -39,7 +39,7 @@ class BoxTree {
         if (nodes_.empty()) {
             return false;
         }
-        std::array<Index, 64> open; // NOLINT: filled before use; the depth is at most 32, one waits at each
+        std::array<Index, 64> open; // NOLINT: filled before use; the depth is at most 32, with one pending node at each
         std::size_t count = 0;
         open[count++] = 0;
         while (count > 0) {
@@ -56,7 +56,7 @@ class BoxTree {
                 continue;
             }
             open[count++] = node.right;
-            open[count++] = static_cast<Index>(&node - nodes_.data()) + 1; // the left one follows
+            open[count++] = static_cast<Index>(&node - nodes_.data()) + 1; // the left child follows
         }
         return false;
     }
@@ -66,7 +66,7 @@ class BoxTree {
         Index first = 0, last = 0; ///< its boxes
         Index right = none;        ///< none: a leaf
     };
-    std::vector<Node> nodes_; ///< each before its children, the left one at once
+    std::vector<Node> nodes_; ///< each before its children, the left one immediately
     std::vector<Box> boxes_;
     std::vector<Index> items_;
 };

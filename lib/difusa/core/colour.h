@@ -1,4 +1,4 @@
-// Small things about colours that many steps need.
+// Small colour utilities used by many steps.
 #pragma once
 
 #include <difusa/core/types.h>
@@ -9,7 +9,7 @@
 
 namespace difusa {
 
-/// Weights of Rec. 709 for the luminance of linear R, G, B.
+/// Rec. 709 weights for the luminance of linear R, G, B.
 inline const Eigen::Vector3d luminance_weights(0.2126, 0.7152, 0.0722);
 
 inline double luminance(const Rgb& c) {

@@ -1,5 +1,5 @@
-// What can go wrong, sorted by who can mend it. Library code throws these and nothing else on purpose;
-// a program turns them into the exit codes below.
+// Errors, classified by who can fix them. Library code deliberately throws only these; a program turns them into the
+// exit codes below.
 #pragma once
 
 #include <stdexcept>
@@ -12,7 +12,7 @@ enum class ExitCode : int {
     done = 0,
     usage = 1,         ///< an option, plugin or parameter is wrong
     input = 2,         ///< a file cannot be read, or the scene cannot be baked
-    not_converged = 3, ///< the discretised equation has no trustworthy solution
+    not_converged = 3, ///< the discretised equation has no reliable solution
     resources = 4,     ///< memory or disk would not suffice
     internal = 5,      ///< a broken invariant: a bug
     interrupted = 130
@@ -47,11 +47,11 @@ struct Interrupted : Error {
     Interrupted() : Error(ExitCode::interrupted, "interrupted") {}
 };
 
-/// Throws InternalError with the expression, its place and `values` where `holds` is false.
+/// Throws InternalError with the expression, its location and `values` if `holds` is false.
 void require(bool holds, const char* expression, const char* file, int line, const std::string& values = {});
 
 } // namespace difusa
 
-/// A broken invariant of difusa itself (never a user's mistake); active in every build.
+/// A broken invariant of difusa itself (never a user error); active in every build.
 #define DIFUSA_REQUIRE(expression, ...)                                                                                \
     ((expression) ? void() : ::difusa::require(false, #expression, __FILE__, __LINE__ __VA_OPT__(, ) __VA_ARGS__))

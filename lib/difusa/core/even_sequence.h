@@ -1,4 +1,4 @@
-// Points that fill a unit square or cube evenly, however many of them are taken.
+// Points that fill a unit square or cube evenly for any number of points.
 #pragma once
 
 #include <array>
@@ -7,7 +7,7 @@
 
 namespace difusa {
 
-/// x less its whole part, in [0, 1) for x that are not too large to have another.
+/// The fractional part of x, in [0, 1) for x not too large to have one.
 inline double fraction(double x) {
     return x - std::floor(x);
 }
@@ -21,7 +21,7 @@ template <>
 inline constexpr std::array<double, 4> even_steps<4>{0.85667488385450286, 0.73389185662712597, 0.62870672103780856,
                                                      0.53859725722360996};
 
-/// Point i, from 0, of the sequence in [0, 1)^N that begins at `shift`: the fractional parts of shift + i / g^k
+/// Point i, from 0, of the sequence in [0, 1)^N that starts at `shift`: the fractional parts of shift + i / g^k
 /// (Roberts 2018, the additive recurrence R_N).
 template <std::size_t N> std::array<double, N> even_point(std::size_t i, const std::array<double, N>& shift) {
     std::array<double, N> u = shift;

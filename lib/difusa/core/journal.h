@@ -1,4 +1,4 @@
-// What a computation wrote down on its way: phases with their times, notes, savings and counts.
+// The record of a computation: phases with their times, notes, savings and counts.
 #pragma once
 
 #include <chrono>
@@ -10,18 +10,18 @@
 
 namespace difusa {
 
-/// Something that the scene does not need and that was therefore not done.
+/// Work that the scene did not need and that was therefore skipped.
 struct Saving {
     std::string what;    ///< "shadow rays"
     std::string because; ///< "the room is convex and empty"
     std::string unit;    ///< "rays"
-    double amount = 0.0; ///< what it would have taken
+    double amount = 0.0; ///< the amount of work saved
 };
 
 /// Written by the thread that started the computation.
 class Journal {
   public:
-    /// Ends the phase under way, if any, and begins one of that name.
+    /// Ends the current phase, if any, and starts one of that name.
     void begin(std::string_view phase) {
         end();
         phase_ = phase;

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t unlimited = std::numeric_limits<std::size_t>::max();
 
-/// The number in a file that holds just one, or `unlimited`.
+/// The number in a file that contains just one, or `unlimited`.
 std::size_t number_in(const char* path) {
     std::ifstream file(path);
     std::size_t value = 0;

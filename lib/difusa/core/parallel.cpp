@@ -41,7 +41,7 @@ void parallel_for(std::size_t count, std::size_t grain, const Execution& executi
                     failed_at = begin;
                     failure = std::current_exception();
                 }
-                next = count; // ranges already handed out still run; no new ones start
+                next = count; // ranges already assigned still run; no new ones start
                 return;
             }
         }
@@ -54,7 +54,7 @@ void parallel_for(std::size_t count, std::size_t grain, const Execution& executi
         try {
             threads.emplace_back(work, worker);
         } catch (const std::system_error&) {
-            break; // the system gives no more threads: the others do the work
+            break; // the system provides no more threads: the others do the work
         }
     }
     work(0);

@@ -8,10 +8,10 @@
 
 namespace difusa {
 
-/// Calls `body(begin, end, worker)` for consecutive ranges of at most `grain` indices that together cover
-/// [0, count). Ranges are handed out dynamically; each worker number in [0, threads) is held by one thread
-/// at a time, so it may select scratch memory. For results that do not depend on the number of threads
-/// `body` writes only to places that belong to its indices.
+/// Calls `body(begin, end, worker)` for consecutive ranges of at most `grain` indices that together cover [0, count).
+/// Ranges are assigned dynamically; each worker number in [0, threads) is held by one thread at a time, so it may
+/// select scratch memory. For results independent of the number of threads, `body` must write only to locations that
+/// belong to its indices.
 ///
 /// If bodies throw, the exception of the lowest range is rethrown after all threads have stopped.
 /// Throws Interrupted if `execution.progress` is cancelled.

@@ -1,4 +1,4 @@
-// How a long computation tells its caller where it is, and learns that it should stop.
+// How a long computation reports progress to its caller, and learns that it should stop.
 #pragma once
 
 #include <difusa/core/error.h>
@@ -19,13 +19,13 @@ class Progress {
     /// A new phase begins, for example "transport".
     virtual void phase(std::string_view /*name*/) {}
 
-    /// The share of the current phase that is done, in [0,1].
+    /// The completed share of the current phase, in [0,1].
     virtual void advance(double /*fraction*/) {}
 
-    /// Something the user should know, told as soon as it is known: also if the computation fails later.
+    /// Something the user should know, reported as soon as it is known, even if the computation fails later.
     virtual void remark(std::string_view /*what*/) {}
 
-    /// True once the computation should end; it then throws Interrupted soon.
+    /// True once the computation should stop; it then throws Interrupted soon.
     virtual bool cancelled() const { return false; }
 
     /// Throws Interrupted if cancelled.
@@ -36,13 +36,13 @@ class Progress {
     }
 };
 
-/// How to compute: threads, whom to tell, and where to write down. A plain value, handed down by reference.
+/// How to compute: threads, progress reporting, and where to record. A plain value, passed by reference.
 struct Execution {
     unsigned threads = 1;         ///< at least 1
     Progress* progress = nullptr; ///< may be null: silent
-    Journal* journal = nullptr;   ///< may be null: nothing is written down
+    Journal* journal = nullptr;   ///< may be null: nothing is recorded
 
-    /// A new phase begins. Throws Interrupted if the computation was cancelled.
+    /// Starts a new phase. Throws Interrupted if the computation was cancelled.
     void phase(std::string_view name) const {
         if (progress != nullptr) {
             progress->check();
@@ -82,7 +82,7 @@ struct Execution {
         }
     }
 
-    /// The same threads without anybody told, for loops too short to be worth a word.
+    /// The same threads without progress reports, for loops too short to matter.
     Execution silent() const { return {threads, nullptr, nullptr}; }
 };
 

@@ -1,5 +1,5 @@
-// Seeded random streams. A stream is named by (seed, purpose, index), so that site 17 draws the same
-// numbers whichever thread serves it, and two purposes never share a sequence.
+// Seeded random streams. A stream is identified by (seed, purpose, index), so that site 17 draws the same numbers
+// whichever thread handles it, and two purposes never share a sequence.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ class RandomStream {
     std::uint64_t state_;
 };
 
-/// A permutation of the 64-bit numbers that leaves no visible pattern (the finalizer of SplitMix64).
+/// A permutation of the 64-bit numbers without visible patterns (the finalizer of SplitMix64).
 constexpr std::uint64_t mix_bits(std::uint64_t x) {
     x = (x ^ (x >> 30U)) * 0xbf58476d1ce4e5b9ULL;
     x = (x ^ (x >> 27U)) * 0x94d049bb133111ebULL;

@@ -5,10 +5,10 @@
 
 namespace difusa {
 
-/// Multiples of `step` in [low, high], ascending; also ends that are multiples up to rounding.
+/// Multiples of `step` in [low, high], ascending; including ends that are multiples up to rounding.
 std::vector<double> multiples_in(double low, double high, double step);
 
-/// The largest power of ten that is not above a positive number.
+/// The largest power of ten not above a positive number.
 double power_of_ten_below(double value);
 
 } // namespace difusa

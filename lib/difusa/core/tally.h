@@ -1,4 +1,4 @@
-// How often a reader met something worth a note, and where first.
+// Counts how often a reader met something worth a note, and where first.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,8 @@ namespace difusa {
 struct Tally {
     const char* unit = "line"; ///< of places: "line" or "byte"
     std::size_t count = 0;
-    std::size_t place = 0; ///< of the first
-    std::string word = {}; ///< what stood there, in quotation marks; may be empty
+    std::size_t place = 0; ///< of the first occurrence
+    std::string word = {}; ///< the text there, in quotation marks; may be empty
 
     void add(std::size_t where, const std::string& what = {}) {
         if (count++ == 0) {

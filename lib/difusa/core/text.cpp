@@ -6,7 +6,7 @@ namespace difusa {
 
 namespace {
 
-/// Number of bytes of the character of XML that begins at `i`, in UTF-8 in its shortest form; 0: there is none.
+/// Number of bytes of the XML character at `i`, in shortest-form UTF-8; 0: there is none.
 std::size_t character_length(std::string_view text, std::size_t i) {
     const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(text[k]); };
     const unsigned lead = byte(i);

@@ -14,8 +14,8 @@ inline std::string text_of(double value) {
     return text;
 }
 
-/// The text as XML 1.0 and JSON can hold it: '_' for each byte that is no part of UTF-8, and for each character that is
-/// none of XML (XML 1.0, section 2.2: control characters but tab and line ends, surrogates, U+FFFE, U+FFFF).
+/// The text in a form XML 1.0 and JSON can hold: '_' for each byte that is not valid UTF-8, and for each character not
+/// allowed in XML (XML 1.0, section 2.2: control characters except tab and line ends, surrogates, U+FFFE, U+FFFF).
 std::string storable_text(std::string_view text);
 
 } // namespace difusa

@@ -1,4 +1,4 @@
-// Plugin kind "basis": finite elements phi_i on the surface, so that a function is sum_i b_i phi_i(x).
+// Plugin kind "basis": finite elements phi_i on the surface, representing a function as sum_i b_i phi_i(x).
 #pragma once
 
 #include <difusa/core/progress.h>
@@ -10,7 +10,7 @@
 
 namespace difusa {
 
-/// The elements that do not vanish at a point, and their weights: phi_{element[i]}(x) = weight[i].
+/// The nonzero elements at a point, with their weights: phi_{element[i]}(x) = weight[i].
 struct BasisRow {
     std::vector<Index> element;
     std::vector<double> weight;
@@ -36,17 +36,18 @@ class Basis {
     /// sum_i phi_i(x) = 1 at every surface point, whatever the signs: constants are reproduced.
     virtual bool sums_to_one() const { return partition_of_unity(); }
 
-    /// True if the coefficients of a function are its values at the sites, because the basis interpolates or is
-    /// meant as a quasi-interpolant; false if Z b = values must be solved (T 3.2).
+    /// True if the coefficients of a function are its values at the sites, because the basis interpolates or is meant
+    /// as a quasi-interpolant; false if the coefficients require solving Z b = values (T 3.2).
     virtual bool coefficients_are_values() const = 0;
 
-    /// True if phi_i(p_j) = 1 for i = j, else 0: the function of the basis takes its coefficients at the sites.
+    /// True if phi_i(p_j) = 1 for i = j, else 0: a function in the basis has its coefficients as values at the sites.
     virtual bool interpolates() const { return false; }
 
-    /// Writes the elements at x; none on dark regions (SiteSet::dark). Safe from many threads with distinct rows.
+    /// Writes the elements at x; none on dark regions (SiteSet::dark). Thread-safe with distinct rows.
     virtual void evaluate(const SurfacePoint& x, BasisRow& row) const = 0;
 
-    /// The same for many points, rows[i] for x[i]; a basis may have a faster way than one after another.
+    /// The same for many points, rows[i] for x[i]; a basis may override it with something faster than one point at a
+    /// time.
     virtual void evaluate(std::span<const SurfacePoint> x, std::span<BasisRow> rows) const {
         for (std::size_t i = 0; i < x.size(); ++i) {
             evaluate(x[i], rows[i]);

@@ -18,7 +18,7 @@ constexpr double unit = 0x1p-28;
 constexpr std::size_t block = 1024;
 constexpr std::size_t points_of_cluster = 4;
 
-/// Points that stand for the surfel.
+/// Sample points that represent the surfel.
 void representatives(const Surfels& surfels, Index s, std::vector<Surfels::Piece>& pieces,
                      std::vector<SurfacePoint>& points) {
     points.clear();
@@ -77,7 +77,7 @@ BasisAverages::BasisAverages(const Basis& basis, const Surfels& surfels, const E
                     }
                 }
                 if (std::abs(exact - 1.0) < 1e-9 && parts[b].size() > begin_of_row) {
-                    // What rounding has taken or given goes to the largest weight.
+                    // The rounding error goes to the largest weight.
                     const auto largest =
                         std::max_element(parts[b].begin() + static_cast<std::ptrdiff_t>(begin_of_row), parts[b].end(),
                                          [](const Entry& x, const Entry& y) { return x.weight < y.weight; });

@@ -1,4 +1,4 @@
-// The basis averaged over surfels: P_si = mean of phi_i over surfel s. It takes the coefficients of a function to its
+// The basis averaged over surfels: P_si = mean of phi_i over surfel s. It maps the coefficients of a function to its
 // means over the surfels.
 #pragma once
 
@@ -11,9 +11,9 @@
 
 namespace difusa {
 
-/// #surfels by #S, kept in 8 bytes an entry: weights are multiples of 2^-28, and where a basis sums to one its rows do
-/// so exactly, so that constants come through without rounding. A surfel in one plane is represented by its centroid
-/// (exact for functions that are linear over it), one of many triangles by a few points of equal area.
+/// #surfels by #S, stored in 8 bytes per entry: weights are multiples of 2^-28, and if the basis sums to one its rows
+/// do so exactly, so that constants are reproduced without rounding. A planar surfel is represented by its centroid
+/// (exact for functions linear over it), one of many triangles by a few points of equal area.
 class BasisAverages final : public LinearOperator {
   public:
     BasisAverages(const Basis& basis, const Surfels& surfels, const Execution& execution);
@@ -21,10 +21,10 @@ class BasisAverages final : public LinearOperator {
     std::size_t rows() const override { return first_.size() - 1; }
     std::size_t columns() const override { return columns_; }
 
-    /// True if no basis function lives on the surfel.
+    /// True if no basis function is nonzero on the surfel.
     bool is_empty(Index s) const { return first_[s] == first_[s + 1]; }
 
-    /// Bytes taken.
+    /// Size in bytes.
     std::size_t bytes() const { return first_.size() * sizeof(std::uint32_t) + entries_.size() * sizeof(Entry); }
 
     void apply(const Values& x, Values& y, const Execution& execution) const override;

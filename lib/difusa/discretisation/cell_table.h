@@ -1,4 +1,4 @@
-// A hash table from the cells of a grid in space, each split by region, to numbers 0, 1, 2, ... in the order in which
+// A hash table from the cells of a spatial grid, each split by region, to numbers 0, 1, 2, ... in the order in which
 // cells are added.
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace difusa {
 
-/// Numbers of a cell along x, y and z.
+/// Cell indices along x, y and z.
 using Cell = std::array<std::int32_t, 3>;
 
 class CellTable {
@@ -25,7 +25,7 @@ class CellTable {
     /// The number of a cell, or `none`.
     Index find(const Cell& cell, Index region) const { return find_from(start(cell, region), cell, region); }
 
-    /// The number of a cell, which is added if it is new.
+    /// The number of a cell, adding it if it is new.
     Index insert(const Cell& cell, Index region) {
         if (2 * (count_ + 1) > slots_.size()) {
             grow();
@@ -42,7 +42,7 @@ class CellTable {
     /// All slots; those with `region == none` are empty.
     const std::vector<Slot>& slots() const { return slots_; }
 
-    // Where a search begins, and the search from there: in two steps, so that memory can be fetched in between.
+    // Where a search starts, and the search from there: two steps, so that memory can be prefetched in between.
     std::size_t start(const Cell& cell, Index region) const { return hash(cell, region) & (slots_.size() - 1); }
     void prefetch(std::size_t start) const { __builtin_prefetch(&slots_[start]); }
     Index find_from(std::size_t start, const Cell& cell, Index region) const {

@@ -1,4 +1,4 @@
-// Small convex polygons in the plane, cut by straight lines.
+// Small convex polygons in the plane, clipped by straight lines.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,7 +10,7 @@
 
 namespace difusa {
 
-/// Counterclockwise, of at most 16 corners; empty if less than 3 are left.
+/// Counterclockwise, at most 16 corners; empty if fewer than 3 remain.
 struct ConvexPolygon {
     std::array<Eigen::Vector2d, 16> corner{};
     std::size_t count = 0;
@@ -23,7 +23,7 @@ struct ConvexPolygon {
         }
     }
 
-    /// The part on which the affine function a + b·p is not negative (Sutherland and Hodgman 1974).
+    /// The part where the affine function a + b·p is non-negative (Sutherland and Hodgman 1974).
     ConvexPolygon cut(double a, const Eigen::Vector2d& b) const {
         ConvexPolygon kept;
         for (std::size_t k = 0; k < count; ++k) {
@@ -50,7 +50,7 @@ struct ConvexPolygon {
         return 0.5 * twice;
     }
 
-    /// Of a polygon with an area; the mean of the corners if that is 0.
+    /// The centroid; the mean of the corners if the area is 0.
     Eigen::Vector2d centroid() const {
         Eigen::Vector2d sum = Eigen::Vector2d::Zero(), mean = sum;
         double weight = 0.0;
@@ -65,7 +65,7 @@ struct ConvexPolygon {
         return weight > 0.0 ? Eigen::Vector2d(sum / weight) : mean;
     }
 
-    /// A point that is uniform by area if s and t are uniform in [0, 1).
+    /// A point distributed uniformly by area if s and t are uniform in [0, 1).
     Eigen::Vector2d at(double s, double t) const {
         const double wanted = s * 2.0 * area();
         double below = 0.0;

@@ -12,28 +12,28 @@
 
 namespace difusa {
 
-/// Knows geometry alone; shared and not changed once made.
+/// Depends on geometry alone; shared, and immutable once made.
 struct Discretisation {
     std::shared_ptr<const SiteSet> sites;
     std::shared_ptr<const Basis> basis; ///< bound to the sites
     std::shared_ptr<const Surfels> surfels;
     std::shared_ptr<const BasisAverages> averages; ///< P: coefficients to means over the surfels
     std::vector<double> integrals;                 ///< #S: A_i = ∫ phi_i dA (T 5.3)
-    double uncovered = 0.0;                        ///< area of the surfels on which no basis function lives
+    double uncovered = 0.0;                        ///< area of the surfels not covered by any basis function
     std::vector<SurfacePoint> points;              ///< where light is gathered; the sites first
     std::shared_ptr<const Projection> projection;  ///< irradiance at the points to coefficients, in the equation
-    std::shared_ptr<const Projection> evaluation;  ///< likewise, of the field that is evaluated
+    std::shared_ptr<const Projection> evaluation;  ///< likewise, for the field that is evaluated
     bool corrected = false; ///< the latter's coefficients are corrected ones, which may overshoot at edges (`limited`)
 
-    /// The side of surfels for sites at a spacing: then there are about six a site.
+    /// The side of surfels for sites at a spacing: this gives about six per site.
     static double surfel_edge(double spacing) { return 0.5 * spacing; }
 };
 
 /// A_i = ∫ phi_i dA, as sums over surfels for sites at this spacing.
 std::vector<double> element_integrals(const Mesh& mesh, const Basis& basis, double spacing, const Execution& execution);
 
-/// `sites` receive their areas, the integrals of the basis functions, unless `neighbour_areas`, and with them the
-/// basis, which is bound to them. Phases: "bind basis", "divide surface", "project".
+/// `sites` receive their areas, the integrals of the basis functions (unless `neighbour_areas`), and the basis, which
+/// is bound to them. Phases: "bind basis", "divide surface", "project".
 Discretisation discretise(const Mesh& mesh, std::shared_ptr<SiteSet> sites, std::shared_ptr<Basis> basis,
                           const ProjectionChoice& projection, bool neighbour_areas, std::uint64_t seed,
                           const Execution& execution);

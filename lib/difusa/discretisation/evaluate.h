@@ -1,4 +1,4 @@
-// A field: coefficients times basis, anywhere on the surface.
+// A field: coefficients times basis functions, anywhere on the surface.
 #pragma once
 
 #include <difusa/core/types.h>

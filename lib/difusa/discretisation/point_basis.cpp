@@ -12,10 +12,10 @@
 
 namespace difusa {
 
-/// Sites by place: those of each region apart, and all of them for regions that have none.
+/// Search trees of the sites: one per region, and one of all sites for regions that have none.
 struct PointBasis::NearestSite {
     std::vector<PointTree> of_region; ///< empty: the region has no site
-    std::optional<PointTree> all;     ///< nothing: every region has one
+    std::optional<PointTree> all;     ///< absent: every region has a site
 
     NearestSite(const Mesh& mesh, const SiteSet& sites) {
         std::vector<std::vector<Index>> members(mesh.region_count);
@@ -117,7 +117,7 @@ void PointBasis::evaluate_among(const SurfacePoint& x, std::span<const Index> ca
         const double dx = px - c.position[0], dy = py - c.position[1], dz = pz - c.position[2];
         const double squared = dx * dx + dy * dy + dz * dz;
         const double cosine_here = nx * c.normal[0] + ny * c.normal[1] + nz * c.normal[2];
-        // Written always, kept if inside: no branch to mispredict.
+        // Always written, kept only if inside: no branch to mispredict.
         row.element[count] = site;
         distance[count] = squared;
         cosine[count] = cosine_here;

@@ -1,6 +1,6 @@
-// Bases whose elements are defined by points (T 3.3.1): what they share. A plugin derives from PointBasis and
-// says how far an element reaches and what it weighs; this class finds the elements, normalises, and copes with
-// places that no support covers.
+// Common part of bases whose elements are defined by points (T 3.3.1). A plugin derives from PointBasis and defines how
+// far an element reaches and its weight; this class finds the elements, normalises, and handles points not covered by
+// any support.
 #pragma once
 
 #include <difusa/discretisation/basis.h>
@@ -12,7 +12,7 @@
 
 namespace difusa {
 
-/// The elements whose support may hold a point x, as parallel arrays of one length.
+/// The elements whose support may contain a point x, as parallel arrays of equal length.
 struct Neighbourhood {
     std::span<const Index> site;
     std::span<const double> distance; ///< Euclidean distance |x - p_i|
@@ -29,23 +29,23 @@ class PointBasis : public Basis {
     void bind(const Mesh& mesh, const SiteSet& sites) final;
     std::size_t size() const final;
 
-    /// Elements at x; those of sites that a separator hides from x (separators.h) vanish. A basis that sums to one and
-    /// has no support there gives all weight to the nearest site of the region: of the 16 nearest in space the one at
-    /// the smallest site distance that is not hidden; of all 16 if each is hidden; or the nearest in space if all face
-    /// away. On a region without sites it is the nearest of all.
+    /// Elements at x; those of sites that a separator hides from x (separators.h) vanish. If a basis that sums to one
+    /// has no support there, all weight goes to the nearest site of the region: of the 16 nearest in space, the one at
+    /// the smallest site distance that is not hidden; among all 16 if each is hidden; or the nearest in space if all
+    /// face away. On a region without sites it is the nearest of all sites.
     void evaluate(const SurfacePoint& x, BasisRow& row) const final;
     void evaluate(std::span<const SurfacePoint> x, std::span<BasisRow> rows) const final;
 
   protected:
-    /// Called by `bind` before anything else is asked: what the basis derives from all of its sites.
+    /// Called by `bind` before any evaluation, to precompute what the basis derives from all of its sites.
     virtual void prepare(const SiteSet& /*sites*/) {}
 
-    /// Euclidean radius outside of which an element of radius r vanishes.
+    /// Euclidean radius beyond which an element of radius r vanishes.
     virtual double support(double r) const = 0;
 
-    /// Writes the mother function's value Psi_i(x) for each neighbour. Where the basis sums to one only their ratios
-    /// matter (phi_i = Psi_i / sum Psi_j, T 3.10; no support if the sum is not positive), else phi_i = Psi_i. They are
-    /// not negative if it is a partition of unity.
+    /// Writes the mother function's value Psi_i(x) for each neighbour. If the basis sums to one, only their ratios
+    /// matter (phi_i = Psi_i / sum Psi_j, T 3.10; no support if the sum is not positive), otherwise phi_i = Psi_i. They
+    /// are non-negative if it is a partition of unity.
     virtual void weigh(const SurfacePoint& x, const Neighbourhood& near, std::span<double> weight) const = 0;
 
   private:

@@ -17,20 +17,20 @@ namespace difusa {
 namespace {
 
 constexpr double window_in_spacings = 8.0;
-constexpr double margin_in_windows = 1.5 / window_in_spacings; ///< sites farther off hardly matter
+constexpr double margin_in_windows = 1.5 / window_in_spacings; ///< sites farther away hardly matter
 constexpr double tolerance = 0.01;                             ///< relative standard error
 constexpr std::size_t first_draws = 64;
 constexpr double most_of_surface = 0.25;
 
-/// Some cells of a grid over the surface, and the surface in them.
+/// Some cells of a grid over the surface, and the surface within them.
 struct Windows {
     Vec3 origin;
     double size;
     CellTable table;              ///< numbers the windows
     std::vector<Index> drawn;     ///< #draws, window
     std::vector<double> area;     ///< #windows, of the surface in each, without the margin
-    Mesh mesh;                    ///< the surface in the windows with their margins; each has regions of its own
-    std::vector<Index> window_of; ///< #T of that mesh
+    Mesh mesh;                    ///< the surface in the windows with their margins; each has its own regions
+    std::vector<Index> window_of; ///< #triangles of that mesh
 
     Cell cell_of(const Vec3& p) const {
         const Vec3 scaled = (p - origin) / size;
@@ -42,7 +42,7 @@ struct Windows {
 
 using Polygon = std::vector<Vec3>;
 
-/// The part of a convex polygon in the box (Sutherland and Hodgman 1974).
+/// The part of a convex polygon inside the box (Sutherland and Hodgman 1974).
 Polygon clip(Polygon polygon, const Vec3& low, const Vec3& high) {
     Polygon kept;
     for (int side = 0; side < 6 && !polygon.empty(); ++side) {
@@ -125,7 +125,7 @@ std::vector<std::pair<Index, Index>> triangles_near(const Windows& windows, cons
     return all;
 }
 
-/// Cuts the surface in the windows, and in their margins, out of the mesh.
+/// Cuts the surface inside the windows and their margins out of the mesh.
 void cut_out(Windows& windows, const Mesh& mesh, const Execution& execution) {
     std::vector<Cell> cell(windows.table.count());
     for (const CellTable::Slot& slot : windows.table.slots()) {
@@ -175,7 +175,7 @@ Windows draw_windows(const Mesh& mesh, double size, std::size_t draws, std::uint
     windows.size = size;
     RandomStream stream(seed, "windows", draws);
     const double x = stream.uniform(), y = stream.uniform(), z = stream.uniform();
-    windows.origin = mesh.low - size * Vec3(x, y, z); // walls that are parallel to the axes are on no cell's border
+    windows.origin = mesh.low - size * Vec3(x, y, z); // axis-parallel walls do not coincide with cell borders
     for (const SurfacePoint& p : even_points(mesh, draws, stream)) {
         windows.drawn.push_back(windows.table.insert(windows.cell_of(p.position), 0));
     }

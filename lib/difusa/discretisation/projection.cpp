@@ -341,7 +341,7 @@ Values limited(const Basis& basis, const SiteSet& sites, const Values& values, V
                 most = most.cwiseMax(values.row(i));
             }
             auto own = coefficients.row(static_cast<Eigen::Index>(j));
-            const Eigen::RowVectorXd more = 1.0 * (most - least);
+            const Eigen::RowVectorXd more = 0.25 * (most - least);
             least = (least - more).cwiseMax(least.cwiseMin(0.0));
             own = own.cwiseMax(least).cwiseMin(most + more).eval();
         }

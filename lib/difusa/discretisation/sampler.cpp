@@ -12,7 +12,7 @@ double spacing_for_count(const Sampler& sampler, const Mesh& mesh, const Visibil
                          std::uint64_t seed, const Execution& execution) {
     DIFUSA_REQUIRE(count > 0);
     const auto wanted = static_cast<double>(count);
-    // Maximal Poisson-disk samplings have about 0.7 sites per D². Then: count ~ D^-p between the last two tries.
+    // Maximal Poisson-disk samplings have about 0.7 sites per D². After that: count ~ D^-p through the last two tries.
     double spacing = std::sqrt(0.7 * mesh.area / wanted), power = 2.0;
     double best = spacing, best_miss = std::numeric_limits<double>::infinity();
     double last_spacing = 0.0, last_count = 0.0;
@@ -24,7 +24,7 @@ double spacing_for_count(const Sampler& sampler, const Mesh& mesh, const Visibil
             best_miss = miss;
             best = spacing;
         }
-        if (miss <= std::log(exact ? 1.05 : 1.03)) { // a prediction may be wrong by another 2 %
+        if (miss <= std::log(exact ? 1.05 : 1.03)) { // a prediction may be off by another 2 %
             break;
         }
         if (last_count > 0.0 && found != last_count) {

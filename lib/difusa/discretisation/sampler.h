@@ -1,4 +1,4 @@
-// Plugin kind "sampler": where the sites go.
+// Plugin kind "sampler": placement of the sites.
 #pragma once
 
 #include <difusa/core/progress.h>
@@ -18,16 +18,16 @@ class Sampler {
     /// True if `sample` needs rays; then `visibility` is not null.
     virtual bool needs_visibility() const { return false; }
 
-    /// Points such that no two are closer than `spacing` in site distance. Throws ResourceError if there would be
-    /// more than `limit`, InputError if the sampler finds no surface at all.
+    /// Points no two of which are closer than `spacing` in site distance. Throws ResourceError if there would be more
+    /// than `limit`, InputError if the sampler finds no surface at all.
     virtual std::vector<SurfacePoint> sample(const Mesh& mesh, const Visibility* visibility, double spacing,
                                              std::size_t limit, RandomStream stream,
                                              const Execution& execution) const = 0;
 };
 
-/// The spacing at which `sampler` gives about `count` sites (within 5 % where one spacing does: regions that
-/// are smaller than the spacing carry one site each whatever it is), found by sampling again and again; of a large
-/// surface windows only (see predict_sites.h).
+/// The spacing at which `sampler` gives about `count` sites (within 5 % if any spacing does: regions smaller than the
+/// spacing have one site each in any case), found by repeated sampling; for a large surface only of windows (see
+/// predict_sites.h).
 double spacing_for_count(const Sampler& sampler, const Mesh& mesh, const Visibility* visibility, std::size_t count,
                          std::uint64_t seed, const Execution& execution);
 

@@ -21,7 +21,7 @@ bool comes_before(std::span<const Dart> darts, Index i, Index j) {
     return darts[i].priority != darts[j].priority ? darts[i].priority < darts[j].priority : i < j;
 }
 
-/// For loops that are over soon: their progress is none of the whole.
+/// For short loops, whose progress is not counted.
 Execution silent(const Execution& execution) {
     return {execution.threads, nullptr};
 }
@@ -37,7 +37,7 @@ SiteGrid::SiteGrid(const Mesh& mesh, double spacing, std::size_t limit)
 }
 
 bool SiteGrid::too_close(const SurfacePoint& x, Index region, const SpatialHash::Item& other) const {
-    // Site distance is never below the Euclidean one; most points are too far already.
+    // Site distance is never below the Euclidean distance; most points are already too far by that.
     return (x.position - other.position).squaredNorm() <= (1.0 + 1e-9) * spacing_ * spacing_ &&
            site_distance(x.position, x.normal, region, other.position, mesh_.normals[other.face],
                          mesh_.region[other.face]) < spacing_;
@@ -74,7 +74,7 @@ void SiteGrid::insert(std::span<const Dart> darts, const Execution& execution) {
         waiting = without_conflict(darts, std::move(waiting), execution);
         std::vector<Index> lot = waiting;
         SpatialHash hash = hash_of(darts, lot, execution);
-        // Where darts are dense, each conflicts with many: the first few decide about most of the others.
+        // Where darts are dense, each conflicts with many: the first few usually decide about the others.
         constexpr double crowded = 16.0;
         const double crowd = hash.crowding();
         if (crowd > crowded) {
@@ -125,9 +125,9 @@ std::vector<Index> SiteGrid::without_conflict(std::span<const Dart> darts, std::
 
 std::vector<Index> SiteGrid::first_come(std::span<const Dart> darts, std::span<const Index> of, const SpatialHash& hash,
                                         const Execution& execution) const {
-    // A dart is rejected once one of those before it that it conflicts with is accepted, and accepted once all of them
-    // are rejected. The first of those that wait can always be decided, so this ends; and the outcome does not depend
-    // on when each is decided, so it does not matter which decisions of other threads are seen.
+    // A dart is rejected once an earlier dart in conflict with it is accepted, and accepted once all of those are
+    // rejected. The first pending dart can always be decided, so this terminates; and the outcome does not depend on
+    // when each is decided, so it does not matter which decisions of other threads are visible.
     std::vector<State> state(of.size(), State::waiting);
     const auto decide = [&](Index k) {
         const SurfacePoint& x = darts[of[k]].place;

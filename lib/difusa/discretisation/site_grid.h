@@ -1,5 +1,5 @@
 // Sites accepted so far, for samplers: is a point too close to one of them in site distance, and is a piece of surface
-// wholly within reach of one?
+// entirely within reach of one?
 #pragma once
 
 #include <difusa/core/progress.h>
@@ -17,7 +17,7 @@ namespace difusa {
 /// A candidate for a site.
 struct Dart {
     SurfacePoint place;
-    std::uint64_t priority; ///< the least comes first; of equal ones the first in the list
+    std::uint64_t priority; ///< lowest first; of equal ones the first in the list
 };
 
 class SiteGrid {
@@ -25,15 +25,15 @@ class SiteGrid {
     /// Holds up to `limit` sites. The mesh must outlive the grid.
     SiteGrid(const Mesh& mesh, double spacing, std::size_t limit);
 
-    /// True if a site lies closer to x than the spacing, in site distance.
+    /// True if a site is closer to x than the spacing, in site distance.
     bool conflicts(const SurfacePoint& x) const;
 
-    /// True if one site reaches every point of the triangle `corners`, a part of the mesh's triangle `face`, within
-    /// the spacing (in site distance: the normal is the same all over it, so the farthest point is a corner).
+    /// True if one site reaches every point of the triangle `corners`, part of the mesh's triangle `face`, within the
+    /// spacing (in site distance: the normal is constant over it, so the farthest point is a corner).
     bool covers(Index face, const std::array<Vec3, 3>& corners) const;
 
-    /// Makes sites of the darts, exactly those of one after another by priority that conflict with no site before
-    /// them. Throws ResourceError if there are more sites than the limit then.
+    /// Turns darts into sites: exactly those that, taken one at a time by priority, conflict with no earlier site.
+    /// Throws ResourceError if there are then more sites than the limit.
     void insert(std::span<const Dart> darts, const Execution& execution);
 
     const std::vector<SurfacePoint>& sites() const { return sites_; }
@@ -42,8 +42,8 @@ class SiteGrid {
   private:
     bool too_close(const SurfacePoint& x, Index region, const SpatialHash::Item& other) const;
 
-    // Of the darts those with the given numbers: a hash of them; those that conflict with no site; those of them that
-    // become sites if they are no more; and making them sites.
+    // Steps for the darts with the given numbers: a hash of them; those without conflict with any site; those of these
+    // that become sites, if within the limit; and adding them as sites.
     SpatialHash hash_of(std::span<const Dart> darts, std::span<const Index> of, const Execution& execution) const;
     void append(std::span<const Dart> darts, std::span<const Index> of, SpatialHash& hash,
                 const Execution& execution) const;

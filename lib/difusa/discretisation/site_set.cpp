@@ -18,18 +18,18 @@ double distance_between(const SiteSet& sites, Index i, Index j) {
                          sites.points[j].normal, sites.region[j]);
 }
 
-/// Neighbours found, kept between searches.
+/// Neighbours found; buffers reused between searches.
 struct Search {
     std::vector<Index> found;
     std::vector<double> squared, distance;
 };
 
 /// Site distance from site `i` to its m-th nearest one in the tree of its region, or a negative number if fewer than m
-/// are at a finite one.
+/// are at a finite distance.
 double mth_distance(const SiteSet& sites, const PointTree& tree, Index i, std::size_t m, Search& search) {
     auto& [found, squared, distance] = search;
-    // The site distance is never smaller than the Euclidean one: once the m-th site distance among the k nearest
-    // points does not exceed the Euclidean distance of the k-th, no farther point can change it.
+    // The site distance is never smaller than the Euclidean one: once the m-th site distance among the k nearest points
+    // does not exceed the Euclidean distance of the k-th, no farther point can change it.
     for (std::size_t k = 2 * m + 2;; k *= 2) {
         k = std::min(k, tree.size());
         found.resize(k);

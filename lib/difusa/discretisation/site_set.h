@@ -9,9 +9,8 @@
 
 namespace difusa {
 
-/// The site distance of T 4.1: |p-q| / max(0, n_p·n_q); infinite if the normals are 90° or more apart
-/// (as far as rounding tells, see `perpendicular`), or if the
-/// points lie on different regions. Not a metric (no triangle inequality).
+/// The site distance of T 4.1: |p-q| / max(0, n_p·n_q); infinite if the normals are 90° or more apart (to within
+/// rounding, see `perpendicular`), or if the points are on different regions. Not a metric (no triangle inequality).
 inline double site_distance(const Vec3& p, const Vec3& n_p, Index region_p, const Vec3& q, const Vec3& n_q,
                             Index region_q) {
     const double cosine = n_p.dot(n_q);
@@ -26,21 +25,21 @@ struct SiteSet {
     std::vector<Index> region;        ///< #S, region of the mesh
     std::vector<double> radius;       ///< #S, r_i: site distance to the m-th nearest site (T 4.2.7)
     std::vector<double> area;         ///< #S, effective area A_i
-    double spacing = 0.0;             ///< the distance the sampler kept, in the unit of the scene
+    double spacing = 0.0;             ///< the distance enforced by the sampler, in the unit of the scene
     int neighbours = 0;               ///< m
-    std::vector<char> dark; ///< empty, or #regions: 1 where no light comes; there are no sites there and no elements
+    std::vector<char> dark;           ///< empty, or #regions: 1 where no light arrives; no sites or elements there
 
     bool is_dark(Index of_region) const { return !dark.empty() && dark[of_region] != 0; }
 
     std::size_t size() const { return points.size(); }
 };
 
-/// Makes a site set of sampled points, put in the order of a Z curve (sites near each other in space are near in
-/// memory): regions and radii; areas are those of T 5.5, pi r_i² / (m+1).
+/// Makes a site set from sampled points, sorted along a Z curve (sites near each other in space are near in memory):
+/// regions and radii; areas are those of T 5.5, pi r_i² / (m+1).
 ///
 /// A region with too few sites for m neighbours at a finite distance has radii that cover all of it instead: its
-/// diameter, which no radius exceeds. No radius is smaller than `spacing` (1 + 2^-10), so that every point that has a
-/// site within the spacing is inside a support.
+/// diameter, which no radius exceeds. No radius is smaller than `spacing` (1 + 2^-10), so every point that has a site
+/// within the spacing is inside a support.
 SiteSet make_site_set(const Mesh& mesh, std::vector<SurfacePoint> points, double spacing, int neighbours,
                       const Execution& execution);
 

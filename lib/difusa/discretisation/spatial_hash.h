@@ -1,4 +1,4 @@
-// Points hashed by place: which points lie within a fixed reach of a given one?
+// Points hashed by position: which points are within a fixed reach of a given one?
 #pragma once
 
 #include <difusa/core/parallel.h>
@@ -14,9 +14,10 @@
 
 namespace difusa {
 
-/// A grid of cells twice as wide as the reach, so that a ball of that radius meets at most 8 of them. Each cell hashes
-/// to the head of a linked list. The 64 cells of a block have adjacent heads: neighbours in space share cache lines.
-/// Cells and regions that collide share a list, so callers test what they are shown; they may be shown it twice.
+/// A grid of cells twice as wide as the reach, so that a ball of that radius overlaps at most 8 of them. Each cell
+/// hashes to the head of a linked list. The 64 cells of a block have adjacent heads: neighbours in space share cache
+/// lines. Cells and regions that collide share a list, so callers must test the items they get; they may get an item
+/// twice.
 class SpatialHash {
   public:
     struct Item {
@@ -60,8 +61,8 @@ class SpatialHash {
             });
     }
 
-    /// Calls `test(i, item)` for a superset of the items of `region` within the reach of p until it returns true; says
-    /// whether it did.
+    /// Calls `test(i, item)` for a superset of the items of `region` within the reach of p until it returns true;
+    /// returns whether it did.
     template <class Test> bool any_near(const Vec3& p, Index region, const Test& test) const {
         const Vec3 scaled = (p - origin_) * inverse_size_;
         constexpr double margin = 0.5 * (1.0 + 1e-6); // an item must not be lost to rounding
@@ -82,7 +83,7 @@ class SpatialHash {
         return false;
     }
 
-    /// Mean length of the list that an item is in.
+    /// Mean length of the list containing an item.
     double crowding() const {
         double squares = 0.0;
         for (const Index head : heads_) {
@@ -108,7 +109,7 @@ class SpatialHash {
         const auto bits = [](std::int32_t c) { return static_cast<std::uint64_t>(static_cast<std::uint32_t>(c)); };
         const std::uint64_t block = mix_bits((bits(x >> 2) | (bits(y >> 2) << 32U)) +
                                              0x9e3779b97f4a7c15ULL * (bits(z >> 2) | (std::uint64_t{region} << 32U)));
-        // Regions in one place must not all meet in the same list of their blocks.
+        // Coincident regions must not all share the same list of their blocks.
         const std::uint64_t within =
             ((bits(x) & 3U) | ((bits(y) & 3U) << 2U) | ((bits(z) & 3U) << 4U)) ^ (block >> 58U);
         return (block * block_size + within) & (heads_.size() - 1);

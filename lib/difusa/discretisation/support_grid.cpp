@@ -25,8 +25,8 @@ SupportGrid::SupportGrid(const Mesh& mesh, const SiteSet& sites, std::span<const
     std::vector<double> sorted(support.begin(), support.end());
     const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
     std::nth_element(sorted.begin(), middle, sorted.end());
-    // Half a support: smaller cells have tighter lists but there are more of them. A floor keeps cell numbers
-    // small however fine the sites are.
+    // Half a support: smaller cells have tighter lists, but there are more of them. A lower limit keeps cell numbers
+    // small however dense the sites are.
     const double size = std::max(0.5 * *middle, mesh.diameter() * 0x1p-28);
     origin_ = mesh.low;
     inverse_size_ = 1.0 / size;
@@ -41,8 +41,8 @@ SupportGrid::SupportGrid(const Mesh& mesh, const SiteSet& sites, std::span<const
     }
     mark(mesh);
 
-    // Two rounds over the same pairs (cell, site): count, then fill. Rounding may put a point into the cell beside
-    // the one its support was tested against, hence the margin.
+    // Two passes over the same pairs (cell, site): count, then fill. Rounding may put a point into the cell next to the
+    // one its support was tested against, hence the margin.
     const double margin = 1e-6;
     const auto for_each_pair = [&](const auto& act) {
         for (std::size_t i = 0; i < sites.size(); ++i) {
@@ -58,7 +58,7 @@ SupportGrid::SupportGrid(const Mesh& mesh, const SiteSet& sites, std::span<const
     for_each_pair([&](Index bucket, Index site) { entries_[next[bucket]++] = site; });
 }
 
-/// Calls `act(bucket)` for the occupied cells of a block that a ball meets.
+/// Calls `act(bucket)` for the occupied cells of a block that a ball overlaps.
 template <class Act>
 void SupportGrid::for_each_cell(const Cell& block, Index number, const Vec3& centre, double reach,
                                 const Act& act) const {
@@ -72,7 +72,7 @@ void SupportGrid::for_each_cell(const Cell& block, Index number, const Vec3& cen
     }
 }
 
-/// Calls `act(bucket)` for the cells of a region that a ball meets.
+/// Calls `act(bucket)` for the cells of a region that a ball overlaps.
 template <class Act>
 void SupportGrid::for_each_cell(const Vec3& centre, Index region, double reach, const Act& act) const {
     const double wide = 0.5 * reach + 2.0; // blocks
@@ -140,8 +140,8 @@ void SupportGrid::near(std::span<Query> queries) const {
 }
 
 void SupportGrid::mark(const Mesh& mesh) {
-    // Each triangle is halved until a piece meets at most 2 cells along each axis; then all cells of its box count
-    // as met. Points may be rounded across a cell's wall, hence the margin.
+    // Each triangle is halved until a piece overlaps at most 2 cells along each axis; then all cells of its box count
+    // as overlapped. Points may be rounded across a cell's wall, hence the margin.
     const double margin = 1e-6;
     struct Piece {
         Vec3 a, b, c;

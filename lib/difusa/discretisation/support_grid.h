@@ -1,4 +1,4 @@
-// Which supports hold a given surface point? Asked once for every ray of a bake, so it has to be cheap.
+// Which supports contain a given surface point? Queried once for every ray of a bake, so it has to be fast.
 #pragma once
 
 #include <difusa/discretisation/cell_table.h>
@@ -13,13 +13,13 @@
 
 namespace difusa {
 
-/// A grid over the surface. Each cell that some piece of a region passes through lists the sites of that region
-/// whose support reaches into the cell. A support is a ball of Euclidean radius `support[i]` around site i, cut
-/// by "normals agree" and "same region"; site distance is never below the Euclidean one, so a support in site
+/// A grid over the surface. Each cell that some piece of a region passes through lists the sites of that region whose
+/// support reaches into the cell. A support is a ball of Euclidean radius `support[i]` around site i, restricted by
+/// "normals agree" and "same region"; site distance is never below the Euclidean distance, so a support in site
 /// distance lies inside.
 class SupportGrid {
   public:
-    /// What a candidate's test and weight need, in one cache line.
+    /// The data for a candidate's test and weight, in one cache line.
     struct alignas(64) Candidate {
         std::array<double, 3> position;
         std::array<double, 3> normal;
@@ -29,25 +29,25 @@ class SupportGrid {
 
     SupportGrid() = default;
 
-    /// `support`: #S. The mesh may be forgotten afterwards.
+    /// `support`: #S. The mesh is not needed afterwards.
     SupportGrid(const Mesh& mesh, const SiteSet& sites, std::span<const double> support);
 
-    /// The sites whose support may hold a point of `region` at `position`, ascending; the caller tests their
-    /// candidates. Empty if there is none, or the point is not on the mesh.
+    /// The sites whose support may contain a point of `region` at `position`, ascending; the caller tests the
+    /// candidates. Empty if there are none, or the point is not on the mesh.
     std::span<const Index> near(const Vec3& position, Index region) const {
         const Cell cell = cell_of(position);
         return span_of(bucket_of(blocks_.find(block_of(cell), region), cell));
     }
 
-    /// A point and its region, and where its search stands.
+    /// A point and its region, and the state of its search.
     struct Query {
         const Vec3* position;
         Index region;
         std::span<const Index> near;
     };
 
-    /// `near` for many points at once. Their memory is fetched while others are searched for: several times as fast
-    /// where points are far apart.
+    /// `near` for many points at once. Memory is prefetched for some while others are searched: several times as fast
+    /// for points that are far apart.
     void near(std::span<Query> queries) const;
 
     const Candidate& candidate(Index site) const { return candidates_[site]; }
@@ -59,16 +59,16 @@ class SupportGrid {
         return {static_cast<std::int32_t>(scaled[0] + 1.0) - 1, static_cast<std::int32_t>(scaled[1] + 1.0) - 1,
                 static_cast<std::int32_t>(scaled[2] + 1.0) - 1};
     }
-    // Cells are kept in blocks of 4 along each axis: the table of blocks is small, and one search finds 64 cells.
+    // Cells are stored in blocks of 4 along each axis: the table of blocks is small, and one lookup finds 64 cells.
     static Cell block_of(const Cell& cell) { return {cell[0] >> 2, cell[1] >> 2, cell[2] >> 2}; }
     static unsigned bit_of(const Cell& cell) {
         return static_cast<unsigned>((cell[0] & 3) | ((cell[1] & 3) << 2) | ((cell[2] & 3) << 4));
     }
     struct Occupied {
-        std::uint64_t cells = 0; ///< a bit for each that the surface passes through
+        std::uint64_t cells = 0; ///< one bit per cell, set if the surface passes through it
         Index first = 0;         ///< bucket of the first of them; the others follow
     };
-    /// Of a cell in a block of this number; both may be none.
+    /// For a cell in the block with this number; both may be none.
     Index bucket_of(Index block, const Cell& cell) const {
         if (block == none) {
             return none;

@@ -23,7 +23,7 @@ void ByteScanner::fail(const std::string& problem) const {
 
 void ByteScanner::fail_missing(const Expected& expected) const {
     fail("the file ends where " + expected.text() +
-         " is expected: it was cut short, or its header announces too much; export it again");
+         " is expected: it is truncated, or its header announces too much; export it again");
 }
 
 } // namespace difusa

@@ -69,12 +69,11 @@ double FileColours::scale(const TextScanner& scanner) const {
     if (largest_.value > 1.0 && real_line_ != 0) {
         scanner.fail_at(largest_.line, "a colour component is " + number(largest_.value) + ", but line " +
                                            std::to_string(real_line_) +
-                                           " has one written as a real number, and those count from 0 to 1: write all "
+                                           " has one written as a real number, and those range from 0 to 1: write all "
                                            "of them as whole numbers from 0 to 255, or divide them by 255");
     }
     if (largest_.value > 255.0) {
-        scanner.fail_at(largest_.line,
-                        "a colour component is " + number(largest_.value) + ": the largest one possible is 255");
+        scanner.fail_at(largest_.line, "a colour component is " + number(largest_.value) + ": the maximum is 255");
     }
     return largest_.value > 1.0 ? 255.0 : 1.0;
 }
@@ -82,7 +81,7 @@ double FileColours::scale(const TextScanner& scanner) const {
 void FileColours::finish(const TextScanner& scanner, PolygonSoup& soup) const {
     const double one = scale(scanner);
     if (real_line_ == 0 && largest_.value == 1.0) {
-        soup.notes.emplace_back("all colour components are 0 or 1: taken as counting from 0 to 1, not to 255");
+        soup.notes.emplace_back("all colour components are 0 or 1: assumed to range from 0 to 1, not to 255");
     }
     note_opacity(one == 1.0 ? below_one_ : below_255_, soup.notes);
     for (Rgb& colour : soup.point_reflectance) {
@@ -92,7 +91,7 @@ void FileColours::finish(const TextScanner& scanner, PolygonSoup& soup) const {
 }
 
 void note_opacity(const Tally& translucent, std::vector<std::string>& notes) {
-    translucent.note("colours that are not opaque", "opacity is not read, every face is opaque", notes);
+    translucent.note("colours that are not opaque", "opacity is ignored, every face is opaque", notes);
 }
 
 } // namespace difusa

@@ -1,4 +1,4 @@
-// Colours of mesh files: linear reflectances that count from 0 to 1 or from 0 to 255, and face colours as materials.
+// Colours in mesh files: linear reflectances that range from 0 to 1 or from 0 to 255, and face colours as materials.
 #pragma once
 
 #include <difusa/core/tally.h>
@@ -13,7 +13,7 @@
 
 namespace difusa {
 
-/// Numbers distinct colours in the order they come. n colours take n log n steps, whatever they are.
+/// Numbers distinct colours in order of appearance. n colours take n log n steps, whatever they are.
 class ColourTable {
   public:
     /// The number of a colour without NaN, from 0.
@@ -26,22 +26,22 @@ class ColourTable {
     using Key = std::array<double, 3>;
     std::map<Key, Index> numbers_;
     std::vector<Rgb> colours_;
-    Index latest_ = none; ///< neighbouring faces mostly share a colour
+    Index latest_ = none; ///< neighbouring faces usually share a colour
 };
 
-/// The colours of one text file. Their scale is a property of the whole file: with any component written as a
-/// real number (with a point or exponent) they count from 0 to 1; all whole and any above 1: from 0 to 255; all
-/// whole and none above 1: from 0 to 1. Collect them as written, then `finish`.
+/// The colours of one text file. Their scale is a property of the whole file: if any component is written as a real
+/// number (with a point or exponent) they range from 0 to 1; if all are whole and any is above 1, from 0 to 255; if all
+/// are whole and none is above 1, from 0 to 1. Collect them as written, then `finish`.
 class FileColours {
   public:
-    /// The 3 or 4 components of a colour, as written; a fourth is opacity, which is not a part of it.
+    /// The 3 or 4 components of a colour, as written; a fourth is opacity, which is not part of it.
     /// Throws InputError unless they are numbers >= 0.
     Rgb read(std::span<const std::string_view> components, const TextScanner& scanner);
 
-    /// The number of the material a face of this colour will have, if `finish` finds no other material in the soup.
+    /// The material number that a face of this colour will have, if `finish` finds no other materials in the soup.
     Index face_material(const Rgb& colour) { return table_.intern(colour); }
 
-    /// Scales point_reflectance, appends the materials, and notes what a user should know.
+    /// Scales point_reflectance, appends the materials, and notes what the user should know.
     /// Throws InputError naming the line of a component above the end of the scale.
     void finish(const TextScanner& scanner, PolygonSoup& soup) const;
 
@@ -54,11 +54,11 @@ class FileColours {
 
     ColourTable table_;
     Largest largest_;
-    std::uint32_t real_line_ = 0; ///< where the first component is written as a real number
+    std::uint32_t real_line_ = 0; ///< line of the first component written as a real number
     Tally below_one_, below_255_; ///< opacities other than 1, other than 255
 };
 
-/// What a user should know of colours with an opacity below 1.
+/// What the user should know about colours with an opacity below 1.
 void note_opacity(const Tally& translucent, std::vector<std::string>& notes);
 
 } // namespace difusa

@@ -50,7 +50,7 @@ std::string read_file(const fs::path& file) {
     stream.read(content.data(), static_cast<std::streamsize>(size));
     if (stream.gcount() != static_cast<std::streamsize>(size)) {
         throw InputError(name + ": only " + std::to_string(stream.gcount()) + " of " + std::to_string(size) +
-                         " bytes could be read: check the disk, or that nobody writes the file now");
+                         " bytes could be read: check the disk, and that nothing is writing to the file");
     }
     if (content.empty()) {
         throw InputError(name + ": is empty: export the mesh again");

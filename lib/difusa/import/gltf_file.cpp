@@ -58,7 +58,7 @@ double component_at(const char* bytes, Component component, bool normalized) {
     return 0.0;
 }
 
-/// False if a character does not belong there.
+/// False if a character is invalid there.
 bool decode_uri(std::string_view text, std::string& bytes) {
     while (!text.empty() && text.back() == '=') {
         text.remove_suffix(1);
@@ -115,7 +115,8 @@ GltfFile::GltfFile(std::string_view content, const std::filesystem::path& name)
     checks_.object(asset, "\"asset\"");
     const std::string& version = checks_.text(checks_.required(asset, "\"asset\"", "version"), "\"version\"");
     if (version.substr(0, 2) != "2.") {
-        checks_.fail(asset, "glTF of version " + version + "; version 2 is read: export the scene as glTF 2.0");
+        checks_.fail(asset,
+                     "glTF version " + version + " is not supported, only version 2: export the scene as glTF 2.0");
     }
     for (std::size_t i = 0; i < root_.names.size(); ++i) {
         for (const char* list : {"accessors", "bufferViews", "buffers", "images", "textures", "samplers", "materials",
@@ -137,10 +138,10 @@ void GltfFile::split_binary(std::string_view content) {
     const Expected header{"the header of a binary glTF file"};
     const auto version = scanner.take<std::uint32_t>(header);
     if (version != 2) {
-        scanner.fail("binary glTF of version " + std::to_string(version) +
-                     "; version 2 is read: export the scene as glTF 2.0");
+        scanner.fail("binary glTF version " + std::to_string(version) +
+                     " is not supported, only version 2: export the scene as glTF 2.0");
     }
-    scanner.take<std::uint32_t>(header); // the length, which the file itself knows better
+    scanner.take<std::uint32_t>(header); // the length; that of the file itself is more reliable
     const auto chunk = [&](std::uint32_t& type) {
         const auto length = scanner.take<std::uint32_t>(header);
         type = scanner.take<std::uint32_t>(header);
@@ -167,7 +168,7 @@ const JsonValue& GltfFile::entry(const char* list, const JsonValue& index) const
     const JsonValue* entries = root_.find(list);
     const std::size_t count = entries == nullptr ? 0 : entries->items.size();
     if (number >= count) {
-        checks_.fail(index, "entry " + std::to_string(number) + " of \"" + list + "\" is asked for, which has " +
+        checks_.fail(index, "entry " + std::to_string(number) + " of \"" + list + "\" is requested, which has " +
                                 std::to_string(count) + ": export the scene again");
     }
     return entries->items[number];
@@ -197,7 +198,7 @@ std::optional<std::string> GltfFile::embedded(const JsonValue& uri) const {
 std::filesystem::path GltfFile::beside(const JsonValue& uri) const {
     const std::string& text = checks_.text(uri, "\"uri\"");
     if (text.find("://") != std::string::npos) {
-        checks_.fail(uri, excerpt(text) + " is not a file beside the scene: download it, and name it there");
+        checks_.fail(uri, excerpt(text) + " is not a file next to the scene: download it, and refer to that copy");
     }
     const std::filesystem::path decoded = find_beside(folder_, without_percents(text));
     return decoded.empty() ? find_beside(folder_, text) : decoded;
@@ -222,7 +223,7 @@ std::string_view GltfFile::buffer(const JsonValue& index) {
                 const std::filesystem::path file = beside(*uri);
                 if (file.empty()) {
                     checks_.fail(*uri, "the file " + excerpt(uri->text) +
-                                           " is not there: put it beside the glTF file, or export the scene as .glb");
+                                           " is missing: put it next to the glTF file, or export the scene as .glb");
                 }
                 own = read_file(file);
                 size_ += own->size();
@@ -232,8 +233,8 @@ std::string_view GltfFile::buffer(const JsonValue& index) {
     }
     if (length > content.size()) {
         checks_.fail(from, "buffer " + std::to_string(number) + " should have " + std::to_string(length) +
-                               " bytes, and there are " + std::to_string(content.size()) +
-                               ": the file was cut short; export the scene again");
+                               " bytes, but has " + std::to_string(content.size()) +
+                               ": the file is truncated; export the scene again");
     }
     return content.substr(0, length);
 }
@@ -269,7 +270,7 @@ GltfAccessor GltfFile::accessor(const JsonValue& index, const std::string& what,
     }
     const std::size_t type = checks_.whole(checks_.required(from, name, "componentType"), "\"componentType\"");
     if (type < 5120 || type > 5126 || type == 5124) {
-        checks_.fail(from, name + " has the component type " + std::to_string(type) + ", which glTF has not");
+        checks_.fail(from, name + " has the component type " + std::to_string(type) + ", which glTF does not have");
     }
     result.component_ = static_cast<Component>(type);
     result.size_ = size_of(result.component_);
@@ -278,7 +279,7 @@ GltfAccessor GltfFile::accessor(const JsonValue& index, const std::string& what,
     }
     result.count_ = checks_.whole(checks_.required(from, name, "count"), "\"count\"");
     if (result.count_ >= none) {
-        checks_.fail(from, name + " has more vectors than can be numbered");
+        checks_.fail(from, name + " has too many vectors");
     }
     const std::size_t vector = result.components_ * result.size_;
     if (const JsonValue* view_index = from.find("bufferView")) {

@@ -1,4 +1,4 @@
-// The container of glTF 2.0 files: JSON, binary buffers, and numbers out of them, never past their ends.
+// The container of glTF 2.0 files: JSON and binary buffers, and safe reading of numbers from them.
 #pragma once
 
 #include <difusa/import/json_tree.h>
@@ -33,25 +33,26 @@ class GltfAccessor {
     Component component_ = Component::float32;
     bool normalized_ = false;
     const char* data_ = nullptr; ///< null: zeros
-    // Some vectors may be replaced by others.
+    // Some vectors may be replaced by others (sparse accessors).
     std::vector<std::uint32_t> replaced_; ///< ascending
     const char* replacements_ = nullptr;
 };
 
 class GltfFile {
   public:
-    /// Text (.gltf) or binary (.glb), told from its first bytes. `content` must outlive the object.
-    /// Throws InputError naming file and line for what is no glTF 2.0.
+    /// Text (.gltf) or binary (.glb), detected from its first bytes. `content` must outlive the object.
+    /// Throws InputError naming file and line for anything that is not glTF 2.0.
     GltfFile(std::string_view content, const std::filesystem::path& name);
 
     const JsonValue& root() const { return root_; }
     const JsonChecks& checks() const { return checks_; }
 
-    /// Entry `index`, a value of the file, of the list `list` of its root. Throws InputError if there is none.
+    /// Entry `index`, a value of the file, of the root's list `list`. Throws InputError if there is none.
     const JsonValue& entry(const char* list, const JsonValue& index) const;
 
     /// The accessor `index` of `components` numbers ("at least" with one more: colours have 3 or 4), all of whose
-    /// vectors are in its buffer. One without a buffer, of zeros, has no more vectors than the file has bytes.
+    /// vectors are in its buffer. One without a buffer, consisting of zeros, has no more vectors than the file has
+    /// bytes.
     GltfAccessor accessor(const JsonValue& index, const std::string& what, std::size_t components,
                           bool one_more = false);
 
@@ -61,7 +62,7 @@ class GltfFile {
     /// The bytes of a "data:" URI; nothing for other URIs.
     std::optional<std::string> embedded(const JsonValue& uri) const;
 
-    /// The file that a relative URI means; empty if there is none. Throws InputError for one with a scheme.
+    /// The file a relative URI refers to; empty if there is none. Throws InputError for a URI with a scheme.
     std::filesystem::path beside(const JsonValue& uri) const;
 
   private:
@@ -80,8 +81,8 @@ class GltfFile {
     JsonValue root_;
     std::string_view json_, binary_;
     bool has_binary_ = false;
-    std::size_t size_ = 0;                             ///< bytes of the file and of the buffers beside it
-    std::vector<std::optional<std::string>> contents_; ///< of buffers that are not in the file itself
+    std::size_t size_ = 0;                             ///< bytes of the file and of its external buffers
+    std::vector<std::optional<std::string>> contents_; ///< of external buffers
 };
 
 } // namespace difusa

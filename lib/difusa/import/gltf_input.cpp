@@ -9,12 +9,12 @@ namespace difusa {
 
 namespace {
 
-/// Extensions that are read.
+/// Supported extensions.
 constexpr std::array<std::string_view, 6> extensions_read{
     "KHR_lights_punctual", "KHR_materials_emissive_strength", "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_unlit", "KHR_mesh_quantization",           "KHR_texture_transform"};
-/// Extensions that change nothing about diffuse light: of what is mirrored, of choices among materials other than the
-/// one by default, of animations, and of remarks.
+/// Extensions irrelevant to diffuse light: specular reflection, material variants other than the default, animations,
+/// and annotations.
 constexpr std::array<std::string_view, 11> extensions_without_meaning{
     "KHR_animation_pointer",   "KHR_materials_anisotropy",
     "KHR_materials_clearcoat", "KHR_materials_dispersion",
@@ -96,16 +96,17 @@ void GltfInput::check_extensions() const {
         std::string remedy = "export the scene without it";
         if (name == "KHR_draco_mesh_compression" || name == "EXT_meshopt_compression" ||
             name == "KHR_meshopt_compression") {
-            remedy = "export the scene without compression of meshes";
+            remedy = "export the scene without mesh compression";
         } else if (name == "KHR_texture_basisu" || name == "EXT_texture_webp" || name == "EXT_texture_avif" ||
                    name == "MSFT_texture_dds") {
-            remedy = "export the scene with pictures in PNG or JPEG";
+            remedy = "export the scene with images in PNG or JPEG";
         } else if (name == "EXT_mesh_gpu_instancing") {
             remedy = "export each instance as a node of its own";
         } else if (name.starts_with("KHR_materials_") || name.starts_with("EXT_materials_")) {
-            remedy = "export opaque materials of metal and roughness alone";
+            remedy = "export opaque metallic-roughness materials only";
         }
-        checks().fail(each, "the scene requires the extension " + excerpt(name) + ", which is not read: " + remedy);
+        checks().fail(each,
+                      "the scene requires the extension " + excerpt(name) + ", which is not supported: " + remedy);
     }
 }
 

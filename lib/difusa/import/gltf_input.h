@@ -1,4 +1,4 @@
-// What all parts of the glTF reader share: the file, members with defaults, the soup to fill, notes.
+// Shared by all parts of the glTF reader: the file, members with defaults, the soup to fill, notes.
 #pragma once
 
 #include <difusa/import/gltf_file.h>
@@ -11,10 +11,10 @@
 
 namespace difusa {
 
-/// Photometric into radiant units: exporters turn 1 W into 683 lm.
+/// Converts photometric to radiant units: exporters turn 1 W into 683 lm.
 inline constexpr double gltf_lumens_per_watt = 683.0;
 
-/// False for extensions that are neither read nor without meaning for diffuse light.
+/// False for extensions that are neither supported nor irrelevant to diffuse light.
 bool is_known_gltf_extension(std::string_view extension);
 
 class GltfInput {
@@ -27,10 +27,10 @@ class GltfInput {
     const JsonChecks& checks() const { return file_.checks(); }
     PolygonSoup& soup() { return soup_; }
 
-    /// Throws InputError for a file that requires an extension that is not known here.
+    /// Throws InputError for a file that requires an unsupported extension.
     void check_extensions() const;
 
-    // Members of an object, with the value of those that are not there.
+    // Members of an object, with default values for missing ones.
     double number(const JsonValue& object, const char* name, double otherwise) const;
     Vec3 vector(const JsonValue& object, const char* name, const Vec3& otherwise) const;
     std::string text(const JsonValue& object, const char* name, const std::string& otherwise) const;
@@ -38,18 +38,18 @@ class GltfInput {
     /// The extension of an object, or null.
     const JsonValue* extension(const JsonValue& object, std::string_view name) const;
 
-    /// Counts what the user should know of; `where`: a material or mesh by its name.
+    /// Counts something the user should know; `where`: a material or mesh by its name.
     void note(const std::string& what, const std::string& meaning, const std::string& where = {},
               std::size_t amount = 1);
 
-    /// A note in the soup for each `what`, in the order in which they came.
+    /// A note in the soup for each `what`, in order of first appearance.
     void write_notes();
 
   private:
     struct Count {
         std::string what, meaning;
         std::size_t count = 0;
-        std::vector<std::string> where; ///< different ones, as many as are named
+        std::vector<std::string> where; ///< distinct ones, as many as are named
         bool more = false;
     };
     GltfFile file_;

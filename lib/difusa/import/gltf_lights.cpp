@@ -7,8 +7,8 @@ namespace difusa {
 
 namespace {
 
-/// Where a direction of the node points; its -z, along which cameras look and lights shine. What a scale of 0
-/// takes is told by the rotations alone.
+/// Where a direction of the node points: its -z, along which cameras look and lights shine. What a scale of 0 destroys
+/// is recovered from the rotations alone.
 Vec3 turned(const GltfInput& input, const JsonValue& at, const GltfNodePlace& node, const Vec3& direction) {
     const auto is_unit = [](const Vec3& v) { return std::abs(v.norm() - 1.0) < 1e-6; };
     Vec3 result = (node.place.linear * direction).stableNormalized();
@@ -16,8 +16,9 @@ Vec3 turned(const GltfInput& input, const JsonValue& at, const GltfNodePlace& no
         result = (node.turn * direction).stableNormalized();
     }
     if (!is_unit(result)) {
-        input.checks().fail(at, "where a camera or light points cannot be told, since the matrix of its node or of one "
-                                "above it has a scale of 0: export the scene again");
+        input.checks().fail(at,
+                            "the direction of a camera or light is undefined, since the matrix of its node or of one "
+                            "above it has a scale of 0: export the scene again");
     }
     return result;
 }
@@ -28,11 +29,11 @@ void read_gltf_camera(GltfInput& input, const JsonValue& index, const GltfNodePl
     const JsonValue& from = input.file().entry("cameras", index);
     const JsonValue* perspective = from.find("perspective");
     if (perspective == nullptr) {
-        input.note("cameras without perspective", "they are not read");
+        input.note("cameras without perspective", "they are ignored");
         return;
     }
     if (input.soup().camera) {
-        input.note("further cameras", "the first one is read");
+        input.note("additional cameras", "only the first one is used");
         return;
     }
     input.checks().object(*perspective, quoted("perspective"));
@@ -55,7 +56,7 @@ void read_gltf_light(GltfInput& input, const JsonValue& index, const GltfNodePla
     const std::size_t number_of = input.checks().whole(index, quoted("light"));
     const JsonValue* lights = extension_of_root == nullptr ? nullptr : extension_of_root->find("lights");
     if (lights == nullptr || number_of >= input.checks().list(*lights, quoted("lights")).size()) {
-        input.checks().fail(index, "light " + std::to_string(number_of) + " is not there: export the scene again");
+        input.checks().fail(index, "light " + std::to_string(number_of) + " does not exist: export the scene again");
     }
     const JsonValue& from = lights->items[number_of];
     input.checks().object(from, "a light");
@@ -66,7 +67,7 @@ void read_gltf_light(GltfInput& input, const JsonValue& index, const GltfNodePla
         input.checks().fail(from, "a light has a colour or intensity that is negative or too large: correct it");
     }
     if (from.find("range") != nullptr) {
-        input.note("lights with a range", "it is not read: light falls off with the square of the distance");
+        input.note("lights with a range", "it is ignored: light falls off with the square of the distance");
     }
     if (type == "directional") {
         input.soup().lights.suns.push_back(
@@ -91,7 +92,7 @@ void read_gltf_light(GltfInput& input, const JsonValue& index, const GltfNodePla
         light.cos_inner = std::cos(inner);
         light.cos_outer = std::cos(outer);
     } else if (type != "point") {
-        input.note("lights of a type that is not known", "they are not read");
+        input.note("lights of unknown type", "they are ignored");
         return;
     }
     input.soup().lights.points.push_back(light);

@@ -10,7 +10,7 @@ namespace difusa {
 std::shared_ptr<const Image> GltfMaterials::image(const JsonValue& texture, PixelEncoding encoding) {
     const JsonValue* source = texture.find("source");
     if (source == nullptr) {
-        input_.note("textures of kinds that are not read (KTX2, WebP)", "export pictures in PNG or JPEG");
+        input_.note("textures of unsupported kinds (KTX2, WebP)", "export images in PNG or JPEG");
         return nullptr;
     }
     const JsonValue& from = input_.file().entry("images", *source);
@@ -30,8 +30,7 @@ std::shared_ptr<const Image> GltfMaterials::image(const JsonValue& texture, Pixe
         } else if (const std::filesystem::path path = input_.file().beside(uri); !path.empty()) {
             result = std::make_shared<const Image>(read_image(path, encoding, notes));
         } else {
-            input_.note("pictures of textures that are not there",
-                        "factors alone count; put the pictures beside the file");
+            input_.note("missing texture images", "only the factors are used; put the images next to the file");
         }
     }
     input_.soup().notes.insert(input_.soup().notes.end(), notes.begin(), notes.end());
@@ -51,7 +50,7 @@ TexturePlacement GltfMaterials::placement(const JsonValue& transform) const {
     };
     const Eigen::Vector2d offset = pair("offset", 0.0), scale = pair("scale", 1.0);
     const double angle = input_.number(transform, "rotation", 0.0), c = std::cos(angle), s = std::sin(angle);
-    Eigen::Matrix2d linear; // with v downwards
+    Eigen::Matrix2d linear; // with v pointing down
     linear << c * scale[0], s * scale[1], -s * scale[0], c * scale[1];
     // v = 1 - w and v' = 1 - w'.
     TexturePlacement result;
@@ -110,10 +109,10 @@ double GltfMaterials::metallic(const JsonValue& pbr, const std::string& name) {
             }
             factor *= std::min(sum / static_cast<double>(picture->pixels.size()), 1.0);
         }
-        input_.note("materials whose metal is painted by a texture", "its mean counts everywhere", name);
+        input_.note("materials whose metalness has a texture", "its mean is used everywhere", name);
     } else if (pbr.find("metallicFactor") == nullptr) {
         input_.note("materials without \"metallicFactor\"",
-                    "glTF then means metal, which has no diffuse part and is black here; for paint export "
+                    "glTF then implies metal, which has no diffuse part and is black here; for paint export "
                     "\"metallicFactor\": 0",
                     name);
         return 1.0;
@@ -133,7 +132,7 @@ double GltfMaterials::specular(const JsonValue& gloss, const std::string& name) 
             }
             largest = std::min(sum / static_cast<double>(picture->pixels.size()), 1.0);
         }
-        input_.note("materials whose specular colour is painted by a texture", "its mean counts everywhere", name);
+        input_.note("materials whose specular colour has a texture", "its mean is used everywhere", name);
     }
     note_mirror(largest, name);
     return largest;
@@ -141,7 +140,7 @@ double GltfMaterials::specular(const JsonValue& gloss, const std::string& name) 
 
 void GltfMaterials::note_mirror(double share, const std::string& name) {
     if (share == 1.0) {
-        input_.note("materials of metal", "they have no diffuse part and are black here; mirrors are not computed",
+        input_.note("metallic materials", "they have no diffuse part and are black here; mirrors are not computed",
                     name);
     }
 }
@@ -167,7 +166,7 @@ GltfMaterials::Surface GltfMaterials::surface(const JsonValue& from, std::size_t
     if (input_.extension(from, "KHR_materials_unlit") != nullptr) {
         material.reflectance = colour(pbr, "baseColorFactor");
         base_texture = pbr.find("baseColorTexture");
-        input_.note("unlit materials", "what they show counts as reflectance: light is computed here", name);
+        input_.note("unlit materials", "their colour is used as reflectance: light is computed here", name);
     } else if (gloss != nullptr) {
         material.reflectance = colour(*gloss, "diffuseFactor") * (1.0 - specular(*gloss, name));
         base_texture = gloss->find("diffuseTexture");
@@ -190,7 +189,8 @@ GltfMaterials::Surface GltfMaterials::surface(const JsonValue& from, std::size_t
     }
     result.texture_set = base_map.texture ? base_map.set : emission_map.set;
     if (base_map.texture && emission_map.texture && base_map.set != emission_map.set) {
-        input_.note("materials whose textures use different coordinates", "the mean of the emission's counts", name);
+        input_.note("materials whose textures use different coordinates", "the mean of the emission texture is used",
+                    name);
         material.emission *= emission_map.texture->mean();
         material.emission_texture = nullptr;
     }
@@ -198,19 +198,19 @@ GltfMaterials::Surface GltfMaterials::surface(const JsonValue& from, std::size_t
         material.double_sided = input_.checks().truth(*both, quoted("doubleSided"));
     }
     if (input_.text(from, "alphaMode", "OPAQUE") != "OPAQUE") {
-        input_.note("materials that are not opaque", "transparency is not read, every face is opaque", name);
+        input_.note("materials that are not opaque", "transparency is ignored, every face is opaque", name);
     }
     if (from.find("normalTexture") != nullptr) {
-        input_.note("materials with normal textures", "they are not read: the shape is that of the triangles", name);
+        input_.note("materials with normal textures", "they are ignored: the shape is that of the triangles", name);
     }
     if (from.find("occlusionTexture") != nullptr) {
-        input_.note("materials with occlusion textures", "they are not read: shade is computed", name);
+        input_.note("materials with occlusion textures", "they are ignored: occlusion is computed", name);
     }
     if (const JsonValue* extensions = from.find("extensions")) {
         input_.checks().object(*extensions, quoted("extensions"));
         for (const std::string& each : extensions->names) {
             if (!is_known_gltf_extension(each)) {
-                input_.note("materials with " + each, "it is not read, the rest of them counts", name);
+                input_.note("materials with " + each, "it is ignored, the rest of them is used", name);
             }
         }
     }

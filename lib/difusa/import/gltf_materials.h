@@ -23,32 +23,32 @@ class GltfMaterials {
     /// Material `index` of the file, read once.
     const Surface& surface(const JsonValue& index);
 
-    /// The number in the soup of a material of the file (or of none), with the colours of vertices or without.
+    /// The soup's number for a material of the file (or for none), with or without vertex colours.
     Index material(const JsonValue* index, bool painted);
 
   private:
-    /// A picture on a material, and which of a vertex' coordinates place it.
+    /// An image on a material, and which of a vertex' coordinates are used for it.
     struct Map {
         std::shared_ptr<const Texture> texture;
         std::size_t set = 0;
     };
-    /// Decoded once. Null, with a note, for a picture that is not there or not of a kind that glTF has by itself.
+    /// Decoded once. Null, with a note, for an image that is missing or not of a kind built into glTF.
     std::shared_ptr<const Image> image(const JsonValue& texture, PixelEncoding encoding);
     static Texture::Wrap wrap(std::size_t mode);
-    /// KHR_texture_transform, with v upwards as textures have it here: u' = offset + R scale u, where R turns
-    /// counterclockwise on the picture.
+    /// KHR_texture_transform, with v pointing up as in textures here: u' = offset + R scale u, where R rotates
+    /// counterclockwise on the image.
     TexturePlacement placement(const JsonValue& transform) const;
     /// A "textureInfo" of the file.
     Map map(const JsonValue& from);
     /// The image of a "textureInfo"; null as in image().
     std::shared_ptr<const Image> image_of(const JsonValue& from, PixelEncoding encoding);
-    /// Metals have no diffuse part. Of a texture its mean counts.
+    /// Metals have no diffuse part. For a texture its mean is used.
     double metallic(const JsonValue& pbr, const std::string& name);
-    /// The part that KHR_materials_pbrSpecularGlossiness mirrors, which is not diffuse: the largest channel of the
-    /// specular colour. Of a texture its mean counts.
+    /// The specular part of KHR_materials_pbrSpecularGlossiness, which is not diffuse: the largest channel of the
+    /// specular colour. For a texture its mean is used.
     double specular(const JsonValue& gloss, const std::string& name);
     void note_mirror(double share, const std::string& name);
-    /// Four numbers, of which the last, opacity, does not count.
+    /// Four numbers, of which the last, opacity, is ignored.
     Rgb colour(const JsonValue& object, const char* member) const;
     Surface surface(const JsonValue& from, std::size_t index);
 

@@ -56,7 +56,7 @@ void GltfMeshes::read_primitive(const JsonValue& from, const std::string& name, 
     const std::size_t triangles = mode == 4 ? count / 3 : count < 3 ? 0 : count - 2;
     const std::size_t left_over = mode == 4 ? count % 3 : count < 3 ? count : 0;
     if (left_over > 0) {
-        note_mesh("vertices left over that make no triangle", "they are not read; export the mesh again", name,
+        note_mesh("leftover vertices that form no triangle", "they are ignored; export the mesh again", name,
                   left_over);
     }
     require_room(triangles);
@@ -66,12 +66,12 @@ void GltfMeshes::read_primitive(const JsonValue& from, const std::string& name, 
             corner = primitive->indices ? static_cast<std::size_t>(primitive->indices->at(corner, 0)) : corner;
             if (corner >= primitive->positions.count()) {
                 input_.checks().fail(
-                    from, name + ", triangle " + std::to_string(t) + " names vertex " + std::to_string(corner) +
+                    from, name + ", triangle " + std::to_string(t) + " refers to vertex " + std::to_string(corner) +
                               " of " + std::to_string(primitive->positions.count()) + ": export the scene again");
             }
         }
         if (mode == 5 && (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0])) {
-            continue; // where strips are joined
+            continue; // degenerate, where strips are joined
         }
         if (place.mirrors()) {
             std::swap(corners[1], corners[2]);
@@ -92,19 +92,20 @@ std::optional<GltfMeshes::Primitive> GltfMeshes::primitive_of(const JsonValue& f
     checks.object(from, "a primitive");
     if (input_.extension(from, "KHR_draco_mesh_compression") != nullptr && from.find("attributes") != nullptr &&
         from.find("attributes")->names.empty()) {
-        checks.fail(from, name + " is compressed (Draco), which is not read: export the scene without compression");
+        checks.fail(from,
+                    name + " is compressed (Draco), which is not supported: export the scene without compression");
     }
     const JsonValue* mode_given = from.find("mode");
     const std::size_t mode = mode_given == nullptr ? 4 : checks.whole(*mode_given, quoted("mode"));
     if (mode < 4 || mode > 6) {
-        note_mesh("primitives of points or lines", "they carry no surface and are not read", name);
+        note_mesh("primitives of points or lines", "they have no surface and are ignored", name);
         return std::nullopt;
     }
     const JsonValue& attributes = checks.required(from, "a primitive of " + name, "attributes");
     checks.object(attributes, quoted("attributes"));
     const JsonValue* position_index = attributes.find("POSITION");
     if (position_index == nullptr) {
-        note_mesh("primitives without positions", "they are not read", name);
+        note_mesh("primitives without positions", "they are ignored", name);
         return std::nullopt;
     }
     Primitive result;

@@ -1,4 +1,4 @@
-// Windows bitmaps without compression.
+// Uncompressed Windows bitmaps.
 #include <difusa/import/byte_scanner.h>
 #include <difusa/import/image_codecs.h>
 
@@ -6,11 +6,11 @@ namespace difusa {
 
 Samples decode_bmp(std::string_view content, const std::string& name) {
     ByteScanner header(content, name, std::endian::little, 10);
-    const Expected expected{"the header of a BMP picture"};
+    const Expected expected{"the header of a BMP image"};
     const auto data_at = header.take<std::uint32_t>(expected);
     const auto header_size = header.take<std::uint32_t>(expected);
     if (header_size < 40) {
-        refuse_image(name, "a BMP of a kind that is not read: save it as PNG");
+        refuse_image(name, "a BMP of an unsupported kind: save it as PNG");
     }
     const auto width = header.take<std::int32_t>(expected);
     const auto rows = header.take<std::int32_t>(expected); // negative: the first row is the top one
@@ -18,22 +18,23 @@ Samples decode_bmp(std::string_view content, const std::string& name) {
     const auto bits = header.take<std::uint16_t>(expected);
     const auto compression = header.take<std::uint32_t>(expected);
     if ((bits != 8 && bits != 24 && bits != 32) || compression != 0) {
-        refuse_image(name, "a BMP with " + std::to_string(bits) + " bits a pixel and compression " +
-                               std::to_string(compression) +
-                               "; 8, 24 and 32 bits without compression are read: save it so, or as PNG");
+        refuse_image(name,
+                     "a BMP with " + std::to_string(bits) + " bits per pixel and compression " +
+                         std::to_string(compression) +
+                         "; only 8, 24 and 32 bits without compression are supported: save it like that, or as PNG");
     }
     header.skip(12, expected);
     const auto named = header.take<std::uint32_t>(expected);
     const std::size_t height = static_cast<std::size_t>(rows < 0 ? -std::int64_t{rows} : std::int64_t{rows});
     check_image_size(name, static_cast<std::size_t>(std::max(width, 0)), height, bits, content.size());
 
-    std::vector<std::array<std::uint8_t, 4>> palette; // B G R and nothing
+    std::vector<std::array<std::uint8_t, 4>> palette; // B G R and padding
     if (bits == 8) {
         ByteScanner colours(content, name, std::endian::native,
                             std::min<std::size_t>(14 + header_size, content.size()));
         palette.resize(named == 0 || named > 256 ? 256 : named);
         for (auto& colour : palette) {
-            colour = colours.take<std::array<std::uint8_t, 4>>({"the palette of a BMP picture"});
+            colour = colours.take<std::array<std::uint8_t, 4>>({"the palette of a BMP image"});
         }
     }
     Samples samples;
@@ -50,7 +51,7 @@ Samples decode_bmp(std::string_view content, const std::string& name) {
                 const auto number = pixels.take<std::uint8_t>(pixel);
                 if (number >= palette.size()) {
                     pixels.fail("a pixel has the colour " + std::to_string(number) + " of " +
-                                std::to_string(palette.size()) + ": the file is damaged; save the picture again");
+                                std::to_string(palette.size()) + ": the file is damaged; save the image again");
                 }
                 for (std::size_t k = 0; k < 3; ++k) {
                     out[k] = palette[number][2 - k];

@@ -12,7 +12,7 @@ namespace difusa {
 
 namespace {
 
-/// The transfer function of IEC 61966-2-1, backwards.
+/// The inverse transfer function of IEC 61966-2-1.
 double linear_of_srgb(double v) {
     return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
 }
@@ -38,7 +38,7 @@ Samples decode(std::string_view content, const std::string& name) {
     if (begins(content, "II*\0"sv) || begins(content, "MM\0*"sv)) {
         return decode_tiff(content, name);
     }
-    throw InputError(name + ": is no picture of a kind that is read (PNG, JPEG, TIFF, BMP, Radiance HDR): save it as "
+    throw InputError(name + ": is not an image of a supported format (PNG, JPEG, TIFF, BMP, Radiance HDR): save it as "
                             "one of these");
 }
 
@@ -54,16 +54,16 @@ void check_image_size(const std::string& name, std::size_t width, std::size_t he
     const double w = static_cast<double>(width), h = static_cast<double>(height);
     const std::string size = std::to_string(width) + " by " + std::to_string(height) + " pixels";
     if (width == 0 || height == 0) {
-        refuse_image(name, "a picture of " + size + ": save it again");
+        refuse_image(name, "an image of " + size + ": save it again");
     }
     if (w > largest_side || h > largest_side ||
         w * h * static_cast<double>(bits_per_pixel) > 8.0 * compression * static_cast<double>(bytes)) {
         refuse_image(name, "its header promises " + size + ", which " + std::to_string(bytes) +
-                               " bytes cannot hold: the file is damaged; save the picture again");
+                               " bytes cannot hold: the file is damaged; save the image again");
     }
     constexpr double bytes_per_pixel = 4 * sizeof(std::uint16_t) + 3 * sizeof(float);
-    if (w * h * bytes_per_pixel > 0x1p24) { // asking takes longer than decoding a small one
-        require_memory(w * h * bytes_per_pixel, "the picture " + name + " of " + size, "make it smaller");
+    if (w * h * bytes_per_pixel > 0x1p24) { // checking takes longer than decoding a small one
+        require_memory(w * h * bytes_per_pixel, "the image " + name + " of " + size, "make it smaller");
     }
 }
 
@@ -94,7 +94,7 @@ Image decode_image(std::string_view content, const std::string& name, PixelEncod
             if (!(image.pixels[i][c] >= 0.0F) || !std::isfinite(image.pixels[i][c])) {
                 refuse_image(name, "the pixel in column " + std::to_string(i % image.width) + ", row " +
                                        std::to_string(i / image.width) +
-                                       " (from the upper left, from 0) is negative or not finite: mend the picture");
+                                       " (from the upper left, from 0) is negative or not finite: repair the image");
             }
         }
         if (channels > colours) {
@@ -104,7 +104,7 @@ Image decode_image(std::string_view content, const std::string& name, PixelEncod
     }
     if (translucent > 0) {
         notes.push_back(name + ": " + std::to_string(translucent) + " of " + std::to_string(image.pixels.size()) +
-                        " pixels are not opaque; transparency is not read, their colours count");
+                        " pixels are not opaque; transparency is ignored, their colours are used");
     }
     return image;
 }

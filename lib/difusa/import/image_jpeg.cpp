@@ -12,7 +12,7 @@ namespace difusa {
 
 namespace {
 
-/// A decoder whose errors leave by longjmp: nothing with a destructor may live where they occur.
+/// A decoder whose errors exit by longjmp: nothing with a destructor may be live where they occur.
 struct JpegFile {
     jpeg_decompress_struct decoder{};
     jpeg_error_mgr errors{};
@@ -71,13 +71,13 @@ struct JpegFile {
         common->err->format_message(common, file->message.data());
         std::longjmp(file->back, 1); // NOLINT(cert-err52-cpp)
     }
-    /// What the decoder only warns of is damage too, but for bytes between segments, which some cameras leave.
+    /// The decoder's warnings also count as damage, except for bytes between segments, which some cameras leave.
     static void on_message(j_common_ptr common, int level) {
         if (level < 0 && common->err->msg_code != JWRN_EXTRANEOUS_DATA) {
             on_error(common);
         }
     }
-    /// A small file can ask for thousands of passes over a large picture.
+    /// A small file can require thousands of passes over a large image.
     static void on_progress(j_common_ptr common) {
         constexpr int most_scans = 256;
         auto* file = static_cast<JpegFile*>(common->client_data);
@@ -93,7 +93,7 @@ struct JpegFile {
 Samples decode_jpeg(std::string_view content, const std::string& name) {
     JpegFile file;
     const auto refuse = [&] {
-        refuse_image(name, std::string("damaged JPEG (") + file.message.data() + "): save the picture again");
+        refuse_image(name, std::string("damaged JPEG (") + file.message.data() + "): save the image again");
     };
     if (!file.read_header(reinterpret_cast<const unsigned char*>(content.data()), content.size())) {
         refuse();
@@ -101,7 +101,7 @@ Samples decode_jpeg(std::string_view content, const std::string& name) {
     jpeg_decompress_struct& decoder = file.decoder;
     if (decoder.num_components != 1 && decoder.num_components != 3) {
         refuse_image(name, "a JPEG of " + std::to_string(decoder.num_components) +
-                               " colour components (CMYK); R G B or grey are read: save it as RGB");
+                               " colour components (CMYK); only RGB and grey are supported: save it as RGB");
     }
     decoder.out_color_space = decoder.num_components == 1 ? JCS_GRAYSCALE : JCS_RGB;
     check_image_size(name, decoder.image_width, decoder.image_height, 8, content.size());

@@ -12,7 +12,7 @@ namespace difusa {
 
 namespace {
 
-/// What libpng's callbacks need. Errors leave by longjmp, so nothing with a destructor may live where they occur.
+/// State for libpng's callbacks. Errors exit by longjmp, so nothing with a destructor may be live where they occur.
 struct PngFile {
     png_structp png = nullptr;
     png_infop info = nullptr;
@@ -28,7 +28,7 @@ struct PngFile {
     }
     ~PngFile() { png_destroy_read_struct(&png, &info, nullptr); }
 
-    /// Reads all before the pixels, and asks for grey or RGB samples of 8 or 16 bits. False after an error.
+    /// Reads everything before the pixels, and requests grey or RGB samples of 8 or 16 bits. False after an error.
     bool read_header() {
         if (setjmp(png_jmpbuf(png)) != 0) { // NOLINT(cert-err52-cpp): the library's way to report errors
             return false;
@@ -77,7 +77,7 @@ struct PngFile {
 Samples decode_png(std::string_view content, const std::string& name) {
     PngFile file(content);
     const auto refuse = [&] {
-        refuse_image(name, std::string("damaged PNG (") + file.message.data() + "): save the picture again");
+        refuse_image(name, std::string("damaged PNG (") + file.message.data() + "): save the image again");
     };
     if (file.info == nullptr || !file.read_header()) {
         refuse();
@@ -90,11 +90,11 @@ Samples decode_png(std::string_view content, const std::string& name) {
     samples.top = bytes == 2 ? 65535 : 255;
     const std::size_t row_bytes = png_get_rowbytes(file.png, file.info);
     if (samples.channels < 1 || samples.channels > 4 || row_bytes != samples.width * samples.channels * bytes) {
-        refuse_image(name, "a PNG of a kind that is not read: save it as RGB");
+        refuse_image(name, "a PNG of an unsupported kind: save it as RGB");
     }
-    check_image_size(name, samples.width, samples.height, 1, content.size()); // pixels may have had one bit
+    check_image_size(name, samples.width, samples.height, 1, content.size()); // pixels may have one bit each
     samples.values.resize(samples.size());
-    // 8-bit rows go to the upper half of the room their samples will have.
+    // 8-bit rows go to the upper half of the space their samples will occupy.
     auto* const memory = reinterpret_cast<png_bytep>(samples.values.data());
     const std::size_t offset = (2 - bytes) * samples.size();
     std::vector<png_bytep> rows(samples.height);
@@ -107,7 +107,7 @@ Samples decode_png(std::string_view content, const std::string& name) {
     if (bytes == 1) {
         const png_byte* const narrow = memory + offset;
         for (std::size_t i = 0; i < samples.size(); ++i) {
-            samples.values[i] = narrow[i]; // writes behind what is still to be read
+            samples.values[i] = narrow[i]; // writes only behind what is still to be read
         }
     }
     return samples;

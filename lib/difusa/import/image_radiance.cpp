@@ -1,4 +1,4 @@
-// Radiance pictures (.hdr, .pic): three mantissas and a common exponent, in rows that are run-length coded.
+// Radiance images (.hdr, .pic): three mantissas and a common exponent, in run-length coded rows.
 // Format: G. Ward, "Real Pixels", Graphics Gems II (1991); Radiance file formats, "picture".
 #include <difusa/import/image_codecs.h>
 
@@ -13,7 +13,7 @@ namespace {
 
 using Rgbe = std::array<std::uint8_t, 4>;
 
-/// The line that ends at the next LF, which is taken too.
+/// The line up to the next LF, which is consumed too.
 std::string_view take_line(std::string_view content, std::size_t& at) {
     const std::size_t end = std::min(content.find('\n', at), content.size());
     std::string_view line = content.substr(at, end - at);
@@ -21,7 +21,7 @@ std::string_view take_line(std::string_view content, std::size_t& at) {
     return !line.empty() && line.back() == '\r' ? line.substr(0, line.size() - 1) : line;
 }
 
-/// A row in the form of 1991: runs of each component apart.
+/// A row in the 1991 form: runs for each component separately.
 void take_components(ByteScanner& scanner, std::vector<Rgbe>& row, const Expected& expected) {
     for (std::size_t k = 0; k < 4; ++k) {
         for (std::size_t c = 0; c < row.size();) {
@@ -30,7 +30,7 @@ void take_components(ByteScanner& scanner, std::vector<Rgbe>& row, const Expecte
             count -= run ? 128 : 0;
             if (count == 0 || count > row.size() - c) {
                 scanner.fail("a run of " + std::to_string(count) + " pixels where " + std::to_string(row.size() - c) +
-                             " are left of the row: the file is damaged; save the picture again");
+                             " are left in the row: the file is damaged; save the image again");
             }
             std::uint8_t value = run ? scanner.take<std::uint8_t>(expected) : std::uint8_t{0};
             for (; count > 0; --count, ++c) {
@@ -41,7 +41,7 @@ void take_components(ByteScanner& scanner, std::vector<Rgbe>& row, const Expecte
     }
 }
 
-/// A row of whole pixels; (1, 1, 1, n) repeats the one before n times, n times 256 if it follows another such.
+/// A row of whole pixels; (1, 1, 1, n) repeats the previous one n times, n times 256 if it follows another such.
 void take_pixels(ByteScanner& scanner, std::vector<Rgbe>& row, Rgbe first, const Expected& expected) {
     unsigned shift = 0;
     for (std::size_t c = 0; c < row.size();) {
@@ -54,7 +54,7 @@ void take_pixels(ByteScanner& scanner, std::vector<Rgbe>& row, Rgbe first, const
         const std::size_t count = shift > 16 ? row.size() : std::size_t{pixel[3]} << shift;
         shift += 8;
         if (c == 0 || count > row.size() - c) {
-            scanner.fail("a run of pixels does not fit into its row: the file is damaged; save the picture again");
+            scanner.fail("a run of pixels does not fit into its row: the file is damaged; save the image again");
         }
         std::fill_n(row.begin() + static_cast<std::ptrdiff_t>(c), count, row[c - 1]);
         c += count;
@@ -69,8 +69,8 @@ Samples decode_radiance(std::string_view content, const std::string& name) {
     double exposure = 1.0;
     for (std::string_view line = take_line(content, at); !line.empty(); line = take_line(content, at)) {
         if (line.substr(0, 7) == "FORMAT=" && line != "FORMAT=32-bit_rle_rgbe") {
-            refuse_image(name, "a Radiance picture of the format " + excerpt(line.substr(7)) +
-                                   "; 32-bit_rle_rgbe is read: convert it");
+            refuse_image(name, "a Radiance image of the format " + excerpt(line.substr(7)) +
+                                   "; only 32-bit_rle_rgbe is supported: convert it");
         }
         if (line.substr(0, 9) == "EXPOSURE=") {
             std::string_view number = line.substr(9);
@@ -78,7 +78,7 @@ Samples decode_radiance(std::string_view content, const std::string& name) {
             number = number.substr(0, number.find_last_not_of(" \t") + 1);
             double factor = 1.0; // pixels were multiplied by it
             if (!parse_real(number, factor) || !(factor > 0.0) || !std::isfinite(factor)) {
-                refuse_image(name, "the exposure " + excerpt(number) + " is no positive number: correct it");
+                refuse_image(name, "the exposure " + excerpt(number) + " is not a positive number: correct it");
             }
             exposure *= factor;
         }
@@ -92,8 +92,9 @@ Samples decode_radiance(std::string_view content, const std::string& name) {
         !words.next(x, TextScanner::Reach::line) || !words.next(width_word, TextScanner::Reach::line) || y != "-Y" ||
         x != "+X" || !parse_integer(height_word, height) || !parse_integer(width_word, width) || height < 0 ||
         width < 0) {
-        refuse_image(name, "the size of a Radiance picture is " + excerpt(size) +
-                               "; rows from the top, from left to right, are read (-Y rows +X columns): convert it");
+        refuse_image(
+            name, "the size of a Radiance image is " + excerpt(size) +
+                      "; only rows from the top, from left to right, are supported (-Y rows +X columns): convert it");
     }
     check_image_size(name, static_cast<std::size_t>(width), static_cast<std::size_t>(height), 32, content.size());
 
@@ -101,7 +102,7 @@ Samples decode_radiance(std::string_view content, const std::string& name) {
     samples.width = static_cast<std::size_t>(width);
     samples.height = static_cast<std::size_t>(height);
     samples.real.reserve(samples.size());
-    ByteScanner scanner(content, name, std::endian::native, at); // bytes alone
+    ByteScanner scanner(content, name, std::endian::native, at); // bytes only
     std::vector<Rgbe> row(samples.width);
     for (std::size_t r = 0; r < samples.height; ++r) {
         const Expected expected{"row", r + 1, samples.height};
@@ -113,7 +114,7 @@ Samples decode_radiance(std::string_view content, const std::string& name) {
             take_pixels(scanner, row, first, expected);
         }
         for (const Rgbe& pixel : row) {
-            // Mantissas count 256ths; an exponent of 0 is black.
+            // Mantissas are in 256ths; an exponent of 0 is black.
             const double scale = pixel[3] == 0 ? 0.0 : std::ldexp(1.0, pixel[3] - 136) / exposure;
             for (std::size_t k = 0; k < 3; ++k) {
                 samples.real.push_back(static_cast<float>(pixel[k] * scale));

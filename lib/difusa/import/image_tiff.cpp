@@ -12,7 +12,7 @@ namespace difusa {
 
 namespace {
 
-/// A TIFF file in memory, and the first thing that is wrong with it.
+/// A TIFF file in memory, and the first error found in it.
 struct TiffSource {
     std::string_view content;
     std::size_t at = 0;
@@ -67,10 +67,10 @@ int on_warning(TIFF* /*file*/, void* /*user*/, const char* /*module*/, const cha
 
 Samples decode_tiff(std::string_view content, const std::string& name) {
     TiffSource source{content, 0, {}};
-    const auto refuse = [&] { refuse_image(name, "damaged TIFF (" + source.message + "): save the picture again"); };
+    const auto refuse = [&] { refuse_image(name, "damaged TIFF (" + source.message + "): save the image again"); };
     const std::unique_ptr<TIFFOpenOptions, void (*)(TIFFOpenOptions*)> options(TIFFOpenOptionsAlloc(),
                                                                                TIFFOpenOptionsFree);
-    constexpr tmsize_t largest_piece = tmsize_t{1} << 30; // of memory at once
+    constexpr tmsize_t largest_piece = tmsize_t{1} << 30; // per allocation
     TIFFOpenOptionsSetMaxSingleMemAlloc(options.get(), largest_piece);
     TIFFOpenOptionsSetErrorHandlerExtR(options.get(), on_error, &source);
     TIFFOpenOptionsSetWarningHandlerExtR(options.get(), on_warning, &source);
@@ -96,8 +96,8 @@ Samples decode_tiff(std::string_view content, const std::string& name) {
     const bool rgb = meaning == PHOTOMETRIC_RGB && (channels == 3 || channels == 4);
     if (!(whole || real) || !(grey || rgb) || planes != PLANARCONFIG_CONTIG || corner != ORIENTATION_TOPLEFT ||
         TIFFIsTiled(file.get()) != 0) {
-        refuse_image(name, "a TIFF of a kind that is not read; grey or RGB in rows, of 8 or 16 bits or 32-bit real "
-                           "numbers, are: save it so, or as PNG");
+        refuse_image(name, "a TIFF of an unsupported kind; only grey or RGB in rows, of 8 or 16 bits or 32-bit real "
+                           "numbers, is supported: save it like that, or as PNG");
     }
     check_image_size(name, width, height, std::size_t{bits} * channels, content.size());
     Samples samples;

@@ -18,8 +18,8 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// Walks over a text, and tells the line of the character passed last. The parser looks one character ahead at the end
-/// of a number: a line end counts with the character behind it.
+/// Iterates over a text and tracks the line of the last character passed. The parser looks one character ahead at the
+/// end of a number: a line end counts with the character after it.
 class LineCounter {
   public:
     using iterator_category = std::input_iterator_tag;
@@ -49,7 +49,7 @@ class LineCounter {
     bool passed_line_end_ = false;
 };
 
-/// Takes the parser's events.
+/// Receives the parser's events.
 class Builder : public nlohmann::json_sax<Json> {
   public:
     Builder(const std::string& file, const std::uint32_t& line) : file_(file), line_(line) {}
@@ -92,7 +92,7 @@ class Builder : public nlohmann::json_sax<Json> {
     bool parse_error(std::size_t /*position*/, const std::string& last, const Json::exception& error) override {
         // "[json.exception...] parse error at line 3, column 5: what is wrong; last read: ..."
         if (error.id == 406) { // number overflow
-            fail(excerpt(last) + " is too large a number: those up to 1.7e308 can be held; correct it");
+            fail(excerpt(last) + " is too large: the maximum is 1.7e308; correct it");
         }
         std::string text = error.what();
         const std::size_t begin = text.find(": ");
@@ -119,11 +119,11 @@ class Builder : public nlohmann::json_sax<Json> {
     }
     bool open(JsonValue::Kind kind) {
         if (open_.size() >= deepest) {
-            fail("values are nested more than " + std::to_string(deepest) + " deep: no such file has a meaning here");
+            fail("values are nested more than " + std::to_string(deepest) + " deep: no valid file is");
         }
         JsonValue& value = add({});
         value.kind = kind;
-        // Only the innermost list grows, so that those it is in stay where they are.
+        // Only the innermost list grows, so the enclosing ones do not move.
         open_.push_back(&value);
         return true;
     }
@@ -149,7 +149,7 @@ class Builder : public nlohmann::json_sax<Json> {
         });
         if (twice != order.end()) {
             throw InputError(file_ + ":" + std::to_string(object.items[*(twice + 1)].line) + ": " +
-                             excerpt(object.names[*twice]) + " stands twice in one object (first in line " +
+                             excerpt(object.names[*twice]) + " occurs twice in one object (first in line " +
                              std::to_string(object.items[*twice].line) + "): remove one");
         }
     }
@@ -158,7 +158,7 @@ class Builder : public nlohmann::json_sax<Json> {
     const std::uint32_t& line_;
     JsonValue root_;
     JsonValue* latest_ = nullptr;
-    std::vector<JsonValue*> open_; ///< lists and objects that the next value is in
+    std::vector<JsonValue*> open_; ///< lists and objects that contain the next value
 };
 
 std::string in_words(const JsonValue& value) {
@@ -188,7 +188,7 @@ const JsonValue* JsonValue::find(std::string_view name) const {
 
 JsonValue parse_json(std::string_view content, const std::string& file) {
     if (std::count(content.begin(), content.end(), '\n') >= none) {
-        throw InputError(file + ": has more lines than 32 bits can number: split it");
+        throw InputError(file + ": has more than 2^32 lines: split it");
     }
     std::uint32_t line = 1;
     Builder builder(file, line);
@@ -215,7 +215,7 @@ double JsonChecks::number(const JsonValue& value, const std::string& what) const
 std::size_t JsonChecks::whole(const JsonValue& value, const std::string& what) const {
     if (value.kind != JsonValue::Kind::number || !(value.number >= 0.0 && value.number <= 0x1p53) ||
         value.number != std::floor(value.number)) {
-        unexpected(value, what, "a whole number, not negative");
+        unexpected(value, what, "a non-negative whole number");
     }
     return static_cast<std::size_t>(value.number);
 }

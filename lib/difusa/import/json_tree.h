@@ -1,4 +1,4 @@
-// JSON text as a tree whose values know their lines.
+// JSON text as a tree whose values record their lines.
 #pragma once
 
 #include <difusa/core/types.h>
@@ -14,7 +14,7 @@ struct JsonValue {
     enum class Kind : std::uint8_t { null, boolean, number, text, list, object };
     Kind kind = Kind::null;
     bool truth = false;     ///< of a boolean
-    std::uint32_t line = 1; ///< where it begins
+    std::uint32_t line = 1; ///< where it starts
     double number = 0.0;
     std::string text;
     std::vector<std::string> names; ///< of an object's members
@@ -25,17 +25,17 @@ struct JsonValue {
 };
 
 /// Parses the whole text. Numbers are doubles: whole ones are exact up to 2^53.
-/// Throws InputError "file:line: ..." for what is not JSON, a name that an object has twice, values nested more than
-/// 64 deep, and more lines than 32 bits can number.
+/// Throws InputError "file:line: ..." for anything that is not JSON, duplicate names in an object, values nested more
+/// than 64 deep, and more lines than 32 bits can number.
 JsonValue parse_json(std::string_view content, const std::string& file);
 
-/// The name of a member, as messages give it.
+/// The name of a member, as written in messages.
 inline std::string quoted(std::string_view name) {
     return "\"" + std::string(name) + "\"";
 }
 
-/// What is expected of values. `what` is how a message calls one: "\"reflectance\"". All throw InputError
-/// "file:line: `what` must be ...".
+/// Expectations on values. `what` is what messages call a value: "\"reflectance\"". All throw InputError "file:line:
+/// `what` must be ...".
 class JsonChecks {
   public:
     explicit JsonChecks(std::string file) : file_(std::move(file)) {}
@@ -56,7 +56,7 @@ class JsonChecks {
     std::vector<double> numbers(const JsonValue& value, const std::string& what, std::size_t count) const;
     Vec3 vector(const JsonValue& value, const std::string& what) const;
 
-    /// An object without members but these and "comment"; an unknown one is refused with the nearest of them.
+    /// An object with no members but these and "comment"; an unknown one is rejected with the nearest of them.
     void members(const JsonValue& value, const std::string& what, const std::vector<std::string>& known) const;
 
     /// The member of an object. Throws if there is none.

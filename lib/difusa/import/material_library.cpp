@@ -1,5 +1,5 @@
-// tinyobjloader 2.0 reads MTL too, but reads `Kd 0.5` as a saturated red, `Kd xyz ...`, `Kd 0,5 0,5 0,5` and a
-// continued line as black or shifted, all without a word, and is off by an ulp for numbers like 0.725.
+// tinyobjloader 2.0 reads MTL too, but silently reads `Kd 0.5` as a saturated red, and `Kd xyz ...`, `Kd 0,5 0,5 0,5`
+// and a continued line as black or shifted, and is off by an ulp for numbers like 0.725.
 #include <difusa/import/material_library.h>
 
 #include <difusa/core/tally.h>
@@ -101,7 +101,7 @@ class Parser {
         return material_;
     }
 
-    /// Three numbers, or one for all three. False, with a note, for the two notations that are not read.
+    /// Three numbers, or one for all three. False, with a note, for the two unsupported notations.
     bool colour(const char* keyword, Rgb& value) {
         std::string_view token;
         if (!scanner_.next(token, Reach::line)) {
@@ -131,7 +131,7 @@ class Parser {
         return true;
     }
 
-    /// A colour that is not read further: whatever is written in its place.
+    /// An unsupported colour: the rest of the line is ignored.
     bool lenient_colour(Rgb& value) {
         std::string_view token;
         int k = 0;
@@ -141,7 +141,7 @@ class Parser {
         return k > 0;
     }
 
-    /// Options, then the name of a file, which may have blanks.
+    /// Options, then the name of a file, which may contain blanks.
     void texture(bool emission) {
         current();
         TextureUse use{library_.materials.size(), emission, {}, scanner_.line()};
@@ -166,7 +166,7 @@ class Parser {
             }
         }
         if (use.file.empty()) {
-            scanner_.fail("a texture names no file: write the name of the picture, or remove the line");
+            scanner_.fail("a texture names no file: write the name of the image, or remove the line");
         }
         maps_[emission ? 1 : 0] = std::move(use);
     }
@@ -205,7 +205,7 @@ class Parser {
         const bool opaque = parse_real(token, value) && value == (word == "d" ? 1.0 : 0.0);
         if (!opaque && open_ && !translucent_here_) {
             translucent_.add(line_);
-            translucent_here_ = true; // exporters write both words
+            translucent_here_ = true; // exporters write both keywords
         }
     }
 
@@ -213,19 +213,19 @@ class Parser {
         std::vector<std::string>& notes = library_.notes;
         const std::string materials = file_ + ": materials ";
         without_kd_.note(materials + "without Kd", "their reflectance is 0.5", notes);
-        unread_.note(file_ + ": options of textures that are not read", "their textures are as without", notes);
-        mirror_.note(materials + "that are mirrors (illum 3 with Ks)", "mirrors are not computed, Kd alone counts",
+        unread_.note(file_ + ": unsupported texture options", "they are ignored", notes);
+        mirror_.note(materials + "that are mirrors (illum 3 with Ks)", "mirrors are not computed, only Kd is used",
                      notes);
-        translucent_.note(materials + "that are not opaque", "transparency is not read, every face is opaque", notes);
-        foreign_.note(materials + "with a spectral or xyz colour", "it is not read: write R G B instead", notes);
-        repeated_.note(materials + "whose name was defined before", "the first definition counts", notes);
+        translucent_.note(materials + "that are not opaque", "transparency is ignored, every face is opaque", notes);
+        foreign_.note(materials + "with a spectral or xyz colour", "it is ignored: write R G B instead", notes);
+        repeated_.note(materials + "whose name was defined before", "the first definition is used", notes);
     }
 
     std::string file_;
     TextScanner scanner_;
     MaterialLibrary library_;
     std::unordered_set<std::string> names_;
-    Material material_; ///< the one being read, if `open_`
+    Material material_; ///< being read, if `open_`
     std::uint32_t line_ = 0;
     bool open_ = false, has_kd_ = false, has_ke_ = false, translucent_here_ = false;
     bool shines_ = false, mirrors_ = false;         ///< Ks above 0, illum 3

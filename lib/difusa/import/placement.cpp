@@ -16,7 +16,7 @@ template <class T> void move_to_end(std::vector<T>& all, std::vector<T>& more) {
     all.insert(all.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
 }
 
-/// Appends a list with one entry for each of `count`, which may be empty (all are `nothing`).
+/// Appends a list with one entry for each of `count`, or possibly empty (all are `nothing`).
 template <class T>
 void append_list(std::vector<T>& all, std::size_t before, std::vector<T>& more, std::size_t count, const T& nothing) {
     if (all.empty() && more.empty()) {
@@ -83,7 +83,7 @@ void append(PolygonSoup& soup, PolygonSoup part) {
     if (points + part.points.size() >= none || corners + part.corners.size() >= none ||
         materials + part.materials.size() >= none) {
         throw ResourceError(part.file + ": with this mesh the scene " + soup.file +
-                            " has more points or corners of faces than can be numbered (4e9): split it");
+                            " has more than 4e9 points or face corners: split it");
     }
     if (part.parts.empty()) {
         part.parts.push_back({part.file, 0, 0});
@@ -91,8 +91,8 @@ void append(PolygonSoup& soup, PolygonSoup part) {
     for (SoupPart& file : part.parts) {
         soup.parts.push_back({std::move(file.file), file.first_face + faces, file.first_point + points});
     }
-    // Faces without a material are painted in one part, and in another of the default reflectance: the former get a
-    // material that says so.
+    // Faces without a material may have vertex colours in one part and the default reflectance in another: the former
+    // get a material that says so.
     if (part.faces_are_painted()) {
         Material painted;
         painted.name = "vertex colours";

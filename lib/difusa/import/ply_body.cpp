@@ -15,7 +15,7 @@ void TextValues::begin_row(const Expected& expected) {
 void TextValues::end_row(const Expected& expected) {
     std::string_view token;
     if (layout_ == Layout::lines && scanner_.next(token, Reach::line)) {
-        scanner_.fail("the line goes on with " + excerpt(token) + " after what the header announces for " +
+        scanner_.fail("the line continues with " + excerpt(token) + " after what the header announces for " +
                       expected.text() + ": correct the line, or export the file again");
     }
 }
@@ -29,7 +29,7 @@ double TextValues::real(Type type, const Expected& expected) {
     const std::int64_t values = std::int64_t{1} << (8 * size_of(type)), least = has_sign ? -values / 2 : 0;
     if (value < least || value >= least + values) {
         scanner_.fail(std::to_string(value) + " is out of the range of " + expected.text() +
-                      ", whose type the header says: correct the header, or write the file again");
+                      ", as typed in the header: correct the header, or export the file again");
     }
     return static_cast<double>(value);
 }
@@ -73,7 +73,7 @@ std::int64_t ByteValues::integer(Type type, const Expected& expected) {
     case Type::int32:
         return scanner_.take<std::int32_t>(expected);
     default:
-        return scanner_.take<std::uint32_t>(expected); // no list has a length, no corner a number of a real type
+        return scanner_.take<std::uint32_t>(expected); // list lengths and corner numbers never have a real type
     }
 }
 

@@ -1,4 +1,4 @@
-// The body of a PLY file: the values of its elements, in text or in bytes, handed to a sink row by row.
+// The body of a PLY file: the values of its elements, as text or binary, passed to a sink row by row.
 #pragma once
 
 #include <difusa/import/byte_scanner.h>
@@ -10,17 +10,17 @@
 
 namespace difusa::ply {
 
-/// How a body in text is laid out: one row a line, as PLY has it, with any number for a value; or values with any white
-/// space between them, whole ones in the range of their types.
+/// The layout of a text body: one row per line, as in PLY, with any number as a value; or values separated by any white
+/// space, whole ones in the range of their types.
 enum class Layout { lines, free };
 
 class TextValues {
   public:
-    static constexpr const char* unit = "line"; ///< of places
+    static constexpr const char* unit = "line"; ///< of positions
 
     TextValues(const TextScanner& scanner, Layout layout);
 
-    /// A value takes a digit and a blank; the last one may have no blank.
+    /// A value takes a digit and a blank; the last one may lack the blank.
     static double least_bytes(Type) { return 2.0; }
     std::size_t available() const { return scanner_.remaining() + 1; }
 
@@ -70,7 +70,7 @@ class ByteValues {
     ByteScanner scanner_;
 };
 
-/// The least number of bytes that the elements of a header take.
+/// The minimum number of bytes for the elements of a header.
 template <class Values> double least_bytes(const Header& header) {
     double least = 0.0;
     for (const Element& element : header.elements) {
@@ -82,16 +82,16 @@ template <class Values> double least_bytes(const Header& header) {
     return least;
 }
 
-/// Reads the rows of an element, in the order of the file. A sink has
-///     Expected expected(const Element&, const Property&, std::size_t row)   how messages call what is read
-///     bool wants(const Property&)                                           others are passed over
+/// Reads the rows of an element, in file order. A sink has
+///     Expected expected(const Element&, const Property&, std::size_t row)   what messages call the value being read
+///     bool wants(const Property&)                                           others are skipped
 ///     void value(const Property&, double, const Expected&)
 ///     void check_length(const Property&, std::int64_t length, const Expected&)   throws if a list cannot be so long
-///     void corners(std::vector<std::int64_t>&)                              of a face or strip; may be taken away
+///     void corners(std::vector<std::int64_t>&)                              of a face or strip; may be moved from
 ///     void begin_row(), end_row()
 template <class Values, class Sink> void read_rows(Values& values, const Element& element, Sink& sink) {
     if (element.properties.empty()) {
-        return; // of no size, whatever its count
+        return; // empty, whatever its count
     }
     std::vector<std::int64_t> list;
     for (std::size_t row = 0; row < element.count; ++row) {

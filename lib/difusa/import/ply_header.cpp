@@ -130,7 +130,7 @@ class HeaderParser {
         if (element.kind != Element::Kind::other &&
             std::any_of(header_.elements.begin(), header_.elements.end(),
                         [&](const Element& other) { return other.name == element.name; })) {
-            scanner_.fail("the element " + excerpt(element.name) + " is there twice: export the file again");
+            scanner_.fail("the element " + excerpt(element.name) + " occurs twice: export the file again");
         }
         header_.elements.push_back(std::move(element));
     }
@@ -152,7 +152,7 @@ class HeaderParser {
         property.type = type(word);
         property.name = take_here("the name of a property");
         property.role = role_of(property, element.kind);
-        // Only names that mean something are compared: a header of a million properties takes no longer than it must.
+        // Only meaningful names are compared, so that a header with a million properties is read in linear time.
         if (property.role != nothing &&
             std::any_of(element.properties.begin(), element.properties.end(),
                         [&](const Property& other) { return other.name == property.name; })) {
@@ -160,7 +160,7 @@ class HeaderParser {
                           " twice: export the file again");
         }
         if (property.role != nothing && element.has(property.role)) {
-            property.role = nothing; // `red` and `diffuse_red`: the first counts
+            property.role = nothing; // `red` and `diffuse_red`: the first is used
         }
         if (property.role == corners && is_real(property.type)) {
             scanner_.fail("point numbers must have a whole-number type: export the file again");
@@ -200,8 +200,8 @@ class HeaderParser {
         }
     }
 
-    /// Binary data begin right after the line end, which is CR LF only if those of the header are: a CR LF might as
-    /// well be a CR and the first byte of the data.
+    /// Binary data begin right after the line end, which is CR LF only if the header's other line ends are: a CR LF
+    /// could otherwise be a CR and the first byte of the data.
     void end_header() {
         if (header_.format == Format::text) {
             return;

@@ -1,4 +1,4 @@
-// The header of a PLY file: which elements follow, with which properties.
+// The header of a PLY file: the elements that follow, and their properties.
 #pragma once
 
 #include <difusa/import/text_scanner.h>
@@ -14,7 +14,7 @@ namespace difusa::ply {
 enum class Type { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
 enum class Format { text, little_endian, big_endian };
 
-/// What a property means for a mesh: a coordinate, a component of a colour, the corners of a face, or nothing.
+/// The role of a property in a mesh: a coordinate, a component of a colour, the corners of a face, or nothing.
 enum Role : std::size_t { x, y, z, red, green, blue, alpha, value_count, corners = value_count, nothing };
 
 struct Property {
@@ -52,9 +52,9 @@ constexpr bool is_real(Type type) {
     return type == Type::float32 || type == Type::float64;
 }
 
-/// Reads the header of `content` with a scanner at its front, which then stands after the word `end_header`.
-/// No role is there twice in an element. Throws InputError, naming the line, if the header is malformed or announces
-/// no points with x, y and z, faces or strips without corners, or (if a `surface` is wanted) neither of them.
+/// Reads the header of `content` with a scanner at its start, which is left after the word `end_header`.
+/// No role occurs twice in an element. Throws InputError, naming the line, if the header is malformed or announces no
+/// points with x, y and z, faces or strips without corners, or (if a `surface` is required) neither of them.
 Header parse_header(std::string_view content, TextScanner& scanner, bool surface = true);
 
 } // namespace difusa::ply

@@ -22,8 +22,8 @@ PolygonSoup read_soup(const Registry& registry, const std::filesystem::path& fil
             known.push_back("." + claimed);
         }
     }
-    check_readable(file);        // a file that is missing is worse than one of a strange name
-    known.emplace_back(".json"); // scenes, which read_scene has taken already
+    check_readable(file);        // a missing file is reported before an unknown extension
+    known.emplace_back(".json"); // scenes, handled by read_scene
     std::sort(known.begin(), known.end());
     std::string list;
     for (const std::string& each : known) {
@@ -33,8 +33,8 @@ PolygonSoup read_soup(const Registry& registry, const std::filesystem::path& fil
         list += " (refused: " + refused.file.filename().string() + ": " + refused.reason + ")";
     }
     throw InputError(file.string() + ": " +
-                     (extension.empty() ? "the name has no extension" : "no reader knows files of this extension") +
-                     "; readers are there for: " + (list.empty() ? "nothing (no reader plugin was found)" : list) +
+                     (extension.empty() ? "the name has no extension" : "no reader handles this extension") +
+                     "; there are readers for: " + (list.empty() ? "nothing (no reader plugin was found)" : list) +
                      ". Convert the mesh, or rename the file if it is in one of these formats");
 }
 

@@ -69,7 +69,7 @@ double SceneChecks::unit_of(const JsonValue& object, double otherwise) const {
 Vec3 SceneChecks::direction(const JsonValue& value, const std::string& what) const {
     const Vec3 v = vector(value, what);
     if (v == Vec3::Zero()) {
-        fail(value, what + " is no direction: it is zero");
+        fail(value, what + " is zero and has no direction");
     }
     return v.stableNormalized();
 }
@@ -101,7 +101,7 @@ Vec3 SceneChecks::direction_or_target(const JsonValue& object, const std::string
     }
     const Vec3 way = position(*target, quoted("look_at")) - from;
     if (way == Vec3::Zero()) {
-        fail(*target, "\"look_at\" is the place from where " + what + " looks");
+        fail(*target, "\"look_at\" is the position from which " + what + " looks");
     }
     return way.stableNormalized();
 }
@@ -138,7 +138,7 @@ std::string SceneChecks::name_of(const JsonValue& object) const {
 
 void SceneChecks::refuse_choice(const JsonValue& at, const std::string& what, const std::string& one,
                                 const std::string& other, bool both) const {
-    fail(at, both ? what + " has both " + one + " and " + other + ", of which only one may be given: remove one"
+    fail(at, both ? what + " has both " + one + " and " + other + ", but only one is allowed: remove one"
                   : what + " needs either " + one + " or " + other + ": add one");
 }
 

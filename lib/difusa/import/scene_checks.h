@@ -1,4 +1,4 @@
-// What scene files expect of values, in the unit of length and with the direction up that the scene names.
+// Checks on the values of scene files, using the unit of length and up direction given by the scene.
 #pragma once
 
 #include <difusa/import/json_tree.h>
@@ -14,7 +14,7 @@ class SceneChecks : public JsonChecks {
   public:
     explicit SceneChecks(const std::filesystem::path& name) : JsonChecks(name.string()), folder_(name.parent_path()) {}
 
-    /// Takes the members "unit" and "up" of the scene.
+    /// Reads the members "unit" and "up" of the scene.
     void read_conventions(const JsonValue& root);
 
     double unit() const { return unit_; } ///< of length, in metres
@@ -28,7 +28,7 @@ class SceneChecks : public JsonChecks {
 
     double positive(const JsonValue& value, const std::string& what) const;
 
-    /// Metres in the unit of length that the object names.
+    /// The unit of length named by the object, in metres.
     double unit_of(const JsonValue& object, double otherwise) const;
 
     /// In metres.
@@ -40,21 +40,21 @@ class SceneChecks : public JsonChecks {
     /// Of unit length; also "x", "y", "z".
     Vec3 up_direction(const JsonValue& value) const;
 
-    /// A unit vector by the member `name`, or towards the point "look_at" from `from`.
+    /// A unit vector from the member `name`, or towards the point "look_at" from `from`.
     Vec3 direction_or_target(const JsonValue& object, const std::string& what, const char* name,
                              const Vec3& from) const;
 
     /// The member "name", or nothing.
     std::string name_of(const JsonValue& object) const;
 
-    /// The path of a file beside this one; it can be read.
+    /// The path of a readable file next to this one.
     std::filesystem::path file_beside(const JsonValue& value, const std::string& what) const;
 
-    /// A name that should be among the `known`.
+    /// Rejects a name that is not among the `known`.
     [[noreturn]] void refuse_name(const JsonValue& at, const std::string& name, const std::string& missing,
                                   const std::vector<std::string>& known) const;
 
-    /// Where not one of two members is given, but `both` or none.
+    /// Rejects an object that has not exactly one of two members, but `both` or none.
     [[noreturn]] void refuse_choice(const JsonValue& at, const std::string& what, const std::string& one,
                                     const std::string& other, bool both) const;
 

@@ -30,10 +30,10 @@ class SceneFile {
         const JsonValue root = parse_json(content, checks_.file());
         checks_.object(root, "a scene file");
         if (root.find("difusa_scene") == nullptr) {
-            checks_.fail(root, "this JSON file is no scene of difusa: those begin with \"difusa_scene\": 1");
+            checks_.fail(root, "this JSON file is not a difusa scene: those begin with \"difusa_scene\": 1");
         }
         if (const JsonValue& version = *root.find("difusa_scene"); version.number != 1.0) {
-            checks_.fail(version, "\"difusa_scene\" is the version of the format, and must be 1");
+            checks_.fail(version, "\"difusa_scene\" is the format version, and must be 1");
         }
         checks_.members(root, "a scene",
                         {"difusa_scene", "unit", "up", "meshes", "materials", "lights", "sky", "camera", "defaults"});
@@ -100,14 +100,14 @@ class SceneFile {
                 material.reflectance_texture = texture(*rho_texture, quoted("reflectance_texture"));
                 if (!(material.reflectance * material.reflectance_texture->brightest() <= 1.0).all()) {
                     checks_.fail(*rho_texture, "the brightest pixel of \"reflectance_texture\" times \"reflectance\" "
-                                               "is above 1: a surface reflects no more than all of the light");
+                                               "is above 1: a surface cannot reflect more than all of the light");
                 }
             }
             if (emission != nullptr) {
                 material.emission = checks_.colour(*emission, quoted("emission"));
             } else if (emission_texture != nullptr) {
                 checks_.fail(*emission_texture,
-                             "\"emission_texture\" is a factor on \"emission\", in W/m^2, which is missing: add it");
+                             "\"emission_texture\" multiplies \"emission\", in W/m^2, which is missing: add it");
             }
             if (emission_texture != nullptr) {
                 material.emission_texture = texture(*emission_texture, quoted("emission_texture"));
@@ -145,10 +145,10 @@ class SceneFile {
         const JsonValue& named = checks_.required(from, what, "file");
         const std::filesystem::path path = checks_.folder() / checks_.text(named, quoted("file"));
         if (lower_case(path.extension().string()) == ".json") {
-            checks_.fail(named, "\"file\": a scene cannot be a mesh of another one: name its meshes here");
+            checks_.fail(named, "\"file\": a scene cannot be used as a mesh: name its meshes here");
         }
         PolygonSoup mesh;
-        checks_.file_beside(named, quoted("file")); // throws, with the line here, if it cannot be read
+        checks_.file_beside(named, quoted("file")); // throws, naming this line, if it cannot be read
         mesh = read_mesh_(path);
         check_indices(mesh);
         place(mesh, placement(from));
@@ -233,8 +233,8 @@ class SceneFile {
         return result;
     }
 
-    /// The materials of the scene that faces of a mesh have; `none` where the mesh file says. "material", then
-    /// "materials", then "faces": the later ones win.
+    /// The scene's materials assigned to the faces of a mesh; `none` where the mesh file decides. "material", then
+    /// "materials", then "faces": later ones override earlier ones.
     std::vector<Index> materials_of_faces(const JsonValue& from, const PolygonSoup& mesh) const {
         std::vector<Index> own(mesh.face_count(), none);
         if (const JsonValue* all = from.find("material")) {
@@ -253,7 +253,7 @@ class SceneFile {
                 if (first > last || last >= mesh.face_count()) {
                     checks_.fail(end, "the faces " + std::to_string(first) + " to " + std::to_string(last) + " of " +
                                           mesh.file + ": it has faces from 0 to " + std::to_string(mesh.face_count()) +
-                                          ", the last one not included");
+                                          ", excluding the last");
                 }
                 const Index number = material(checks_.required(range, "a range of faces", "material"));
                 std::fill(own.begin() + static_cast<std::ptrdiff_t>(first),

@@ -15,11 +15,11 @@ namespace difusa {
 
 namespace {
 
-/// Rays find what is left of a bright spot with a noise of limit times the root of the part of all rays that meet it,
-/// which is 1/300 for the largest that is taken for a sun (0.01 sr of pi). With 10 that is 0.6, where half a sky that
-/// is hidden gives 0.5.
+/// Rays sample what is left of a bright spot with a noise of limit times the square root of the share of rays that hit
+/// it, which is 1/300 for the largest that becomes a sun (0.01 sr of pi). With a limit of 10 that is 0.6; half a sky
+/// hidden gives 0.5.
 constexpr double sun_limit = 10.0;
-constexpr std::size_t most_suns = 16; ///< of a sky's image: each costs a shadow ray wherever light is looked for
+constexpr std::size_t most_suns = 16; ///< per sky image: each costs a shadow ray wherever light is evaluated
 
 void read_spot(const SceneChecks& checks, const JsonValue& from, PolygonSoup& soup) {
     const std::string what = "a spot light";
@@ -47,7 +47,7 @@ void read_spot(const SceneChecks& checks, const JsonValue& from, PolygonSoup& so
 void read_sky_image(const SceneChecks& checks, const JsonValue& from, PolygonSoup& soup) {
     const JsonValue& named = checks.required(from, "a sky", "file");
     const std::filesystem::path path = checks.file_beside(named, quoted("file"));
-    // Forward as in most programs: y where z is up, -z where y is up.
+    // Forward as in most programs: y if z is up, -z if y is up.
     Vec3 ahead = std::abs(checks.up().y()) > 0.9 ? Vec3(-Vec3::UnitZ()) : Vec3(Vec3::UnitY());
     if (const JsonValue* given = from.find("ahead")) {
         ahead = checks.direction(*given, quoted("ahead"));
@@ -73,15 +73,15 @@ void read_sky_image(const SceneChecks& checks, const JsonValue& from, PolygonSou
             suns = dome->split_suns(limit);
         }
         if (!suns.empty()) {
-            soup.notes.push_back(path.string() + ": its brightest spots count as suns: " + std::to_string(suns.size()));
+            soup.notes.push_back(path.string() + ": its brightest spots become suns: " + std::to_string(suns.size()));
         }
-        // What the suns left is at most as bright as the limit, but where they are too wide or too many.
+        // What the suns leave is at most as bright as the limit, except where spots are too wide or too many.
         const double bright = 2.0 * sun_limit * whole.mean();
         if (const double left = splits ? dome->solid_angle_above(bright) : 0.0; left > 0.0) {
-            soup.notes.push_back(path.string() + ": " + text_of(left) + " sr stay more than " +
+            soup.notes.push_back(path.string() + ": " + text_of(left) + " sr remain more than " +
                                  text_of(2.0 * sun_limit) +
-                                 " times as bright as its mean, in spots too wide or too many to count as suns: "
-                                 "rays find them by chance; use more (--rays), or darken them in the image");
+                                 " times as bright as its mean, in spots too wide or too many to become suns: "
+                                 "rays hit them only by chance; use more (--rays), or darken them in the image");
         }
         soup.lights.suns.insert(soup.lights.suns.end(), suns.begin(), suns.end());
         soup.lights.dome = std::move(dome);

@@ -32,7 +32,7 @@ Mesh finished(Mesh mesh, bool turn) {
     return mesh;
 }
 
-/// Rings around a centre: ring k has 6k points, (rho, angle) -> `place`; counterclockwise for angles that grow.
+/// Rings around a centre: ring k has 6k points, (rho, angle) -> `place`; counterclockwise for increasing angles.
 Mesh rings_of(int rings, const std::function<Vec3(double rho, double angle)>& place) {
     Mesh mesh;
     add_point(mesh, place(0.0, 0.0));
@@ -81,7 +81,7 @@ Mesh rectangle(const Vec3& a, const Vec3& u, const Vec3& v, int nu, int nv) {
 }
 
 Mesh box(const Vec3& low, const Vec3& high, int n, Front front) {
-    // Points of the lattice on the surface, shared by the faces.
+    // Lattice points on the surface, shared by the faces.
     Mesh mesh;
     std::map<std::array<int, 3>, Index> known;
     const auto point = [&](const std::array<int, 3>& place) {

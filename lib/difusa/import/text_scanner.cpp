@@ -22,13 +22,13 @@ bool is_letter(char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
 }
 
-/// from_chars takes no plus sign.
+/// from_chars accepts no plus sign.
 std::string_view without_plus(std::string_view token) {
     const bool plus = token.size() > 1 && token[0] == '+' && token[1] != '-' && token[1] != '+';
     return plus ? token.substr(1) : token;
 }
 
-/// The double next to a decimal number outside of the range of normal doubles.
+/// The double nearest to a decimal number outside the range of normal doubles.
 double beyond_range(std::string_view token) {
     std::istringstream stream{std::string(token)};
     stream.imbue(std::locale::classic());
@@ -147,7 +147,7 @@ std::string_view TextScanner::rest_of_line() {
         ++at_;
     }
     const char* const start = at_;
-    const char* stop = at_; // after the last character that is not blank
+    const char* stop = at_; // after the last non-blank character
     bool comment = false;
     for (; at_ < end_ && !is_line_end(*at_); ++at_) {
         comment = comment || (syntax_.comments && *at_ == '#' && (at_ == start || is_blank(at_[-1])));
@@ -212,7 +212,7 @@ void TextScanner::fail_missing(const Expected& expected, Reach reach) const {
         fail("the line ends where " + expected.text() + " is expected: complete the line");
     }
     fail("the file ends where " + expected.text() +
-         " is expected: it was cut short, or its header announces too much; export it again");
+         " is expected: it is truncated, or its header announces too much; export it again");
 }
 
 void TextScanner::fail_unexpected(std::string_view token, const Expected& expected) const {

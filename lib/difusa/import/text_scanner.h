@@ -1,4 +1,4 @@
-// Tokens of a text file with the lines they stand on, and numbers out of them, the same in every locale.
+// Tokens of a text file with their line numbers, and locale-independent parsing of numbers.
 #pragma once
 
 #include <difusa/import/file_content.h>
@@ -9,8 +9,8 @@
 
 namespace difusa {
 
-/// Walks over a text once, from front to back. Tokens are separated by white space; lines end with LF, CR LF or CR;
-/// a UTF-8 byte order mark at the front is passed over. The text must outlive the scanner.
+/// Reads a text once, from front to back. Tokens are separated by white space; lines end with LF, CR LF or CR; a
+/// leading UTF-8 byte order mark is skipped. The text must outlive the scanner.
 class TextScanner {
   public:
     /// What counts as white space besides blanks.
@@ -18,7 +18,7 @@ class TextScanner {
         bool comments = false;     ///< `#` to the end of the line
         bool continuation = false; ///< `\` before a line end joins the lines; not inside a comment
     };
-    /// How far a token may be away.
+    /// How far to look for a token.
     enum class Reach { line, file };
 
     /// `file` is for messages. Throws InputError for a text in UTF-16.
@@ -27,24 +27,24 @@ class TextScanner {
     /// Takes the next token; false if there is none within reach.
     bool next(std::string_view& token, Reach reach);
 
-    /// Moves to where the next token starts, over line ends; false if the file has no more.
+    /// Moves to the start of the next token, across line ends; false if there is none.
     bool to_token() { return seek(Reach::file); }
 
     /// True if the line has no further token.
     bool at_line_end() { return !seek(Reach::line); }
 
-    /// Takes what is left of the line, without blanks around it and without a comment after a blank.
+    /// Takes the rest of the line, without surrounding blanks and without a comment after a blank.
     std::string_view rest_of_line();
 
-    /// Takes a number. Besides decimal notation this accepts `nan` and `inf` as printed by the usual libraries;
-    /// what is too large for a double becomes infinite, what is too small 0 or subnormal.
+    /// Takes a number. Besides decimal notation this accepts `nan` and `inf` as printed by the usual libraries; values
+    /// too large for a double become infinite, values too small 0 or subnormal.
     /// Throws InputError if the next token within reach is missing or anything else.
     double real(const Expected& expected, Reach reach);
 
     /// Takes a whole number. Throws like `real`.
     std::int64_t integer(const Expected& expected, Reach reach);
 
-    /// Number of the current line, from 1: that of the token taken last.
+    /// Number of the current line, from 1: that of the last token taken.
     std::uint32_t line() const { return line_; }
 
     /// Number of bytes not taken yet.
@@ -53,10 +53,10 @@ class TextScanner {
     /// Number of bytes taken so far.
     std::size_t offset() const { return static_cast<std::size_t>(at_ - begin_); }
 
-    /// Number of lines from here on with a token in them.
+    /// Number of lines from here on that contain a token.
     std::size_t count_lines() const;
 
-    /// True if the last line has no end, as in a file that was cut short.
+    /// True if the last line has no line end, as in a truncated file.
     bool ends_abruptly() const;
 
     /// Throws InputError "file, line n: problem".
@@ -77,10 +77,10 @@ class TextScanner {
     std::uint32_t line_ = 1;
 };
 
-/// The number a token spells, see TextScanner::real; false if it spells none.
+/// The number spelled by a token, see TextScanner::real; false if it is not one.
 bool parse_real(std::string_view token, double& value);
 
-/// The whole number a token spells, with an optional sign; false if it spells none or does not fit.
+/// The whole number spelled by a token, with an optional sign; false if it is not one or does not fit.
 bool parse_integer(std::string_view token, std::int64_t& value);
 
 /// `word` in lower case, ASCII letters only.

@@ -1,4 +1,4 @@
-// Textures from picture files, each of which is decoded once.
+// Textures from image files, each of which is decoded once.
 #pragma once
 
 #include <difusa/import/image_file.h>
@@ -16,12 +16,12 @@ class TextureFiles {
   public:
     using Wrap = Texture::Wrap;
 
-    /// Colours from a file. Throws what `read_image` does.
+    /// Colours from a file. Throws what `read_image` throws.
     std::shared_ptr<const Texture> texture(const std::filesystem::path& file, Wrap wrap_u = Wrap::repeat,
                                            Wrap wrap_v = Wrap::repeat,
                                            const TexturePlacement& placement = TexturePlacement::Identity());
 
-    /// What the user should know of the pictures.
+    /// What the user should know about the images.
     const std::vector<std::string>& notes() const { return notes_; }
 
   private:

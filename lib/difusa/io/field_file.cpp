@@ -78,7 +78,7 @@ void write_field(const FieldFile& field, const fs::path& file, WholeFile& whole,
 }
 
 void write_field(const FieldFile& field, const fs::path& file, const Execution& execution) {
-    writer_for(file); // before a file is made
+    writer_for(file); // before a file is created
     WholeFile whole(file);
     write_field(field, file, whole, execution);
     whole.commit();

@@ -1,4 +1,4 @@
-// A field on a triangle mesh with everything a file should say about it, and its writers.
+// A field on a triangle mesh with everything to be stored about it in a file, and its writers.
 #pragma once
 
 #include <difusa/core/progress.h>
@@ -22,7 +22,7 @@ struct FieldArray {
     std::variant<Values, std::vector<std::uint8_t>, std::vector<std::int32_t>> data; ///< row by row
 };
 
-/// One entry of the file's field data: a text, or numbers.
+/// One entry of the file's field data: text, or numbers.
 struct FieldNote {
     std::string name;
     std::variant<std::string, std::vector<double>> value;
@@ -36,24 +36,25 @@ struct FieldFile {
     std::vector<FieldArray> point_arrays;
     std::vector<FieldArray> cell_arrays;
     std::vector<FieldNote> notes;
-    std::string active_colours; ///< name of the 3-component uint8 point array viewers should show (PLY: red green blue)
-    std::string quality;        ///< name of the scalar point array that PLY stores as `quality`
+    std::string
+        active_colours;  ///< name of the 3-component uint8 point array that viewers should show (PLY: red green blue)
+    std::string quality; ///< name of the scalar point array that PLY stores as `quality`
 };
 
 /// Writes VTK XML PolyData (`.vtp`: everything; a point cloud gets one vertex cell per point) or PLY (`.ply`,
 /// binary little-endian: geometry, normals, colours, quality, and the notes as comments), chosen by the file name.
 ///
-/// The file appears under its name only when it is whole: it is written beside it under a temporary name, and
-/// renamed. Throws UsageError for another extension or a name that is no file's ("-", a directory, a device),
+/// The file appears under its name only once it is complete: it is written next to it under a temporary name, and
+/// renamed. Throws UsageError for another extension or a name that is not a file's ("-", a directory, a device),
 /// ResourceError if it cannot be written (directory missing, no permission, disk full), naming the file; no temporary
 /// file is left behind, and an older file under this name stays as it was.
 void write_field(const FieldFile& field, const std::filesystem::path& file, const Execution& execution = {});
 
-/// Throws what `write_field` or `write_whole_file` would for this name before any work is done: unknown
+/// Throws what `write_field` or `write_whole_file` would throw for this name, before any work is done: unknown
 /// extension (if `field`), not a file, directory missing or not writable.
 void check_output_path(const std::filesystem::path& file, bool field);
 
-/// Writes `content` as `write_field` does: wholly or not at all.
+/// Writes `content` as `write_field` does: completely or not at all.
 void write_whole_file(const std::filesystem::path& file, const std::string& content);
 
 } // namespace difusa

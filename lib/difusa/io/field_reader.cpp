@@ -20,8 +20,8 @@ FieldFile read_field(const std::filesystem::path& file) {
         return read_ply(file);
     }
     throw InputError(file.string() +
-                     ": a field is read from .vtp or .ply: in ParaView save it as VTK PolyData (.vtp), " +
-                     "after the filter Extract Surface if it is no surface yet");
+                     ": fields are read from .vtp or .ply: in ParaView save it as VTK PolyData (.vtp), " +
+                     "after the filter Extract Surface if it is not a surface");
 }
 
 void Triangles::add_polygon(std::span<const std::int64_t> corners, std::size_t cell) {
@@ -66,7 +66,7 @@ void Triangles::add_strip(std::span<const std::int64_t> corners, std::size_t cel
 Index Triangles::point(std::int64_t corner, std::size_t cell) const {
     if (corner < 0 || static_cast<std::uint64_t>(corner) >= field_.points.size()) {
         throw InputError(file_ + ": cell " + std::to_string(cell + 1) + " has a corner at point " +
-                         std::to_string(corner) + ", and the points are 0 to " +
+                         std::to_string(corner) + ", but the points are 0 to " +
                          std::to_string(static_cast<std::int64_t>(field_.points.size()) - 1) +
                          ": the file is damaged; write it again");
     }
@@ -82,7 +82,7 @@ void check_coordinates(const FieldFile& field, const std::string& file) {
     for (std::size_t p = 0; p < field.points.size(); ++p) {
         if (!field.points[p].allFinite()) {
             throw InputError(file + ": point " + std::to_string(p + 1) +
-                             " has a coordinate that is no finite number: write the file again");
+                             " has a non-finite coordinate: write the file again");
         }
     }
 }

@@ -1,4 +1,4 @@
-// The formats a field can be read from, and the polygons of both.
+// The formats a field can be read from, and their common handling of polygons.
 #pragma once
 
 #include <difusa/io/field_file.h>
@@ -13,14 +13,14 @@ namespace difusa {
 FieldFile read_vtp(const std::filesystem::path& file);
 FieldFile read_ply(const std::filesystem::path& file);
 
-/// Polygons on their way to triangles. The corners are checked against `points`.
+/// Collects polygons to be triangulated. The corners are checked against `points`.
 class Triangles {
   public:
-    /// `file`: for messages. The field's points are there and stay as they are.
+    /// `file`: for messages. The field's points are set and not changed.
     Triangles(FieldFile& field, std::string file) : field_(field), file_(std::move(file)) {}
 
-    /// A polygon, number `cell` of the file's cells. Throws InputError for a corner that is no point, or a polygon of
-    /// more than three corners that crosses itself.
+    /// A polygon, number `cell` of the file's cells. Throws InputError for a corner that is not a point, or a polygon
+    /// of more than three corners that crosses itself.
     void add_polygon(std::span<const std::int64_t> corners, std::size_t cell);
 
     /// A strip of triangles; every second one runs clockwise.

@@ -1,5 +1,5 @@
-// The formats a field can be written in. Each writes `field`, whose arrays fit together, into a file that the caller
-// commits, and throws ResourceError where that fails.
+// The formats a field can be written in. Each writes `field`, whose arrays are consistent, into a file that the caller
+// commits, and throws ResourceError on failure.
 #pragma once
 
 #include <difusa/io/field_file.h>
@@ -13,7 +13,7 @@ void write_vtp(const FieldFile& field, WholeFile& file, const Execution& executi
 /// PLY, binary little-endian: geometry, normals, colours, quality; the notes as comments.
 void write_ply(const FieldFile& field, WholeFile& file, const Execution& execution);
 
-/// In the format that the name `file` stands for, checked and chosen as by `write_field` without `whole`.
+/// In the format implied by the name `file`, checked and chosen as in `write_field` without `whole`.
 void write_field(const FieldFile& field, const std::filesystem::path& file, WholeFile& whole,
                  const Execution& execution);
 

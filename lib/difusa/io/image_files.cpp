@@ -20,7 +20,7 @@ namespace {
 
 using Rgbe = std::array<std::uint8_t, 4>;
 
-/// Three mantissas and the exponent they share (Ward, "Real pixels", 1991), rounded to the nearest.
+/// Three mantissas and their shared exponent (Ward, "Real pixels", 1991), rounded to nearest.
 Rgbe rgbe(const std::array<float, 3>& pixel) {
     std::array<double, 3> c{};
     for (std::size_t k = 0; k < 3; ++k) {
@@ -53,7 +53,7 @@ void encode_runs(const std::vector<std::uint8_t>& bytes, std::string& out) {
     };
     std::size_t at = 0;
     while (at < bytes.size()) {
-        std::size_t other = 0; // bytes until the next run that is worth it
+        std::size_t other = 0; // bytes until the next worthwhile run
         std::size_t run = run_at(at);
         while (run < 4 && at + other < bytes.size() && other < 128) {
             ++other;
@@ -100,7 +100,7 @@ std::string png_of(const Image& image) {
 std::string radiance_hdr_of(const Image& image) {
     std::string file = "#?RADIANCE\n# linear R, G, B\nFORMAT=32-bit_rle_rgbe\n\n-Y " + std::to_string(image.height) +
                        " +X " + std::to_string(image.width) + "\n";
-    const bool runs = image.width >= 8 && image.width <= 32767; // others are written flat
+    const bool runs = image.width >= 8 && image.width <= 32767; // others are written uncompressed
     std::vector<Rgbe> row(image.width);
     std::vector<std::uint8_t> bytes(image.width);
     for (std::size_t y = 0; y < image.height; ++y) {

@@ -1,4 +1,4 @@
-// Unlike the mesh reader `ply` this keeps what stands at the points: normals, colours, quality and all other numbers.
+// Unlike the mesh reader `ply`, this keeps all data at the points: normals, colours, quality and any other numbers.
 #include <difusa/io/field_readers.h>
 
 #include <difusa/import/file_content.h>
@@ -43,7 +43,7 @@ struct Tables {
     }
 };
 
-/// Takes the rows of an element into a table.
+/// Collects the rows of an element in a table.
 template <class Values> class TableSink {
   public:
     TableSink(const Values& values, const Element& element, Table& table) : values_(values), table_(table) {
@@ -82,20 +82,20 @@ template <class Values> class TableSink {
 void finish(TextScanner& scanner) {
     std::string_view token;
     if (scanner.next(token, TextScanner::Reach::file)) {
-        scanner.fail("the file goes on with " + excerpt(token) +
+        scanner.fail("the file continues with " + excerpt(token) +
                      " after all its header announces: the file is damaged; write it again");
     }
 }
 
 void finish(const ByteScanner& scanner) {
     if (scanner.remaining() > 0) {
-        scanner.fail("the file goes on after all its header announces: the file is damaged; write it again");
+        scanner.fail("the file continues after all its header announces: the file is damaged; write it again");
     }
 }
 
 template <class Values> Tables read_tables(Values values, const Header& header) {
     if (least_bytes<Values>(header) > static_cast<double>(values.available())) {
-        values.fail("the header announces more data than follow: the file was cut short or its header is wrong; write "
+        values.fail("the header announces more data than follow: the file is truncated or its header is wrong; write "
                     "it again");
     }
     Tables tables;
@@ -111,12 +111,12 @@ template <class Values> Tables read_tables(Values values, const Header& header) 
 
 // ---- the field ------------------------------------------------------------------------------------------------
 
-/// The comments of the header: "name: text", long ones going on in the next (ply_writer.cpp). Others have no name.
+/// The comments of the header: "name: text", long ones continued in the next (ply_writer.cpp). Others have no name.
 std::vector<FieldNote> notes_of(std::string_view header) {
     constexpr std::string_view mark = "comment ";
     constexpr std::size_t longest = 200;
     std::vector<FieldNote> notes;
-    std::size_t last = 0; ///< length of the comment in the line before
+    std::size_t last = 0; ///< length of the comment in the previous line
     while (!header.empty()) {
         const std::size_t end = std::min(header.find_first_of("\r\n"), header.size());
         const std::string_view line = header.substr(0, end);
@@ -229,7 +229,7 @@ void take_cells(const Tables& tables, const std::string& name, FieldFile& field)
     }
     const std::vector<std::size_t> rows = triangles.cells();
     for (std::size_t cell = 0; cell < tables.strips.corners.size(); ++cell) {
-        std::vector<std::int64_t> strip; // several one after another, each ended by -1
+        std::vector<std::int64_t> strip; // several in sequence, each terminated by -1
         for (const std::int64_t corner : tables.strips.corners[cell]) {
             if (corner == -1) {
                 triangles.add_strip(strip, cell);
@@ -240,7 +240,7 @@ void take_cells(const Tables& tables, const std::string& name, FieldFile& field)
         }
         triangles.add_strip(strip, cell);
     }
-    if (tables.strips.corners.empty()) { // else some cells would have no value
+    if (tables.strips.corners.empty()) { // otherwise some cells would have no value
         for (std::size_t c = 0; c < tables.faces.names.size(); ++c) {
             field.cell_arrays.push_back(
                 scalar(tables.faces.names[c], tables.faces.types[c], tables.faces.columns[c], &rows));

@@ -1,5 +1,5 @@
 // Positions are doubles, which MeshLab, ParaView and Blender all read: a small detail far from the origin would
-// collapse in floats. Normals and quality are floats because MeshLab keeps them so, and colours are bytes because it
+// collapse in floats. Normals and quality are floats because MeshLab stores them so, and colours are bytes because it
 // shows float colours as white.
 #include <difusa/io/field_writers.h>
 
@@ -15,7 +15,7 @@ namespace difusa {
 
 namespace {
 
-/// Bytes on their way to the file, little-endian on every machine.
+/// Buffers bytes for the file, little-endian on every machine.
 class ByteStream {
   public:
     explicit ByteStream(WholeFile& file) : file_(file) {}
@@ -42,7 +42,7 @@ class ByteStream {
     std::string buffer_;
 };
 
-/// A note as header lines. Readers hold a line in a buffer of fixed size, so long ones go on in the next; and a line
+/// A note as header lines. Readers hold a line in a fixed-size buffer, so long ones continue in the next; and a line
 /// break inside a note would end the comment.
 std::string comment(std::string text) {
     constexpr std::size_t longest = 200;

@@ -1,4 +1,4 @@
-// VTK reports some damage to the observers of its objects and some nowhere; what it has read is checked again.
+// VTK reports some damage to the observers of its objects and some not at all; what it has read is checked again.
 #include <difusa/io/field_readers.h>
 
 #include <difusa/core/error.h>
@@ -37,7 +37,7 @@ namespace difusa {
 
 namespace {
 
-/// What VTK complains about, which would otherwise go to the terminal. Its warnings are about what it passes over.
+/// Captures VTK's error messages, which would otherwise go to the terminal. Its warnings are about data it skips.
 class Complaints {
   public:
     Complaints() {
@@ -55,7 +55,7 @@ class Complaints {
     vtkCommand* observer() { return keep_; }
     const std::string& first() const { return first_; }
 
-    /// The first complaint counts: others follow from it.
+    /// The first error counts: the others follow from it.
     void add(const char* text) {
         if (!first_.empty()) {
             return;
@@ -76,7 +76,7 @@ class Complaints {
     std::string first_;
 };
 
-/// Up to `count` bytes of base64, without blanks before it.
+/// Up to `count` bytes of base64, without leading blanks.
 std::string decode(std::string_view text, std::size_t count) {
     text.remove_prefix(std::min(text.find_first_not_of(" \t\r\n"), text.size()));
     std::string bytes;
@@ -84,8 +84,8 @@ std::string decode(std::string_view text, std::size_t count) {
     return bytes;
 }
 
-/// VTK's reader, all parts of which complain to us, and which refuses counts that the file has no room for: VTK takes
-/// memory for whatever they say.
+/// VTK's reader with all parts reporting errors to us, and with counts rejected that the file has no room for: VTK
+/// would allocate memory for whatever they say.
 class QuietReader : public vtkXMLPolyDataReader {
   public:
     static QuietReader* New();
@@ -93,7 +93,7 @@ class QuietReader : public vtkXMLPolyDataReader {
                                                              const std::filesystem::path& file) {
         complaints_ = &complaints;
         content_ = read_file(file);
-        // zlib makes at most 1032 bytes of one (its FAQ 34), and nothing that is counted takes less than a byte.
+        // zlib expands one byte to at most 1032 (its FAQ 34), and nothing that is counted takes less than a byte.
         most_ = 1032.0 * static_cast<double>(content_.size());
         SetFileName(file.c_str());
         SetReaderErrorObserver(complaints.observer());
@@ -157,8 +157,8 @@ class QuietReader : public vtkXMLPolyDataReader {
         return false;
     }
 
-    /// Listens to all elements of the file, and looks at what VTK takes for granted: that counts are possible, arrays
-    /// have known types, and those of points, cells and the file names of their own.
+    /// Visits all elements of the file, and checks what VTK takes for granted: that counts are possible, and arrays
+    /// have known types and, for points, cells and the file, unique names.
     bool check(vtkXMLDataElement& element) {
         complaints_->listen_to(&element);
         for (const char* name : {"NumberOfPoints", "NumberOfVerts", "NumberOfLines", "NumberOfStrips", "NumberOfPolys",
@@ -184,14 +184,14 @@ class QuietReader : public vtkXMLPolyDataReader {
                 return complain("it has " + nested_kind + " in " + kind);
             }
             if (array && nested.GetWordTypeAttribute("type", type) == 0) {
-                return complain("an array in " + kind + " is of no known type");
+                return complain("an array in " + kind + " is of unknown type");
             }
             if (array && type == VTK_STRING && kind != "FieldData") {
-                texts.push_back(&nested); // not wanted, and VTK crashes where one of them is too short
+                texts.push_back(&nested); // not needed, and VTK crashes if one of them is too short
             }
             const char* name = nested.GetAttribute("Name");
             if (data && (name == nullptr || !names.insert(name).second)) {
-                return complain("an array in " + kind + " has no name of its own");
+                return complain("an array in " + kind + " has no unique name");
             }
             double components = 0.0;
             if (kind == "Points" &&
@@ -208,7 +208,7 @@ class QuietReader : public vtkXMLPolyDataReader {
         return true;
     }
 
-    /// The header of a compressed array: number of blocks, bytes of each but the last one when unpacked, of the last.
+    /// The header of a compressed array: number of blocks, unpacked size of each but the last, and of the last.
     bool check_blocks(vtkXMLDataElement& array) {
         const char* format = array.GetAttribute("format");
         if (format == nullptr || std::string_view(format) == "ascii") {
@@ -260,7 +260,7 @@ class QuietReader : public vtkXMLPolyDataReader {
 };
 vtkStandardNewMacro(QuietReader);
 
-/// Numbers as they are stored: bytes, 32-bit numbers, or doubles. `row[i]`: the tuple that is row i of the result.
+/// Numbers as stored: bytes, 32-bit numbers, or doubles. `row[i]`: the tuple that is row i of the result.
 FieldArray convert(vtkDataArray& array, const std::vector<std::size_t>& row) {
     FieldArray field;
     field.name = array.GetName() == nullptr ? "" : array.GetName();
@@ -295,11 +295,11 @@ FieldArray convert(vtkDataArray& array, const std::vector<std::size_t>& row) {
     return field;
 }
 
-/// All arrays of numbers but `left_out`.
+/// All numeric arrays except `left_out`.
 std::vector<FieldArray> convert(vtkFieldData& data, const std::vector<std::size_t>& row, const vtkDataArray* left_out) {
     std::vector<FieldArray> fields;
     for (int a = 0; a < data.GetNumberOfArrays(); ++a) {
-        vtkDataArray* array = data.GetArray(a); // null for texts
+        vtkDataArray* array = data.GetArray(a); // null for text
         if (array != nullptr && array != left_out && array->GetNumberOfComponents() > 0) {
             fields.push_back(convert(*array, row));
         }
@@ -344,7 +344,7 @@ std::vector<Vec3> vectors(vtkDataArray& array) {
     return result;
 }
 
-/// Hands the corners of each cell to `take`. VTK only checks that offsets do not fall.
+/// Passes the corners of each cell to `take`. VTK only checks that offsets do not decrease.
 template <class Take> void for_each_cell(vtkCellArray& cells, const std::string& file, Take take) {
     const vtkIdType count = cells.GetNumberOfCells(), corners = cells.GetNumberOfConnectivityIds();
     const auto offset = [&](vtkIdType i) {
@@ -376,8 +376,8 @@ bool one_vertex_a_point(vtkPolyData& mesh, const std::string& file) {
 FieldFile convert(vtkPolyData& mesh, const std::string& file) {
     FieldFile field;
     if (mesh.GetNumberOfPoints() >= static_cast<vtkIdType>(none)) {
-        throw ResourceError(file + ": has " + std::to_string(mesh.GetNumberOfPoints()) + " points, and difusa counts " +
-                            "them with 32 bits: cut the surface into parts");
+        throw ResourceError(file + ": has " + std::to_string(mesh.GetNumberOfPoints()) + " points, but difusa counts " +
+                            "them with 32 bits: split the surface");
     }
     const auto count = static_cast<std::size_t>(mesh.GetNumberOfPoints());
     if (count > 0) {
@@ -431,12 +431,11 @@ FieldFile read_vtp(const std::filesystem::path& file) {
         reader->set(complaints, file);
         reader->Update();
         if (complaints.first().empty() && reader->GetErrorCode() != 0) {
-            complaints.add("error without a reason");
+            complaints.add("unexplained error");
         }
         if (!complaints.first().empty()) {
-            throw InputError(
-                name + ": is no whole VTK XML PolyData file (" + complaints.first() +
-                "): if it was cut short or damaged write it again; another format needs its own extension");
+            throw InputError(name + ": is not a complete VTK XML PolyData file (" + complaints.first() +
+                             "): if it is truncated or damaged write it again; another format needs its own extension");
         }
         return convert(*reader->GetOutput(), name);
     } catch (const std::bad_alloc&) {

@@ -1,5 +1,5 @@
 // Inline binary (base64 and zlib) rather than VTK's default of raw appended data: current versions of expat refuse to
-// read on where that begins.
+// parse beyond the point where that begins.
 #include <difusa/io/field_writers.h>
 
 #include <difusa/core/error.h>
@@ -41,10 +41,10 @@ namespace difusa {
 
 namespace {
 
-static_assert(sizeof(Vec3) == 3 * sizeof(double), "vectors are handed to VTK as they lie in memory");
+static_assert(sizeof(Vec3) == 3 * sizeof(double), "vectors are passed to VTK as stored in memory");
 
-/// A name as VTK has to be given it: it writes names into XML attributes as they are. Parsers turn line ends and tabs
-/// in attributes into blanks unless they are written by their numbers.
+/// A name in the form VTK needs: it writes names into XML attributes unescaped. Parsers turn line ends and tabs in
+/// attributes into blanks unless they are written as character references.
 std::string attribute(const std::string& name) {
     std::string text;
     for (const char c : storable_text(name)) {
@@ -73,7 +73,7 @@ std::string attribute(const std::string& name) {
     return text;
 }
 
-/// A VTK array over memory that stays ours and outlives it. VTK only reads it, but has no way to say so.
+/// A VTK array over memory that we own and that outlives it. VTK only reads it, but cannot express that.
 template <typename Array, typename T>
 vtkSmartPointer<Array> view(const std::string& name, const T* values, std::size_t count, int components) {
     const auto array = vtkSmartPointer<Array>::New();
@@ -170,8 +170,8 @@ vtkSmartPointer<vtkPolyData> make_poly_data(const FieldFile& field) {
     return mesh;
 }
 
-/// Hands VTK's bytes to the file. VTK does not survive every failure of a stream (on a disk that is full from the
-/// start it ends the process), so it never hears of one: the first is kept and thrown by `finish`.
+/// Passes VTK's bytes to the file. VTK does not survive every failure of a stream (on a disk that is full from the
+/// start it ends the process), so failures are hidden from it: the first is kept and thrown by `finish`.
 class FileBuffer : public std::streambuf {
   public:
     explicit FileBuffer(WholeFile& file) : file_(file) { setp(buffer_.data(), buffer_.data() + buffer_.size()); }
@@ -190,7 +190,7 @@ class FileBuffer : public std::streambuf {
                                                                : sputc(traits_type::to_char_type(c));
     }
 
-    /// VTK goes back to each array's table of compressed sizes when it knows them.
+    /// VTK seeks back to each array's table of compressed sizes once it knows them.
     pos_type seekoff(off_type offset, std::ios_base::seekdir direction, std::ios_base::openmode mode) override {
         const off_type here = start_ + (pptr() - pbase());
         if (direction == std::ios_base::end) {
@@ -223,11 +223,11 @@ class FileBuffer : public std::streambuf {
 
     WholeFile& file_;
     std::vector<char> buffer_ = std::vector<char>(std::size_t{1} << 20);
-    off_type start_ = 0; ///< where in the file the buffer begins
+    off_type start_ = 0; ///< file position of the start of the buffer
     std::exception_ptr failure_;
 };
 
-/// VTK's writer with a stream of ours instead of a file name.
+/// VTK's writer with our own stream instead of a file name.
 class StreamWriter : public vtkXMLPolyDataWriter {
   public:
     static StreamWriter* New();
@@ -236,8 +236,8 @@ class StreamWriter : public vtkXMLPolyDataWriter {
 };
 vtkStandardNewMacro(StreamWriter);
 
-/// VTK's compressor, but for arrays whose memory is known it compresses the blocks that come next too, in parallel. VTK
-/// asks for one block after another; the bytes are the same.
+/// VTK's compressor, except that for arrays whose memory is known it also compresses the next blocks, in parallel. VTK
+/// requests one block after another; the bytes are the same.
 class AheadCompressor : public vtkZLibDataCompressor {
   public:
     static AheadCompressor* New();
@@ -274,7 +274,7 @@ class AheadCompressor : public vtkZLibDataCompressor {
         std::vector<unsigned char> compressed;
     };
 
-    /// The block and those that follow it in the array.
+    /// The block and those following it in the array.
     void compress_from(const unsigned char* data, std::size_t size) {
         constexpr std::size_t most = 256;
         ahead_.clear();
@@ -298,7 +298,7 @@ class AheadCompressor : public vtkZLibDataCompressor {
             }
         });
         for (Block& block : blocks) {
-            if (!block.compressed.empty()) { // else VTK is to fail where it asks
+            if (!block.compressed.empty()) { // otherwise VTK should fail when it asks
                 ahead_.emplace(block.data, std::move(block));
             }
         }
@@ -306,11 +306,11 @@ class AheadCompressor : public vtkZLibDataCompressor {
 
     Execution execution_;
     std::vector<std::span<const unsigned char>> arrays_;
-    std::unordered_map<const unsigned char*, Block> ahead_; ///< compressed already
+    std::unordered_map<const unsigned char*, Block> ahead_; ///< already compressed
 };
 vtkStandardNewMacro(AheadCompressor);
 
-/// Keeps what VTK complains about, which would otherwise go to the terminal.
+/// Captures VTK's error messages, which would otherwise go to the terminal.
 void keep_message(vtkObject*, unsigned long, void* messages, void* text) {
     *static_cast<std::string*>(messages) += static_cast<const char*>(text);
 }

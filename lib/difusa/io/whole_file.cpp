@@ -22,15 +22,15 @@ std::string quoted(const fs::path& path) {
     return "`" + path.string() + "`";
 }
 
-/// What the system says, and what to do about it.
+/// The system's message, and what to do about it.
 std::string explain(int error, const fs::path& directory) {
     const std::string said = std::generic_category().message(error);
     std::error_code ignored;
     switch (error) {
     case ENOENT:
     case ENOTDIR:
-        if (fs::is_directory(directory, ignored)) { // as /proc
-            return "no file can be made in the directory " + quoted(directory) + ": choose another";
+        if (fs::is_directory(directory, ignored)) { // such as /proc
+            return "no file can be created in the directory " + quoted(directory) + ": choose another";
         }
         if (fs::exists(directory, ignored)) {
             return quoted(directory) + " is not a directory: choose another";
@@ -54,20 +54,20 @@ fs::path directory_of(const fs::path& file) {
     return file.has_parent_path() ? file.parent_path() : fs::path(".");
 }
 
-/// Where a chain of symbolic links ends, whether or not there is a file.
+/// The end of a chain of symbolic links, whether or not there is a file.
 fs::path follow_links(const fs::path& target) {
     fs::path place = target;
     std::error_code ignored;
     for (int links = 0; fs::is_symlink(place, ignored); ++links) {
         if (links == 40) {
-            throw ResourceError("cannot write " + quoted(target) + ": its symbolic links lead in a circle");
+            throw ResourceError("cannot write " + quoted(target) + ": its symbolic links form a loop");
         }
         place = directory_of(place) / fs::read_symlink(place); // an absolute link replaces the directory
     }
     return place;
 }
 
-/// Names differ between processes and within one. They say nothing of the target's, whose length is limited too.
+/// Names are unique among and within processes. They do not contain the target's name, whose length is limited too.
 fs::path temporary_name(const fs::path& directory) {
     static std::atomic<unsigned> counter{0};
     return directory / (".difusa-" + std::to_string(getpid()) + "-" + std::to_string(counter++) + ".part");
@@ -88,12 +88,12 @@ WholeFile::WholeFile(const fs::path& target) : target_(target), resolved_(follow
     if (fs::exists(status) && !fs::is_regular_file(status)) {
         throw UsageError("cannot write " + quoted(target) + ": it is a device or pipe; name an ordinary file");
     }
-    // A rename would replace it without asking.
+    // A rename would silently replace it.
     if (fs::exists(status) && faccessat(AT_FDCWD, resolved_.c_str(), W_OK, AT_EACCESS) != 0) {
         fail("the file is write-protected: remove it, or choose another name");
     }
     const fs::path directory = directory_of(resolved_);
-    do { // a name may be left from a process that was killed
+    do { // a file may be left over from a killed process
         temporary_ = temporary_name(directory);
         descriptor_ = open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     } while (descriptor_ < 0 && (errno == EEXIST || errno == EINTR));
@@ -126,7 +126,7 @@ void WholeFile::seek(std::int64_t position) {
 }
 
 void WholeFile::commit() {
-    // File systems that cannot flush say EINVAL; there is nothing to wait for then.
+    // File systems that cannot flush report EINVAL; there is nothing to wait for then.
     if (fsync(descriptor_) != 0 && errno != EINVAL) {
         fail(explain(errno, directory_of(resolved_)));
     }

@@ -1,4 +1,4 @@
-// A file that appears under its name only when it is whole.
+// A file that appears under its name only once it is complete.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@ namespace difusa {
 /// Written under a temporary name in the directory of its target, then renamed to it. Unless `commit` succeeded, the
 /// destructor removes what was written, and an older file under the target's name stays as it was.
 ///
-/// A target that is a symbolic link stays one: the file it leads to is replaced. Throws UsageError for a name that is
-/// no file's ("-", a directory, a device), ResourceError for what the system refuses; both name the target.
+/// A target that is a symbolic link remains one: the file it leads to is replaced. Throws UsageError for a name that is
+/// not a file's ("-", a directory, a device), ResourceError if the system refuses; both name the target.
 class WholeFile {
   public:
     /// Creates the temporary file, with the permissions of any new file.
@@ -21,20 +21,20 @@ class WholeFile {
     WholeFile(const WholeFile&) = delete;
     WholeFile& operator=(const WholeFile&) = delete;
 
-    /// Writes where the last `write` or `seek` ended; at first, at the beginning.
+    /// Writes where the last `write` or `seek` ended; initially at the start.
     void write(std::string_view bytes);
 
-    /// Goes to a number of bytes from the beginning.
+    /// Moves to this number of bytes from the start.
     void seek(std::int64_t position);
 
-    /// Waits until the disk has it all, then renames.
+    /// Waits until all data are on disk, then renames.
     void commit();
 
   private:
     [[noreturn]] void fail(const std::string& reason) const;
 
     std::filesystem::path target_;   ///< as the user named it, for messages
-    std::filesystem::path resolved_; ///< past all symbolic links
+    std::filesystem::path resolved_; ///< with all symbolic links resolved
     std::filesystem::path temporary_;
     int descriptor_ = -1;
 };

@@ -16,17 +16,17 @@ namespace {
 constexpr double largest_share = 0.1;
 constexpr double contrast = 4.0;
 
-/// AreaLights up to so many are all evaluated; more of them stand for each other where they are seen under this angle.
+/// Up to this many area lights are all evaluated; more are represented by one of them where seen under this angle.
 constexpr std::size_t few = 32;
 constexpr double opening = 0.15;
 
-/// Up to so many lamps the one for a single ray is chosen by form factors.
+/// Up to this many area lights, the one for a single ray is chosen by form factors.
 constexpr std::size_t few_chosen = 4;
 
-/// Places on a lamp of which one is chosen for a single ray.
+/// Points on an area light from which one is chosen for a single ray.
 constexpr std::size_t candidates = 4;
 
-/// Up to so many lamps it is asked whether anything can hide them; for more of them that costs more than rays.
+/// Up to this many area lights are tested for occluders; for more, the test costs more than rays.
 constexpr std::size_t few_shafts = 8;
 
 } // namespace
@@ -80,7 +80,7 @@ AreaLights::AreaLights(const Scene& scene, std::vector<Index> triangles, const T
     tree_.emplace(scene.mesh, triangles_, power);
 }
 
-/// 0 where it is no more than the rounding of the angles it is a sum of.
+/// 0 if within the rounding of the angles it is summed from.
 double AreaLights::form_factor(const SurfacePoint& x, Index t) const {
     if (t == x.face) {
         return 0.0;
@@ -90,7 +90,7 @@ double AreaLights::form_factor(const SurfacePoint& x, Index t) const {
     return F > 0x1p-48 ? F : 0.0;
 }
 
-/// The lamps that send light to x as if nothing blocked, each with what it stands for.
+/// The area lights that send light to x if nothing blocks, each with its weight.
 void AreaLights::collect(const SurfacePoint& x, RandomStream& stream, Worker& worker) const {
     worker.parts.clear();
     worker.shares.clear();
@@ -133,8 +133,8 @@ bool AreaLights::may_be_hidden(const SurfacePoint& x, const Worker& worker) cons
                        [&](const Worker::Part& part) { return shafts_->may_be_blocked(x, part.triangle); });
 }
 
-/// Sample s goes to the light that holds the share (s + shift) / samples of the irradiance, to an even place on it.
-/// Returns the share of the light that got through.
+/// Sample s goes to the light that holds the share (s + shift) / samples of the irradiance, to an evenly distributed
+/// point on it. Returns the share of the light that got through.
 double AreaLights::cast_round(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker) const {
     worker.segments.clear();
     worker.light.clear();
@@ -154,7 +154,7 @@ double AreaLights::cast_round(const SurfacePoint& x, std::size_t samples, Random
         const double cosine = x.normal.dot(way), cosines = cosine * -y.normal.dot(way);
         const double r2 = way.squaredNorm();
         if (cosine > 0.0 && cosines > 0.0) {
-            // Lights are chosen by their mean irradiance, places on them by area; the kernel varies over the light.
+            // Lights are chosen by mean irradiance, points on them by area; the kernel varies over the light.
             const double kernel = cosines / (r2 * r2) * scene_.mesh.areas[y.face] / part->form_factor;
             worker.segments.push_back({x.position, y.position, x.face, y.face});
             worker.light.emplace_back(kernel / emission(y.face).mean() * emission(y.face));
@@ -209,8 +209,8 @@ void AreaLights::irradiance(const SurfacePoint& x, std::size_t samples, RandomSt
         sampled += share.sampled;
     }
     constexpr double least = std::numeric_limits<double>::min();
-    // Grazing: every sample may have fallen below the horizon. A material without a sample of its own is seen as all
-    // others are.
+    // Grazing: every sample may have fallen below the horizon. A material without samples is assumed as visible as the
+    // others.
     const Rgb mean = (sampled > 0.0).select(seen / sampled.max(least), Rgb::Ones());
     for (const Worker::Share& share : worker.shares) {
         H[set_of[share.material]] +=
@@ -218,8 +218,8 @@ void AreaLights::irradiance(const SurfacePoint& x, std::size_t samples, RandomSt
     }
 }
 
-/// One lamp for x, with what it sends there as if nothing blocked over the probability of choosing it. Few lamps are
-/// chosen by just that, so that the choice adds no noise; more of them by the tree.
+/// One area light for x, with the unblocked light it sends there divided by the probability of choosing it. A few
+/// lights are chosen in proportion to that light, so the choice adds no noise; more of them by the tree.
 AreaLights::Choice AreaLights::choose(const SurfacePoint& x, double u, Worker& worker) const {
     if (triangles_.size() > few_chosen) {
         const auto pick = tree_->pick(LightTree::root, x.position, x.normal, u);
@@ -267,9 +267,9 @@ AreaLights::Sample AreaLights::sample(const SurfacePoint& x, const std::array<do
     return {scene_.mesh.material[choice.triangle], choice.weight * choice.form_factor * emission(choice.triangle)};
 }
 
-/// A place on the triangle: of some spread over it one in proportion to what it sends to x, so that being seen or not
-/// counts for as much as it should. Where all of them are below the horizon, one that a few steps to the highest corner
-/// lift above it.
+/// A point on the triangle: one of several spread over it, chosen in proportion to what it sends to x, so that its
+/// visibility carries the right weight. If all of them are below the horizon, one lifted above it by a few steps
+/// towards the highest corner.
 Vec3 AreaLights::place_on(const SurfacePoint& x, Index triangle, const std::array<double, 3>& u) const {
     const Mesh& mesh = scene_.mesh;
     std::array<Vec3, candidates> place;

@@ -1,7 +1,7 @@
-// AreaLights: emitting faces that are small. A few hundred rays in all directions meet a small lamp so seldom that its
-// light comes out blotchy; its form factor is known exactly, and shadow rays tell which share of it is seen. Surfaces
-// that emit over a large part of the scene are left to the rays of the gather, which then are exact in the mean and, in
-// a closed scene of constant emission, exact.
+// AreaLights: small emitting faces. A few hundred rays in all directions hit a small area light so rarely that its
+// light comes out blotchy; its form factor is known exactly, and shadow rays estimate how much of it is visible.
+// Surfaces that emit over a large part of the scene are left to the gather rays, which are then unbiased and, in a
+// closed scene of constant emission, exact.
 #pragma once
 
 #include <difusa/core/random.h>
@@ -19,33 +19,33 @@
 
 namespace difusa {
 
-/// 1 for each material whose faces are area lights: of those that emit evenly the ones of least area, as long as
-/// together they cover at most a tenth of the surface; but no material that is less than four times as bright as the
-/// mean of the remaining surface, which then lights the scene so evenly that rays serve both.
+/// 1 for each material whose faces are area lights: among those that emit evenly, the ones of smallest area, as long as
+/// together they cover at most a tenth of the surface; but no material less than four times as bright as the mean of
+/// the remaining surface, which then lights the scene so evenly that rays serve both.
 std::vector<char> area_light_materials(const Scene& scene);
 
 /// The area lights of a scene, and the light they send to a point. Keeps references to scene and mesh.
 class AreaLights {
   public:
-    /// `shafts`: of the scene's mesh; null where no face can block (Mesh::convex).
+    /// `shafts`: of the scene's mesh; null if no face can block (Mesh::convex).
     AreaLights(const Scene& scene, std::vector<Index> triangles, const Tracer& tracer,
                std::shared_ptr<const Shafts> shafts);
 
     std::size_t count() const { return triangles_.size(); }
 
-    /// Scratch of one thread, and what it did.
+    /// Per-thread scratch and statistics.
     struct Worker {
         struct Part {
             Index triangle;
-            double form_factor, weight; ///< weight: what this light stands for, 1 / its probability
-            double mean_below;          ///< running sum of the mean irradiance, as if nothing blocked
+            double form_factor, weight; ///< weight: number of lights it represents, 1 / its probability
+            double mean_below;          ///< running sum of the mean unblocked irradiance
             std::size_t share;          ///< in `shares`
         };
         /// The lights of one material among `parts`.
         struct Share {
             Index material;
-            Rgb unblocked = Rgb::Zero();                   ///< irradiance as if nothing blocked
-            Rgb seen = Rgb::Zero(), sampled = Rgb::Zero(); ///< of the samples: what got through, and all
+            Rgb unblocked = Rgb::Zero();                   ///< unblocked irradiance
+            Rgb seen = Rgb::Zero(), sampled = Rgb::Zero(); ///< of the samples: what got through, and the total
         };
         std::vector<Part> parts;
         std::vector<Share> shares;
@@ -55,35 +55,35 @@ class AreaLights {
         std::vector<std::size_t> owner; ///< #segments: in `shares`
         std::vector<std::uint8_t> blocked;
         std::size_t cast = 0;  ///< segments
-        std::size_t clear = 0; ///< points that nothing could hide their lights from, so that no shadow ray was cast
+        std::size_t clear = 0; ///< points whose lights nothing can occlude, so that no shadow ray was cast
     };
 
-    /// Adds the irradiance in W/m² that x receives to H[set_of[m]], for the lights of each material m: form factors in
-    /// closed form (lighting/lambert.h) times the share that x sees. What a material adds does not depend on how
-    /// materials are dealt to sets.
+    /// Adds the irradiance in W/m² that x receives to H[set_of[m]], for the lights of each material m: closed-form form
+    /// factors (lighting/lambert.h) times the visible share. The contribution of a material does not depend on how
+    /// materials are assigned to sets.
     ///
     /// Many lights: those of a group that x sees under a small angle are represented by one of them, chosen at random
     /// (LightTree::cut): unbiased, and exact where each light is alone in its group.
     ///
-    /// Share: nothing is hidden where no face reaches between x and the lights (Shafts). Else `samples` shadow rays are
-    /// cast, stratified over the lights by what they send and weighted by the integrand, twice and again up to sixteen
-    /// times until the rounds agree on the share to `settled`. Exact where nothing blocks.
+    /// Visible share: 1 where no face reaches between x and the lights (Shafts). Otherwise `samples` shadow rays are
+    /// cast, stratified over the lights by their contribution and weighted by the integrand, at least twice and up to
+    /// sixteen times until the standard error of the share is at most `settled`. Exact where nothing blocks.
     void irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
                     std::span<const Index> set_of, std::span<Rgb> H) const;
 
-    /// What one light sends to x.
+    /// The contribution of one light at x.
     struct Sample {
         Index material = none; ///< none: nothing
         Rgb H = Rgb::Zero();
     };
 
-    /// An estimate of all light with one shadow ray, from four random numbers in [0, 1): the light of one area light,
-    /// over the probability of choosing it, if the ray gets through. Where the lights are few and nothing blocks, it is
-    /// the irradiance itself, by whichever light; where all is hidden, 0. In a penumbra its mean is right as far as the
-    /// point the ray goes to, chosen among four by what they send, represents the light.
+    /// An estimate of all light with one shadow ray, from four random numbers in [0, 1): the light of one area light
+    /// divided by the probability of choosing it, if the ray gets through. Where the lights are few and nothing blocks,
+    /// it is the irradiance itself, whichever light is chosen; where all is occluded, 0. In a penumbra it is unbiased
+    /// to the extent that the target point of the ray, chosen among four by their contribution, represents the light.
     Sample sample(const SurfacePoint& x, const std::array<double, 4>& u, Worker& worker) const;
 
-    /// How far the shares of two rounds of shadow rays may be apart, in standard errors of their mean.
+    /// Rounds of shadow rays stop once the standard error of their mean share is at most this.
     static constexpr double settled = 0.002;
     static constexpr std::size_t most_rounds = 16;
 

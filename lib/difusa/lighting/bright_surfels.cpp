@@ -12,8 +12,8 @@ namespace difusa {
 
 namespace {
 
-/// Surfels whose centre is nearer than so many of their edges are left to the rays: within them the kernel varies too
-/// much for the density at the centre to stand for it.
+/// Surfels whose centre is closer than this many of their edge lengths are left to the rays: within them the kernel
+/// varies too much to be represented by the density at the centre.
 constexpr double near = 4.0;
 
 bool is_dark(const Rgb& light) {
@@ -53,14 +53,14 @@ BrightSurfels::BrightSurfels(const Scene& scene, const Tracer& tracer, const Sur
     }
 }
 
-/// Probability density, by area, with which a point on the surfel is drawn.
+/// Probability density, by area, of sampling a point on the surfel.
 double BrightSurfels::density(Index s) const {
     const double area = surfels_.area(s);
     return area > 0.0 ? (below_[s + 1] - below_[s]) / below_.back() / area : 0.0;
 }
 
-/// Probability density, by area, with which a ray from x goes towards y: cosine over pi by solid angle, the directions
-/// below the plane of the face mirrored to above it (Hemisphere::look). It is also the kernel of irradiance.
+/// Probability density, by area, with which a ray from x goes towards y: cosine over pi by solid angle, directions
+/// below the plane of the face being mirrored to above it (Hemisphere::look). This is also the kernel of irradiance.
 double BrightSurfels::ray_density(const SurfacePoint& x, const Vec3& y, const Vec3& n_y) const {
     const Vec3 way = y - x.position;
     const Vec3& n = scene_.mesh.normals[x.face];
@@ -72,7 +72,7 @@ double BrightSurfels::ray_density(const SurfacePoint& x, const Vec3& y, const Ve
     return at_x * at_y / (std::numbers::pi * r2 * r2);
 }
 
-/// Points on bright surfels that x, where rays start, sees.
+/// The points on bright surfels visible from x, the ray origin.
 void BrightSurfels::draw(const SurfacePoint& x, std::size_t count, RandomStream& stream, Worker& worker) const {
     worker.places.clear();
     worker.surfel.clear();
@@ -120,7 +120,7 @@ Eigen::RowVectorXd BrightSurfels::gather(const SurfacePoint& x, std::span<const 
     const std::size_t count = places(rays);
     const auto by_rays = static_cast<double>(rays), by_places = static_cast<double>(count);
     const double reach = near * surfels_.edge();
-    // Of the samples that land on a surfel, the density of both kinds together, as far as its centre tells; 0 for near
+    // The density of both kinds of samples that land on a surfel, as far as its centre can represent it; 0 for near
     // surfels, which are left to the rays.
     const auto density_of_both = [&](Index s, double& of_rays) {
         const auto& [centre, normal] = centres_[centre_[s]];

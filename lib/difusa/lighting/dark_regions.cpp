@@ -14,9 +14,9 @@ namespace difusa {
 namespace {
 
 constexpr std::size_t rays_a_place = 32;
-constexpr std::size_t least_places = 64; ///< on a region
+constexpr std::size_t least_places = 64; ///< per region
 
-/// Whether light can reach x as far as a handful of rays tell.
+/// Whether light can reach x, as far as a handful of rays can tell.
 bool sees_light(const Scene& scene, const DirectLight& lights, std::span<const Index> others, const Tracer& tracer,
                 const SurfacePoint& x, RandomStream& stream, DirectLight::Worker& worker) {
     std::vector<Rgb> direct(lights.sets().count());
@@ -67,7 +67,7 @@ std::vector<char> dark_regions(const Scene& scene, const DirectLight& lights, co
         triangles[mesh.region[t]].push_back(t);
     }
     const std::vector<char> emits = emitting_materials(scene);
-    std::vector<Index> others; // emitting triangles that are no lamps
+    std::vector<Index> others; // emitting triangles that are not area lights
     for (Index t = 0; t < mesh.triangles.size(); ++t) {
         if (emits[mesh.material[t]] != 0 && lights.area_light_materials()[mesh.material[t]] == 0) {
             others.push_back(t);

@@ -1,4 +1,4 @@
-// Surfaces on which no site would ever do anything: the outside of a closed room, the inside of a wall.
+// Surfaces on which a site would be wasted: the outside of a closed room, the inside of a wall.
 #pragma once
 
 #include <difusa/core/progress.h>
@@ -9,11 +9,11 @@
 
 namespace difusa {
 
-/// For each region of the mesh 1 if it sees nothing that could send it light: from many places of it, at least one on
-/// each triangle, rays meet nothing but backs or leave to a sky without light, and shadow rays towards suns, point
-/// lights, lamps and other emitting faces do not get through.
-/// What sees nothing is seen by nothing, so such a region plays no part. The rays are finite in number: a region lit
-/// only through a hole that all of them miss counts as dark.
+/// For each region of the mesh, 1 if it sees nothing that could send it light: from many points on it, at least one per
+/// triangle, rays hit only backs or escape to a dark sky, and shadow rays towards suns, point lights, area lights and
+/// other emitting faces are blocked.
+/// A region that sees nothing is seen by nothing, so it plays no part in the transport. The number of rays is finite: a
+/// region lit only through a hole that all of them miss counts as dark.
 std::vector<char> dark_regions(const Scene& scene, const DirectLight& lights, const Tracer& tracer, std::uint64_t seed,
                                const Execution& execution);
 

@@ -49,8 +49,8 @@ DirectLight::DirectLight(const Scene& scene, const Tracer& tracer, LightSets set
 }
 
 Segment DirectLight::shadow_ray(const SurfacePoint& from, const Vec3& direction, double length) const {
-    // A shading normal may face a light that is below the plane of the face, or in it: then the face and those beside
-    // it do not hide it.
+    // A shading normal may face a light that is in or below the plane of the face: then the face and its neighbours
+    // must not hide it.
     const Vec3& n = scene_.mesh.normals[from.face];
     const double height = n.dot(direction);
     Vec3 way = direction;
@@ -80,7 +80,7 @@ void DirectLight::add_outside(const SurfacePoint& x, std::size_t first, Worker& 
         const double cosine = x.normal.dot(towards);
         const double falloff = cosine > 0.0 ? light.falloff(-towards) : 0.0;
         if (falloff > 0.0) {
-            // A light may lie on a face, which by rounding may be before it.
+            // A light may lie on a face that, by rounding, ends up in front of it.
             const Vec3 ray = light.position - from.position;
             const double length = ray.norm(), short_of_it = std::max(0.0, length * (1.0 - 0x1p-40) - rounding_);
             add(shadow_ray(from, ray / length, short_of_it), cosine * falloff / (distance * distance) * light.intensity,
@@ -89,7 +89,7 @@ void DirectLight::add_outside(const SurfacePoint& x, std::size_t first, Worker& 
     }
 }
 
-/// Casts the shadow rays that were collected; `blocked` tells what became of each.
+/// Casts the collected shadow rays; the results are in `blocked`.
 void DirectLight::cast(Worker& worker) const {
     worker.blocked.resize(worker.segments.size());
     worker.cast += tracer_.occluded(worker.segments, worker.blocked);

@@ -1,5 +1,5 @@
-// Direct light of sources whose shadows have edges: suns, point lights and area lights. It is evaluated at the very
-// point where it is wanted, outside the linear system, so that no basis smooths its shadows (T chapter 8).
+// Direct light of sources that cast sharp shadows: suns, point lights and area lights. It is evaluated exactly at the
+// point of interest, outside the linear system, so that no basis smooths its shadows (T chapter 8).
 #pragma once
 
 #include <difusa/core/progress.h>
@@ -12,8 +12,8 @@
 
 namespace difusa {
 
-/// The sharp sources of a scene. Their light comes out by set (scene/light_groups.h): one Rgb, or as many columns as
-/// there are channels, for each set. How lights are dealt to sets changes no sum over the sets but for rounding.
+/// The sharp sources of a scene. Their light is returned by set (scene/light_groups.h): one Rgb, or one column per
+/// channel, for each set. Assigning lights to other sets changes sums over the sets by rounding only.
 class DirectLight {
   public:
     /// Keeps references to the scene and what the tracer refers to.
@@ -22,17 +22,17 @@ class DirectLight {
     /// All lights in one set.
     DirectLight(const Scene& scene, const Tracer& tracer) : DirectLight(scene, tracer, all_lights(scene)) {}
 
-    /// False: there is no such light, and nothing below casts a ray.
+    /// False: there are no such lights, and nothing below casts a ray.
     bool any() const { return !suns_.empty() || !points_.empty() || area_lights_.count() > 0; }
 
     const LightSets& sets() const { return sets_; }
 
-    /// For each material 1 if what its faces emit is counted here, so that it must not be counted again where rays hit
+    /// For each material, 1 if the emission of its faces is included here and must not be counted again where rays hit
     /// them (lighting/area_lights.h).
     const std::vector<char>& area_light_materials() const { return area_light_materials_; }
     std::size_t area_light_count() const { return area_lights_.count(); }
 
-    /// Shadow rays that `irradiance` casts for a point where those of area lights settle at once.
+    /// Shadow rays that `irradiance` casts for a point if those of area lights settle at once.
     std::size_t rays_per_point(std::size_t samples) const {
         return suns_.size() + points_.size() + (area_lights_.count() > 0 ? samples : 0);
     }
@@ -41,12 +41,12 @@ class DirectLight {
         AreaLights::Worker area_lights;
         std::vector<Segment> segments;
         std::vector<std::uint8_t> blocked;
-        std::vector<std::size_t> owner; ///< place in H
+        std::vector<std::size_t> owner; ///< index into H
         std::vector<Rgb> light;
-        std::size_t cast = 0; ///< segments, without those of the area lights
+        std::size_t cast = 0; ///< segments, excluding those of the area lights
     };
 
-    /// What was cast, summed over threads.
+    /// Ray statistics, summed over threads.
     struct Effort {
         std::size_t segments = 0;
         std::size_t clear = 0; ///< points that needed no shadow rays to area lights (AreaLights::Worker::clear)
@@ -56,22 +56,22 @@ class DirectLight {
         }
     };
 
-    /// Irradiance at x in W/m², H[set], of the very place even where, from an edge, shadow rays start beside it
-    /// (mesh/surface_sampling.h, inset): one shadow ray for each sun and point light, `samples` and more for the area
+    /// Irradiance at x in W/m², H[set], at exactly that point even if x is on an edge and shadow rays start next to it
+    /// (mesh/surface_sampling.h, inset): one shadow ray for each sun and point light, `samples` or more for the area
     /// lights (AreaLights::irradiance).
     void irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
                     std::span<Rgb> H) const;
 
-    /// The same, all sets together.
+    /// The same, for all sets together.
     Rgb irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker) const;
 
     /// The same at many points, #x by #sets times `channels`; point i draws from the stream (seed, purpose, i).
     Values irradiance(std::span<const SurfacePoint> x, int channels, std::size_t samples, std::uint64_t seed,
                       std::string_view purpose, const Execution& execution, Effort& effort) const;
 
-    /// Estimates with one shadow ray for each sun and point light and one for all area lights together: at x[i] from
-    /// H[i #sets] on. Exact but for area lights; of these in the mean (AreaLights::sample). `from_outside`, if not
-    /// null, is increased by what suns and point lights send to all of the points.
+    /// Estimates with one shadow ray for each sun and point light and one for all area lights together: for x[i] from
+    /// H[i #sets] on. Exact except for area lights, which are unbiased (AreaLights::sample). `from_outside`, if not
+    /// null, is increased by the contribution of suns and point lights to all points.
     void sample(std::span<const SurfacePoint> x, RandomStream& stream, std::span<Rgb> H, Worker& worker,
                 Rgb* from_outside = nullptr) const;
 
@@ -86,8 +86,8 @@ class DirectLight {
     LightSets sets_;
     std::vector<std::pair<Sun, Index>> suns_;          ///< those that shine, and their sets
     std::vector<std::pair<PointLight, Index>> points_; ///< likewise
-    double reach_;                                     ///< a length that leads out of the scene from any point of it
-    double rounding_;                                  ///< of a place computed from coordinates of the scene
+    double reach_;                                     ///< a length that leads out of the scene from any of its points
+    double rounding_;                                  ///< of a position computed from scene coordinates
     std::vector<char> area_light_materials_;
     std::shared_ptr<const Shafts> shafts_;
     AreaLights area_lights_;

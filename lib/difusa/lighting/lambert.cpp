@@ -12,7 +12,7 @@ double lambert_form_factor(const Vec3& x, const Vec3& n, const Vec3& a, const Ve
     if (p[0].dot((p[1] - p[0]).cross(p[2] - p[0])) >= 0.0) {
         return 0.0; // seen from behind, or edge-on
     }
-    // Clipped to n·p >= 0: at most four corners are left.
+    // Clipped to n·p >= 0: at most four corners remain.
     std::array<Vec3, 4> polygon;
     std::size_t count = 0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -29,8 +29,8 @@ double lambert_form_factor(const Vec3& x, const Vec3& n, const Vec3& a, const Ve
     double sum = 0.0;
     for (std::size_t k = 0; k < count; ++k) {
         const Vec3 &from = polygon[k], &to = polygon[(k + 1) % count];
-        // Seen from x the front runs clockwise. As to × from, the direction would drown where the edge is far and
-        // short.
+        // Seen from x the front runs clockwise. Written as to × from, the direction would be lost to rounding for an
+        // edge that is far away and short.
         const Vec3 cross = (to - from).cross(from);
         const double length = cross.norm();
         if (length > 0.0) {

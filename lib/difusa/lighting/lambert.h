@@ -1,15 +1,15 @@
-// Irradiance of an evenly emitting polygon, in closed form.
+// Irradiance from a uniformly emitting polygon, in closed form.
 #pragma once
 
 #include <difusa/core/types.h>
 
 namespace difusa {
 
-/// The form factor from a surface element at x with unit normal n to the triangle abc, as if nothing blocked:
+/// The unoccluded form factor from a surface element at x with unit normal n to the triangle abc:
 ///     F = (1/2pi) sum_i Gamma_i n·(p_i × p_{i+1}) / |p_i × p_{i+1}|
-/// over the edges of the triangle clipped to the half space above the element's horizon, p relative to x and Gamma_i
-/// the angle between p_i and p_{i+1} (Lambert 1760; Baum, Rushmeier and Winget 1989). The irradiance is F times the
-/// triangle's radiosity. 0 if x is not on the front side (counterclockwise) of the triangle. Exact to rounding.
+/// over the edges of the triangle clipped to the half space above the element's horizon, with p relative to x and
+/// Gamma_i the angle between p_i and p_{i+1} (Lambert 1760; Baum, Rushmeier and Winget 1989). The irradiance is F times
+/// the triangle's radiosity. 0 if x is not on the front side (counterclockwise) of the triangle. Exact to rounding.
 double lambert_form_factor(const Vec3& x, const Vec3& n, const Vec3& a, const Vec3& b, const Vec3& c);
 
 } // namespace difusa

@@ -69,14 +69,14 @@ Index LightTree::build(const Mesh& mesh, std::span<const Index> triangles, std::
     return number;
 }
 
-/// An estimate of what x receives from the node; 0 only if that is 0.
+/// An estimate of what x receives from the node; 0 only if nothing.
 double LightTree::importance(const Node& node, const Vec3& x, const Vec3& n) const {
     const Vec3 way = node.centre - x;
     const double distance = way.norm();
     if (!(distance > node.radius)) {
         return node.power / std::max(node.radius * node.radius, std::numeric_limits<double>::min());
     }
-    // Half the angle under which x sees the ball; a margin for rounding, so that 0 means 0.
+    // Half the angle under which x sees the ball; a margin for rounding, so that 0 really means 0.
     const double half = std::asin(node.radius / distance) + 1e-6;
     const double below = angle_between(n, way) - half;                         // smallest angle to the normal of x
     const double beside = angle_between(node.axis, -way) - half - node.spread; // and to the normals of the lights

@@ -41,7 +41,7 @@ bool Shafts::may_be_blocked(const SurfacePoint& x, Index t) const {
     std::size_t count = 0;
     const auto add = [&](const Vec3& inwards, const Vec3& through) {
         const double length = inwards.norm();
-        if (length > 0.0) { // else the tetrahedron is flat there, and the plane cuts nothing off
+        if (length > 0.0) { // otherwise the tetrahedron is flat there, and the plane cuts nothing off
             planes[count++] = {inwards / length, inwards.dot(through) / length};
         }
     };
@@ -52,7 +52,7 @@ bool Shafts::may_be_blocked(const SurfacePoint& x, Index t) const {
     add(mesh_.normals[t], a);
     const Vec3& own = mesh_.normals[x.face];
     const auto above = [&](const Vec3& corner) { return own.dot(corner - x.position) >= 0.0; };
-    if (x.normal == own || (above(a) && above(b) && above(c))) { // else a shading normal sees below the face
+    if (x.normal == own || (above(a) && above(b) && above(c))) { // otherwise a shading normal sees below the face
         add(own, x.position);
     }
     BoxTree::Box around(x.position);
@@ -77,7 +77,7 @@ bool Shafts::may_be_blocked(const SurfacePoint& x, Index t) const {
             return false;
         }
         const std::array<Vec3, 3> p{mesh_.corner(face, 0), mesh_.corner(face, 1), mesh_.corner(face, 2)};
-        // A face that at most touches the tetrahedron from outside hides nothing that has an area.
+        // A face that merely touches the tetrahedron from outside hides no area.
         for (std::size_t k = 0; k < count; ++k) {
             const Plane& plane = planes[k];
             if (std::all_of(p.begin(), p.end(),
@@ -85,7 +85,7 @@ bool Shafts::may_be_blocked(const SurfacePoint& x, Index t) const {
                 return false;
             }
         }
-        // Nor does one that has the whole tetrahedron on one side of its plane.
+        // Nor does one whose plane has the whole tetrahedron on one side.
         const Vec3& n = mesh_.normals[face];
         const double height = n.dot(p[0]);
         double least = 0.0, most = 0.0;

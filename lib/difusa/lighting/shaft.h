@@ -1,4 +1,4 @@
-// Whether anything can come between a point and a triangle it looks at.
+// Whether anything can occlude a triangle seen from a point.
 #pragma once
 
 #include <difusa/core/box_tree.h>
@@ -12,8 +12,8 @@ class Shafts {
     /// Keeps a reference.
     explicit Shafts(const Mesh& mesh);
 
-    /// False only if no face hides any part of triangle t from x, rays that start at x and end on t being exempt from
-    /// the planes of these two faces (rays/own_plane.h). True if a face may reach into the tetrahedron between
+    /// False only if no face hides any part of triangle t from x, for rays that start at x and end on t and are exempt
+    /// from the planes of these two faces (rays/own_plane.h). True if a face may reach into the tetrahedron between
     /// them.
     bool may_be_blocked(const SurfacePoint& x, Index t) const;
 

@@ -26,7 +26,7 @@ void spread(const Surfels& surfels, const std::vector<Surfels::Piece>& pieces, s
     }
 }
 
-/// One surfel after another; scratch of a thread.
+/// Handles one surfel at a time; scratch of a thread.
 class Averages {
   public:
     Averages(const Scene& scene, const Surfels& surfels, const DirectLight& light, int channels)
@@ -83,7 +83,7 @@ class Averages {
         }
     }
 
-    /// Adds the light at `count` points to `H_`; says whether it is about the same at all of them.
+    /// Adds the light at `count` points to `H_`; returns whether it is about the same at all of them.
     bool sample(std::size_t count, RandomStream& stream) {
         const std::array<double, 2> shift{stream.uniform(), stream.uniform()};
         spread(surfels_, pieces_, count, shift, points_);
@@ -125,7 +125,7 @@ class Averages {
     std::vector<Surfels::Piece> pieces_;
     std::vector<SurfacePoint> points_;
     std::vector<Rgb> at_points_, H_;
-    Rgb outside_ = Rgb::Zero(); ///< of suns and point lights
+    Rgb outside_ = Rgb::Zero(); ///< from suns and point lights
 };
 
 } // namespace

@@ -16,7 +16,7 @@ using Point = Kernel::Point_3;
 using Corners = std::array<Vec3, 3>;
 using Points = std::array<Point, 3>;
 
-/// A box of the algorithm with the triangle it is of.
+/// A box for CGAL's algorithm, with its triangle.
 struct TriangleBox : CGAL::Box_intersection_d::Box_d<double, 3, CGAL::Box_intersection_d::ID_NONE> {
     using Base = CGAL::Box_intersection_d::Box_d<double, 3, CGAL::Box_intersection_d::ID_NONE>;
     using ID = std::size_t;
@@ -38,8 +38,8 @@ Corners corners_of(const Mesh& mesh, Index triangle) {
     return {mesh.corner(triangle, 0), mesh.corner(triangle, 1), mesh.corner(triangle, 2)};
 }
 
-/// Turns the corners of p such that the first is alone on its side of the plane of q, and turns q over if need be such
-/// that this side is the positive one. False unless p has corners on either side.
+/// Rotates the corners of p so that the first is alone on its side of the plane of q, and flips q if necessary so that
+/// this side is the positive one. False unless p has corners on both sides.
 bool straddles(Points& p, Points& q) {
     std::array<CGAL::Orientation, 3> side{};
     int above = 0, below = 0;
@@ -62,7 +62,7 @@ bool straddles(Points& p, Points& q) {
 
 bool cross(Points p, Points q) {
     // Guigue and Devillers, "Fast and robust triangle-triangle overlap test using orientation predicates", 2003: each
-    // triangle meets the line common to both planes in an interval; these must have more than a point in common.
+    // triangle intersects the line common to both planes in an interval; these must share more than a point.
     if (!straddles(p, q) || !straddles(q, p)) {
         return false;
     }
@@ -70,9 +70,9 @@ bool cross(Points p, Points q) {
            CGAL::orientation(p[0], p[2], q[2], q[0]) == CGAL::NEGATIVE;
 }
 
-/// True if triangles with a vertex in common surely meet nowhere else, as almost all around a vertex do: a plane
-/// through the vertex parts them. Differences of coordinates have relative errors below 2^-53, and the products with
-/// them too.
+/// True if triangles with a common vertex certainly meet nowhere else, as is the case for almost all around a vertex: a
+/// plane through the vertex separates them. Differences of coordinates have relative errors below 2^-53, and so do the
+/// products.
 bool parted_at(const Vec3& vertex, const std::array<Vec3, 2>& p, const std::array<Vec3, 2>& q) {
     const std::array<Vec3, 2> a{p[0] - vertex, p[1] - vertex}, b{q[0] - vertex, q[1] - vertex};
     const Vec3 towards = (a[0].stableNormalized() + a[1].stableNormalized()).stableNormalized() -
@@ -83,7 +83,7 @@ bool parted_at(const Vec3& vertex, const std::array<Vec3, 2>& p, const std::arra
     return beyond(a[0], 1.0) && beyond(a[1], 1.0) && beyond(b[0], -1.0) && beyond(b[1], -1.0);
 }
 
-/// Examines two triangles of a mesh whose boxes overlap.
+/// Tests two triangles of a mesh whose boxes overlap.
 bool cross(const Mesh& mesh, Index S, Index T) {
     const auto &s = mesh.triangles[S], &t = mesh.triangles[T];
     std::size_t shared = 0, at_s = 0, at_t = 0;
@@ -97,7 +97,7 @@ bool cross(const Mesh& mesh, Index S, Index T) {
         }
     }
     if (shared > 1) {
-        return false; // at an edge: they lie in one plane, or meet in the edge alone
+        return false; // at an edge: they are coplanar, or meet only in the edge
     }
     const Corners p = corners_of(mesh, S), q = corners_of(mesh, T);
     if (shared == 1 &&
@@ -132,8 +132,8 @@ std::optional<std::vector<std::array<Index, 2>>> find_crossing_triangles(const M
             found.push_back({std::min(a.triangle, b.triangle), std::max(a.triangle, b.triangle)});
         }
     };
-    // Below so many boxes CGAL's algorithm scans instead of dividing: for small boxes several times its default is
-    // faster.
+    // Below this many boxes CGAL's algorithm scans instead of dividing: for small boxes a cutoff several times its
+    // default is faster.
     constexpr std::ptrdiff_t cutoff = 200;
     try {
         CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), examine, cutoff);
@@ -145,7 +145,8 @@ std::optional<std::vector<std::array<Index, 2>>> find_crossing_triangles(const M
 }
 
 Vec3 middle_of_crossing(const Corners& p, const Corners& q) {
-    // Where sides of either meet the plane of the other: of these four points along the common line the middle two.
+    // The points where sides of either cross the plane of the other: of these four along the common line, the middle
+    // two.
     const auto normal = [](const Corners& c) -> Vec3 { return (c[1] - c[0]).cross(c[2] - c[0]).stableNormalized(); };
     const Vec3 along = normal(p).cross(normal(q));
     std::vector<std::pair<double, Vec3>> met;
@@ -161,7 +162,7 @@ Vec3 middle_of_crossing(const Corners& p, const Corners& q) {
         }
     }
     if (met.size() < 4) {
-        return met.empty() ? p[0] : met.front().second; // as flat as rounding
+        return met.empty() ? p[0] : met.front().second; // flat to within rounding
     }
     std::sort(met.begin(), met.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
     return 0.5 * (met[1].second + met[2].second);

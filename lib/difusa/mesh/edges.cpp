@@ -35,7 +35,8 @@ Edges::Edges(std::span<const std::array<Index, 3>> triangles, std::size_t point_
 
 std::vector<Index> non_manifold_points(const Edges& edges, std::span<const std::array<Index, 3>> triangles,
                                        std::size_t point_count) {
-    // Every corner of a triangle is a member; corners at one point belong together if their triangles share an edge.
+    // Every corner of a triangle is a member; corners at the same point belong together if their triangles share an
+    // edge.
     const auto corner_at = [&](Index triangle, Index point) {
         const auto& t = triangles[triangle];
         return 3 * triangle + (t[0] == point ? 0U : t[1] == point ? 1U : 2U);

@@ -31,7 +31,7 @@ class Sets {
     std::vector<Index> parent_;
 };
 
-/// See Mesh::convex. Looked into only where that takes well below a second; ends at the first point behind a plane.
+/// See Mesh::convex. Tested only if that takes well under a second; ends at the first point behind a plane.
 bool is_convex(const Mesh& mesh) {
     constexpr double most_pairs = 2e8;
     if (static_cast<double>(mesh.triangles.size()) * static_cast<double>(mesh.points.size()) > most_pairs) {
@@ -61,7 +61,7 @@ void Mesh::derive() {
     low = high = corner(0, 0);
     for (std::size_t t = 0; t < count; ++t) {
         const auto [a, b, c] = triangles[t];
-        // Of the three edges the two shorter ones make the cross product with the least rounding error.
+        // Of the three edges, the two shorter ones give the cross product with the smallest rounding error.
         const Vec3 ab = points[b] - points[a], bc = points[c] - points[b], ca = points[a] - points[c];
         const double ab2 = ab.squaredNorm(), bc2 = bc.squaredNorm(), ca2 = ca.squaredNorm();
         const Vec3 cross = ab2 >= bc2 && ab2 >= ca2   ? bc.cross(ca)

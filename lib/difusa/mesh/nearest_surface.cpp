@@ -22,14 +22,14 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 struct Surface {
     std::vector<Vec3> points;
     std::vector<std::array<Index, 3>> triangles;
-    std::vector<Vec3> normals;  ///< #T, unit, or zero where there is no area
-    std::vector<Index> numbers; ///< of the triangles that have area
+    std::vector<Vec3> normals;  ///< #T, unit, or zero for zero-area triangles
+    std::vector<Index> numbers; ///< of the triangles with nonzero area
     double magnitude = 0.0;     ///< largest absolute coordinate
 
     const Vec3& corner(Index t, std::size_t k) const { return points[triangles[t][k]]; }
 };
 
-/// A triangle by its number; the coordinates stay in the surface.
+/// A triangle by its number; the coordinates remain in the surface.
 class Primitive {
   public:
     using Id = Index;
@@ -63,7 +63,7 @@ double distance_to(const CGAL::Bbox_3& box, const Vec3& p) {
     return outside.norm();
 }
 
-/// CGAL's traversal traits: collects all triangles that face the query's way and are as near as the nearest.
+/// CGAL's traversal traits: collects all triangles facing the query's way that are as near as the nearest.
 class Search {
   public:
     using Priority = double;
@@ -93,12 +93,12 @@ class Search {
     }
 
     Place best() const {
-        // Rounding decides nothing: among those that are equally near, and equally far from the side asked for, the
-        // number does.
+        // Rounding decides nothing: among triangles equally near, and equally far from the requested side, the number
+        // decides.
         std::vector<std::pair<double, const Place*>> level;
         double least_aside = infinity;
         for (const Place& place : candidates_) {
-            if (place.distance <= least_ + slack_) { // others were nearest only until a nearer one came
+            if (place.distance <= least_ + slack_) { // the others were nearest only until now
                 level.emplace_back((nearest_on(place.triangle, query_.toward).first - query_.toward).norm(), &place);
                 least_aside = std::min(least_aside, level.back().first);
             }
@@ -172,7 +172,7 @@ std::array<double, 3> nearest_on_triangle(const Vec3& p, const Vec3& a, const Ve
         std::max({(b - a).cwiseAbs().maxCoeff(), (c - a).cwiseAbs().maxCoeff(), std::numeric_limits<double>::min()});
     const std::array<Vec3, 3> edge{(c - b) / unit, (a - c) / unit, (b - a) / unit}; // opposite of each corner
     const Vec3 normal = twice_vector_area(Vec3::Zero(), (b - a) / unit, (c - a) / unit);
-    // Above the inside: areas of the triangles that p makes with the edges.
+    // Projecting to the inside: areas of the triangles that p forms with the edges.
     std::array<double, 3> weight{};
     double sum = 0.0;
     bool inside = true;
@@ -184,7 +184,7 @@ std::array<double, 3> nearest_on_triangle(const Vec3& p, const Vec3& a, const Ve
     if (inside && sum > 0.0) {
         return {weight[0] / sum, weight[1] / sum, weight[2] / sum};
     }
-    // Else the nearest point of the outline.
+    // Otherwise the nearest point of the outline.
     double least = infinity;
     std::array<double, 3> best{};
     for (std::size_t k = 0; k < 3; ++k) {

@@ -5,7 +5,7 @@
 namespace difusa {
 
 std::size_t distinct_places(const Outline& outline) {
-    if (outline.size() == 3) { // nearly all faces of nearly all files
+    if (outline.size() == 3) { // almost always
         const Index a = outline[0].place, b = outline[1].place, c = outline[2].place;
         return 1U + (b != a ? 1U : 0U) + (c != a && c != b ? 1U : 0U);
     }
@@ -32,7 +32,7 @@ void remove_repetitions(Outline& outline) {
         }
         outline[kept++] = corner;
     }
-    // The same where the end meets the beginning.
+    // The same where the end meets the start.
     std::size_t begin = 0;
     while (kept - begin >= 2) {
         if (outline[kept - 1].place == outline[begin].place || outline[kept - 2].place == outline[begin].place) {

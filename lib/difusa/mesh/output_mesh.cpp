@@ -17,18 +17,17 @@ namespace difusa {
 
 namespace {
 
-/// The half-edge mesh that is refined. It consists of sheets: joined sides are one edge of it, all others are
-/// boundaries, and each fan of corners is a vertex. So any triangles at all make a manifold, and its vertices are
-/// those of the output.
+/// The half-edge mesh being refined. It consists of sheets: joined sides form one edge, all others are boundaries, and
+/// each fan of corners is a vertex. Any triangles thus form a manifold, and its vertices are those of the output.
 struct Sheets {
-    OpenMesh::TriConnectivity links;    ///< who is next to whom
+    OpenMesh::TriConnectivity links;    ///< connectivity
     std::vector<Vec3> position;         ///< of each vertex
-    std::vector<Eigen::Vector2d> place; ///< of each half-edge: u, v of the vertex it ends at, in its input triangle
-    std::vector<Index> parent;          ///< of each face: the input triangle it is a part of
+    std::vector<Eigen::Vector2d> place; ///< of each half-edge: u, v of its end vertex, in its input triangle
+    std::vector<Index> parent;          ///< of each face: the input triangle it is part of
 
     std::size_t face_count() const { return links.n_faces(); }
 
-    /// Both are the same bits seen from either end.
+    /// Identical to the bit from either end.
     double squared_length(OpenMesh::EdgeHandle edge) const {
         const auto [a, b] = ends(edge);
         return (a - b).squaredNorm();
@@ -48,8 +47,8 @@ std::size_t number(OpenMesh::BaseHandle handle) {
     return static_cast<std::size_t>(handle.idx());
 }
 
-/// `add_face` would look edges up by their end points and refuse the second sheet that touches the same ones; the
-/// twins already say who is next to whom, so the links are set directly.
+/// `add_face` would look up edges by their end points and reject a second sheet touching the same ones; the twins
+/// already give the connectivity, so the links are set directly.
 Sheets make_sheets(const Mesh& mesh, const Twins& twin) {
     const auto [vertex, vertex_count] = number_fans(twin);
     const std::size_t side_count = twin.size();
@@ -63,7 +62,7 @@ Sheets make_sheets(const Mesh& mesh, const Twins& twin) {
         links.new_vertex();
     }
     std::vector<OpenMesh::HalfedgeHandle> half(side_count);     // of each side
-    std::vector<OpenMesh::HalfedgeHandle> border(vertex_count); // the boundary half-edge that leaves each vertex
+    std::vector<OpenMesh::HalfedgeHandle> border(vertex_count); // the boundary half-edge leaving each vertex
     for (std::size_t s = 0; s < side_count; ++s) {
         const Index from = vertex[s], to = vertex[after(s)];
         sheets.position[from] = mesh.points[point_at(mesh, s)];
@@ -102,8 +101,8 @@ Sheets make_sheets(const Mesh& mesh, const Twins& twin) {
 
 /// Splits an edge at its midpoint, and the face on either side in two.
 ///
-/// The places are halved like the positions, but without rounding: they are multiples of a power of two. So they
-/// stay exact in triangles of any shape, and both sides of an edge agree on them.
+/// The places are halved like the positions, but without rounding: they are multiples of a power of two. They thus stay
+/// exact in triangles of any shape, and both sides of an edge agree on them.
 void split(Sheets& sheets, OpenMesh::EdgeHandle edge) {
     struct Corner {
         OpenMesh::VertexHandle vertex;
@@ -137,7 +136,7 @@ void split(Sheets& sheets, OpenMesh::EdgeHandle edge) {
     sheets.place.resize(links.n_halfedges());
     sheets.parent.resize(links.n_faces());
 
-    std::size_t next_face = old_faces; // each side keeps its face for one half and has one new face for the other
+    std::size_t next_face = old_faces; // each side keeps its face for one half and gets a new face for the other
     for (const Side& side : sides) {
         if (!side.face.is_valid()) {
             continue;
@@ -158,8 +157,8 @@ void split(Sheets& sheets, OpenMesh::EdgeHandle edge) {
     DIFUSA_REQUIRE(next_face == links.n_faces());
 }
 
-/// No refinement has fewer triangles: a triangle without an edge longer than d is at most equilateral in area, and
-/// one whose sides are cut into n pieces together is cut into at least n - 2.
+/// No refinement has fewer triangles: a triangle without an edge longer than d has at most the area of the equilateral
+/// one, and a triangle whose sides are divided into n pieces in total is divided into at least n - 2.
 double least_triangles(const Mesh& mesh, double max_edge) {
     const double largest_area = std::sqrt(0.1875) * max_edge * max_edge;
     double count = 0.0;
@@ -185,7 +184,7 @@ double least_triangles(const Mesh& mesh, double max_edge) {
                             " triangles, more than the output may have (" + std::to_string(limit) +
                             "): simplify it, or bake it in parts");
     }
-    // Halved triangles have on average a third to a half of the area that the bound grants them.
+    // Halved triangles have on average a third to a half of the area allowed by the bound.
     const double factor = 2.0 * std::sqrt(std::max(1.0, least / static_cast<double>(limit)));
     throw ResourceError("with edges of at most " + text(max_edge) + " the output mesh would have more than " +
                         (least > static_cast<double>(limit) ? text(least) : std::to_string(limit)) +
@@ -195,13 +194,12 @@ double least_triangles(const Mesh& mesh, double max_edge) {
 
 /// Splits the longest edge until none is longer than `max_edge`.
 ///
-/// Whether and where an edge is split depends on nothing but its two ends, so sheets that touch along an edge
-/// without being joined still carry the same points on it. The longest edge of all is the longest of its triangles
-/// too, hence no new edge is longer, and angles stay at least half as large as the smallest of the input
-/// (Rosenberg and Stenger 1975).
+/// Whether and where an edge is split depends only on its two ends, so sheets that touch along an edge without being
+/// joined still get the same points on it. The longest edge of all is also the longest of its triangles, hence no new
+/// edge is longer, and angles stay at least half as large as the smallest of the input (Rosenberg and Stenger 1975).
 void refine(Sheets& sheets, const Mesh& mesh, double max_edge, std::size_t limit, const Execution& execution) {
-    // A midpoint is rounded by at most eps * |coordinate|. From 16 times that on, the two halves and the median
-    // to the opposite corner are shorter than 0.93 of the edge whatever the rounding does, so this ends.
+    // A midpoint is rounded by at most eps * |coordinate|. From 16 times that on, the two halves and the median to the
+    // opposite corner are shorter than 0.93 of the edge whatever the rounding, so this terminates.
     const auto can_be_halved = [&](OpenMesh::EdgeHandle edge) {
         const auto [a, b] = sheets.ends(edge);
         const double magnitude = a.cwiseAbs().cwiseMax(b.cwiseAbs()).maxCoeff();
@@ -238,7 +236,7 @@ void refine(Sheets& sheets, const Mesh& mesh, double max_edge, std::size_t limit
         if (sheets.face_count() > limit) {
             refuse(mesh, max_edge, 0.0, limit);
         }
-        consider(edge); // now one half of itself
+        consider(edge); // now one of its halves
         for (int e = old_edges; e < static_cast<int>(links.n_edges()); ++e) {
             consider(OpenMesh::EdgeHandle(e));
         }

@@ -1,4 +1,4 @@
-// The mesh a baked field is written on: the input mesh refined, with vertices split where the field may jump.
+// The mesh a baked field is written on: the refined input mesh, with vertices split where the field may jump.
 #pragma once
 
 #include <difusa/core/progress.h>
@@ -9,21 +9,21 @@
 
 namespace difusa {
 
-/// Triangles over vertices at which fields are evaluated.
+/// Triangles over vertices where fields are evaluated.
 struct OutputMesh {
-    /// #V. `normal` is the shading normal: the mean over the smooth surface around the vertex, by angle; `face` is
-    /// one of the input triangles around it, of the vertex' own material and region.
+    /// #V. `normal` is the shading normal: the angle-weighted mean over the smooth surface around the vertex; `face` is
+    /// one of the input triangles around it, of the same material and region as the vertex.
     std::vector<SurfacePoint> vertices;
     std::vector<std::array<Index, 3>> triangles; ///< #F, counterclockwise from the front
-    std::vector<Index> face;                     ///< #F, the triangle of the input mesh it is a part of
+    std::vector<Index> face;                     ///< #F, the triangle of the input mesh it is part of
 };
 
-/// Refines until no edge is longer than `max_edge` (longest edges first, each split at its midpoint, both sides
-/// of an edge alike: no cracks), keeping input vertices and the number of the input triangle.
+/// Refines until no edge is longer than `max_edge` (longest edges first, each split at its midpoint, identically on
+/// both sides of an edge: no cracks), keeping input vertices and the number of the input triangle.
 ///
-/// Vertices are shared by neighbouring triangles exactly where the surface is smooth (the input triangles turn by
-/// at most `crease_angle`, in radians, across a manifold edge) and of one material; elsewhere each side has its own.
-/// Throws ResourceError if more than `triangle_limit` triangles would result.
+/// Neighbouring triangles share vertices exactly where the surface is smooth (the input triangles turn by at most
+/// `crease_angle`, in radians, across a manifold edge) and of one material; elsewhere each side has its own. Throws
+/// ResourceError if more than `triangle_limit` triangles would result.
 OutputMesh refine(const Mesh& mesh, double max_edge, double crease_angle, std::size_t triangle_limit,
                   const Execution& execution);
 

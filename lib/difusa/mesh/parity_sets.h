@@ -41,7 +41,7 @@ class ParitySets {
         return {root, result};
     }
 
-    /// States that a and b are opposite, or the same. False if that contradicts what was stated before.
+    /// Declares a and b opposite, or the same. False if that contradicts an earlier declaration.
     bool join(Index a, Index b, bool opposite) {
         Place x = find(a), y = find(b);
         if (x.root == y.root) {

@@ -12,7 +12,7 @@ namespace difusa {
 
 namespace {
 
-/// The points as nanoflann wants to see them.
+/// The points in the interface nanoflann expects.
 struct Cloud {
     std::span<const SurfacePoint> points;
     std::vector<Index> members;
@@ -56,7 +56,7 @@ std::size_t PointTree::size() const {
 std::size_t PointTree::nearest(const Vec3& p, std::span<Index> numbers, std::span<double> squared) const {
     const std::size_t room = std::min({numbers.size(), squared.size(), size()});
     if (room == 0) {
-        return 0; // nanoflann writes to the last place in any case
+        return 0; // nanoflann always writes to the last entry
     }
     const std::size_t count = tree_->index.knnSearch(p.data(), room, numbers.data(), squared.data());
     for (Index& number : numbers.first(count)) {

@@ -1,4 +1,4 @@
-// The nearest of some points of a surface, by Euclidean distance.
+// Nearest neighbours among points of a surface, by Euclidean distance.
 #pragma once
 
 #include <difusa/mesh/mesh.h>
@@ -11,10 +11,10 @@ namespace difusa {
 
 class PointTree {
   public:
-    /// Of the points with the numbers `members`. `points` must outlive the tree.
+    /// A tree of the points with the numbers `members`. `points` must outlive the tree.
     PointTree(std::span<const SurfacePoint> points, std::vector<Index> members);
 
-    /// Of all points.
+    /// A tree of all points.
     explicit PointTree(std::span<const SurfacePoint> points);
 
     ~PointTree();
@@ -23,9 +23,9 @@ class PointTree {
 
     std::size_t size() const;
 
-    /// Fills in the numbers of the points nearest to p with their squared distances, the nearest first: as many as
-    /// `numbers` and `squared` have room for, but no more than there are. Returns how many that is; what
-    /// is beyond is left as it is.
+    /// Fills in the numbers of the points nearest to p and their squared distances, nearest first: as many as `numbers`
+    /// and `squared` have room for, but no more than there are. Returns how many; the remaining entries are left
+    /// unchanged.
     std::size_t nearest(const Vec3& p, std::span<Index> numbers, std::span<double> squared) const;
 
     /// The number of the nearest point; the tree must not be empty.

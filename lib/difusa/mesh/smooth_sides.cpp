@@ -74,7 +74,7 @@ std::vector<Vec3> corner_normals(const Mesh& mesh, const Twins& smooth) {
         total[fan[c]] += angle;
     }
     for (std::size_t i = 0; i < count; ++i) {
-        // What is left of a sum that cancels is rounding error and points anywhere.
+        // The remainder of a sum that cancels is rounding error with an arbitrary direction.
         const double length = sum[i].norm();
         sum[i] = length > 1e-9 * total[i] ? Vec3(sum[i] / length) : Vec3::Zero();
     }
@@ -89,8 +89,8 @@ Vec3 shading_normal(const Mesh& mesh, const std::vector<Vec3>& corner_normals, I
     const std::size_t first = 3 * std::size_t{face};
     const Vec3 mean =
         (1.0 - u - v) * corner_normals[first] + u * corner_normals[first + 1] + v * corner_normals[first + 2];
-    // A flat wall has exactly the normal of its faces, not one that differs in the last place; and a normal that
-    // leaves the front of its own face would shade it from behind.
+    // A flat wall gets exactly the normal of its faces, not one that differs in the last place; and a normal leaving
+    // the front of its own face would shade it from behind.
     const Vec3& face_normal = mesh.normals[face];
     const bool flat = (mean - face_normal).norm() <= 8.0 * std::numeric_limits<double>::epsilon();
     return !flat && mean.dot(face_normal) > 0.0 ? Vec3(mean.normalized()) : face_normal;

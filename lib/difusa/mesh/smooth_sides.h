@@ -1,4 +1,4 @@
-// Where the surface goes on smoothly from one triangle to the next, in terms of sides and corners.
+// Where the surface continues smoothly from one triangle to the next, in terms of sides and corners.
 //
 // Corner 3t + k is corner k of triangle t; side 3t + k runs from it to the next corner of t.
 #pragma once
@@ -23,24 +23,25 @@ inline Index point_at(const Mesh& mesh, std::size_t corner) {
     return mesh.triangles[corner / 3][corner % 3];
 }
 
-/// #sides: the side each is joined to, or none. Joined sides belong to one edge and run in opposite directions.
+/// #sides: the side each is joined to, or none. Joined sides share an edge and run in opposite directions.
 using Twins = std::vector<Index>;
 
-/// The joined sides of the mesh (Mesh::twin) within one region across which it turns by at most `crease_angle` radians.
+/// The joined sides of the mesh (Mesh::twin) within one region, across which it turns by at most `crease_angle`
+/// radians.
 Twins join_smooth_sides(const Mesh& mesh, double crease_angle);
 
-/// Parts the sides across which the reflectance may jump: of different materials or colours of corners.
+/// Separates the sides across which the reflectance may jump: different materials or corner colours.
 Twins part_materials(const Mesh& mesh, Twins twin);
 
-/// The **fan** of each corner: all corners at its point that one can walk to across joined sides. Returns the
-/// number of each corner's fan, in the order of their first corners, and how many there are.
+/// The **fan** of each corner: all corners at its point that can be reached across joined sides. Returns the number of
+/// each corner's fan, in the order of their first corners, and how many there are.
 std::pair<std::vector<Index>, Index> number_fans(const Twins& twin);
 
-/// For each corner the mean normal of its fan, weighted by the angles: unit, or zero where the normals cancel.
+/// For each corner the mean normal of its fan, weighted by angles: unit, or zero where the normals cancel.
 std::vector<Vec3> corner_normals(const Mesh& mesh, const Twins& smooth);
 
-/// The normal at (u, v) of a triangle, as SurfacePoint has them, interpolated between those of its corners: unit. It is
-/// exactly that of the face where these agree up to rounding, and also where it would leave the face's front.
+/// The normal at (u, v) of a triangle, as in SurfacePoint, interpolated between those of its corners: unit. It is
+/// exactly that of the face if these agree to within rounding, or if it would leave the face's front.
 Vec3 shading_normal(const Mesh& mesh, const std::vector<Vec3>& corner_normals, Index face, double u, double v);
 
 } // namespace difusa

@@ -9,18 +9,19 @@
 
 namespace difusa {
 
-/// A place on triangle t, uniform by area if u and v are uniform in [0, 1).
+/// A point on triangle t, uniform by area if u and v are uniform in [0, 1).
 inline SurfacePoint uniform_point(const Mesh& mesh, Index t, double u, double v) {
     const double root = std::sqrt(u);
     return mesh.at(t, root * (1.0 - v), root * v);
 }
 
 /// `count` points, each uniform over the surface by area, one from each of `count` equal shares of the area in the
-/// order of the triangles: sums over them have no more, and mostly less, variance than sums over independent points.
+/// order of the triangles: sums over them have at most, and usually less than, the variance of sums over independent
+/// points.
 std::vector<SurfacePoint> even_points(const Mesh& mesh, std::size_t count, RandomStream stream);
 
-/// x, or if it is on an edge or within a 2^-16 part of the triangle of one, a place so far inside, so that rays do not
-/// start on an edge. The normal is kept.
+/// x, or if it is on an edge or within 2^-16 of the triangle's size of one, a point that far inside, so that rays do
+/// not start on an edge. The normal is kept.
 SurfacePoint inset(const Mesh& mesh, const SurfacePoint& x);
 
 } // namespace difusa

@@ -1,4 +1,4 @@
-// The area of a triangle, and whether rounding leaves it any.
+// The area of a triangle, and whether it is distinguishable from zero under rounding.
 #pragma once
 
 #include <difusa/core/types.h>
@@ -8,8 +8,8 @@
 
 namespace difusa {
 
-/// Two edge vectors of a triangle, the shorter ones, in an order such that `first × second` is twice its vector
-/// area: their cross product has the least rounding error of the three.
+/// Two edge vectors of a triangle, the shorter ones, in an order such that `first × second` is twice its vector area:
+/// their cross product has the smallest rounding error of the three.
 struct ShortEdges {
     Vec3 first, second;
 
@@ -28,13 +28,13 @@ inline Vec3 twice_vector_area(const Vec3& a, const Vec3& b, const Vec3& c) {
     return edges.first.cross(edges.second);
 }
 
-/// True if the three points cannot be told from points on one line.
+/// True if the three points cannot be distinguished from collinear ones.
 ///
 /// Each coordinate of a point is known to half a unit in its last place, so each edge component has an error of up to
 /// eps times the largest coordinate of its axis, and the subtraction adds as much; with the rounding of the products,
-/// each component of the cross product is off by at most the bound below. A triangle all of whose components stay
-/// within it has no area. This needs no absolute tolerance, keeps needles (near the origin down to a height of about
-/// 1e-15 of their length), and is as coarse far from the origin as the coordinates themselves, axis by axis.
+/// each component of the cross product is off by at most the bound below. A triangle all of whose components are within
+/// it has no area. This needs no absolute tolerance, keeps needles (near the origin down to a height of about 1e-15 of
+/// their length), and far from the origin is as coarse as the coordinates themselves, axis by axis.
 inline bool without_area(const Vec3& a, const Vec3& b, const Vec3& c) {
     const ShortEdges edges(a, b, c);
     const Vec3 cross = edges.first.cross(edges.second);
@@ -44,7 +44,7 @@ inline bool without_area(const Vec3& a, const Vec3& b, const Vec3& c) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
         const double bound =
             4.0 * std::numeric_limits<double>::epsilon() * (largest[j] * reach[k] + largest[k] * reach[j]);
-        // Below the least normal number products lose their digits, and the bound does not hold.
+        // Below the smallest normal number products lose digits, and the bound does not hold.
         if (std::abs(cross[i]) > bound && std::abs(cross[i]) >= std::numeric_limits<double>::min()) {
             return false;
         }

@@ -21,11 +21,11 @@ namespace {
 
 using Outcome = Triangulation::Outcome;
 
-/// How often the outline runs around a triangle of the plane.
+/// Winding number of the outline around a triangle of the plane.
 struct Winding {
     static constexpr int unknown = std::numeric_limits<int>::min();
-    /// rise[i]: times the outline runs along the edge opposite corner i with this triangle on its left, less the
-    /// times with it on its right; by so much this triangle's number is above its neighbour's.
+    /// rise[i]: times the outline runs along the edge opposite corner i with this triangle on its left, minus the times
+    /// with it on its right; this triangle's winding number exceeds its neighbour's by that much.
     std::array<int, 3> rise{};
     int number = unknown;
 };
@@ -39,13 +39,13 @@ using Delaunay =
                                                CGAL::No_constraint_intersection_requiring_constructions_tag>;
 using Point2 = Kernel::Point_2;
 
-/// Above this number of corners near-crossings are not looked for pair by pair.
+/// Above this number of corners near-crossings are not searched pairwise.
 constexpr std::size_t snapping_limit = 2000;
 
 /// Plane and shape of a polygon.
 struct Shape {
     Vec3 normal;  ///< Newell's: twice the vector area
-    bool on_line; ///< all corners on one line, within rounding
+    bool on_line; ///< all corners collinear to within rounding
     bool planar;  ///< see Triangulation
 };
 
@@ -93,8 +93,8 @@ bool is_concave(std::span<const Vec3> corners, const Vec3& normal) {
     return false;
 }
 
-/// The two triangles of a quadrilateral whose corners all turn the same way by a margin that rounding and warp
-/// cannot upset; nothing for any other.
+/// The two triangles of a quadrilateral whose corners all turn the same way by a margin beyond rounding and warp;
+/// nothing for any other.
 std::optional<std::vector<std::array<Index, 3>>> cut_convex_quad(std::span<const Vec3> corners, const Vec3& normal) {
     const double normal_length = normal.stableNorm();
     for (std::size_t i = 0; i < 4; ++i) {
@@ -112,7 +112,7 @@ std::optional<std::vector<std::array<Index, 3>>> cut_convex_quad(std::span<const
     return {{{0, 1, 3}, {1, 2, 3}}};
 }
 
-/// The corners in a plane in which the polygon keeps its orientation.
+/// The corners projected to a plane in which the polygon keeps its orientation.
 std::vector<Point2> project(std::span<const Vec3> corners, const Shape& shape) {
     Eigen::Index axis = 0;
     shape.normal.cwiseAbs().maxCoeff(&axis);
@@ -136,8 +136,8 @@ std::vector<Point2> project(std::span<const Vec3> corners, const Shape& shape) {
     return plane;
 }
 
-/// For each corner the first one at the same place in the plane; nothing if corners that are apart in space
-/// coincide there although the polygon is not planar.
+/// For each corner the first one at the same position in the plane; nothing if corners that are apart in space coincide
+/// there although the polygon is not planar.
 std::optional<std::vector<Index>> vertices_of(std::span<const Vec3> corners, const std::vector<Point2>& plane,
                                               bool planar) {
     std::vector<Index> order(corners.size()), vertex(corners.size());
@@ -161,7 +161,7 @@ std::optional<std::vector<Index>> vertices_of(std::span<const Vec3> corners, con
 /// The outline as a closed walk over vertices (numbers of corners).
 using Walk = std::vector<Index>;
 
-/// The walk that also stops at every corner which lies on a side within rounding; unchanged if there is none.
+/// The walk that also stops at every corner lying on a side to within rounding; unchanged if there is none.
 Walk snapped(const Walk& walk, std::span<const Vec3> corners) {
     std::vector<Index> distinct = walk;
     std::sort(distinct.begin(), distinct.end());
@@ -188,7 +188,7 @@ Walk snapped(const Walk& walk, std::span<const Vec3> corners) {
     return finer;
 }
 
-/// Gives every triangle the number of times the outline runs around it, from 0 outside inwards.
+/// Gives every triangle its winding number, from 0 outside inwards.
 void number_windings(Delaunay& delaunay) {
     std::vector<Delaunay::Face_handle> open{delaunay.infinite_face()};
     open.back()->info().number = 0;
@@ -205,7 +205,7 @@ void number_windings(Delaunay& delaunay) {
     }
 }
 
-/// Counts a side, which may be several edges in a row, as run along once: against `direction` if that is -1.
+/// Counts a side, which may be several edges in a row, as traversed once: against `direction` if that is -1.
 void count_run(const Delaunay& delaunay, Delaunay::Vertex_handle here, Delaunay::Vertex_handle last, int direction) {
     while (here != last) {
         Delaunay::Vertex_handle next;
@@ -219,7 +219,7 @@ void count_run(const Delaunay& delaunay, Delaunay::Vertex_handle here, Delaunay:
     }
 }
 
-/// What is run around once is inside; all of it in the same direction.
+/// Winding number 1 is inside; the direction must be the same throughout.
 void collect_inside(const Delaunay& delaunay, std::span<const Vec3> corners, Triangulation& result) {
     int direction = 0;
     for (const Delaunay::Face_handle face : delaunay.finite_face_handles()) {
@@ -240,12 +240,13 @@ void collect_inside(const Delaunay& delaunay, std::span<const Vec3> corners, Tri
         std::rotate(triangle.begin(), std::min_element(triangle.begin(), triangle.end()), triangle.end());
         result.triangles.push_back(triangle);
     }
-    // The order in which the triangulation stores its faces says nothing: the polygon's own order does.
+    // The order in which the triangulation stores its faces is arbitrary: the polygon's own order is used.
     std::sort(result.triangles.begin(), result.triangles.end());
     result.outcome = result.triangles.empty() ? Outcome::no_area : Outcome::done;
 }
 
-/// Triangulates what the walk encloses. The outcome and triangles of `result` are set, and its place on a crossing.
+/// Triangulates the region enclosed by the walk. Sets the outcome and triangles of `result`, and its place on a
+/// crossing.
 void triangulate_walk(const Walk& walk, const std::vector<Point2>& plane, std::span<const Vec3> corners,
                       Triangulation& result) {
     const std::size_t n = walk.size();
@@ -267,15 +268,15 @@ void triangulate_walk(const Walk& walk, const std::vector<Point2>& plane, std::s
         handle[vertex->info()] = vertex;
     }
 
-    // The triangulation looks at all neighbours of a side's first end: the end that fewer sides share goes first, so
-    // that a corner visited n times does not cost n² looks.
+    // The triangulation visits all neighbours of a side's first end: the end shared by fewer sides goes first, so that
+    // a corner visited n times does not cost n² visits.
     const auto side = [&](std::size_t k) {
         const Index from = walk[k], to = walk[(k + 1) % n];
         const bool forward = visits[from] <= visits[to];
         return std::make_tuple(handle[forward ? from : to], handle[forward ? to : from], forward ? 1 : -1);
     };
 
-    // 2. The sides as constraints. A side that meets another one in its interior ends here.
+    // 2. The sides as constraints. Stops here if a side meets the interior of another.
     for (std::size_t k = 0; k < n; ++k) {
         const auto [first, last, direction] = side(k);
         try {
@@ -292,7 +293,7 @@ void triangulate_walk(const Walk& walk, const std::vector<Point2>& plane, std::s
         return;
     }
 
-    // 3. How often and in which direction each edge is run along, and so what is inside.
+    // 3. How often and in which direction each edge is traversed, and thus what is inside.
     for (std::size_t k = 0; k < n; ++k) {
         const auto [first, last, direction] = side(k);
         count_run(delaunay, first, last, direction);
@@ -301,8 +302,8 @@ void triangulate_walk(const Walk& walk, const std::vector<Point2>& plane, std::s
     collect_inside(delaunay, corners, result);
 }
 
-/// True if rounding may have moved a corner across a side it lies on, or away from it so far that a triangle
-/// without area fills the gap.
+/// True if rounding may have moved a corner across a side it lies on, or so far away from it that a zero-area triangle
+/// fills the gap.
 bool touches_itself(const Triangulation& result, std::span<const Vec3> corners) {
     return result.outcome == Outcome::crosses_itself ||
            std::any_of(result.triangles.begin(), result.triangles.end(), [&](const std::array<Index, 3>& t) {

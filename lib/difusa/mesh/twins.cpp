@@ -25,7 +25,7 @@ Index number_of(const Triangles& triangles, Index low, const EdgeSide& side) {
     return 3 * side.triangle + (t[0] == from ? 0U : t[1] == from ? 1U : 2U);
 }
 
-/// The triangles at an edge in the order in which a turn around it, from low to high by the right hand, meets them.
+/// The triangles at an edge in the order in which a rotation around it (right-handed, from low to high) meets them.
 std::vector<Leaf> around(const std::vector<Vec3>& points, const Triangles& triangles, Index low,
                          std::span<const EdgeSide> sides) {
     const Vec3& foot = points[low];
@@ -44,8 +44,8 @@ std::vector<Leaf> around(const std::vector<Vec3>& points, const Triangles& trian
         const double angle = leaves.empty() ? 0.0 : std::atan2(out.dot(y), out.dot(x));
         leaves.push_back({angle < 0.0 ? angle + 2.0 * std::numbers::pi : angle, side});
     }
-    // The front of a forward triangle looks on along the turn, that of a backward one looks back: of two at one angle,
-    // back to back, the backward one comes first.
+    // The front of a forward triangle faces ahead in the rotation, that of a backward one faces back: of two at one
+    // angle, back to back, the backward one comes first.
     std::stable_sort(leaves.begin(), leaves.end(), [](const Leaf& a, const Leaf& b) {
         return a.angle != b.angle ? a.angle < b.angle : (!a.side.forward && b.side.forward);
     });

@@ -54,7 +54,7 @@ void add_groups(const PointValues& values, std::vector<FieldArray>& arrays) {
     }
 }
 
-/// Suns, point lights and groups of lights, if there are any.
+/// Suns, point lights and light groups, if any.
 void add_lights(const BakeResult& result, std::vector<FieldNote>& notes) {
     std::vector<double> suns; // direction towards it and irradiance, six numbers each
     for (const Sun& sun : result.scene->suns) {
@@ -83,7 +83,7 @@ void add_lights(const BakeResult& result, std::vector<FieldNote>& notes) {
     }
 }
 
-/// Options and results that every file of a bake carries.
+/// Options and results recorded in every file of a bake.
 std::vector<FieldNote> notes_of(const BakeResult& result) {
     std::vector<FieldNote> notes;
     notes.push_back({"difusa_version", version()});
@@ -98,7 +98,7 @@ std::vector<FieldNote> notes_of(const BakeResult& result) {
     }
     const BakeOptions& options = result.options;
     const auto number = [&](const char* name, double value) { notes.push_back({name, std::vector<double>{value}}); };
-    notes.push_back({"seed", std::to_string(options.seed)}); // a double would not hold all 64 bits
+    notes.push_back({"seed", std::to_string(options.seed)}); // a double cannot hold all 64 bits
     number("spacing", result.sites->spacing);
     number("sites", static_cast<double>(result.sites->size()));
     number("neighbours", options.neighbours);
@@ -132,7 +132,7 @@ std::vector<FieldNote> notes_of(const BakeResult& result) {
         names += (names.empty() ? "" : "\n") + material.name;
     }
     notes.push_back({"material_names", names});
-    std::string remarks; // one array: readers keep only one of a name
+    std::string remarks; // a single array: readers keep only one per name
     for (const std::string& note : result.journal.notes()) {
         remarks += (remarks.empty() ? "" : "\n") + note;
     }
@@ -311,13 +311,13 @@ std::string error_sentence(const ErrorEstimate& error) {
     if (error.low > 0.0) {
         text << percent(error.rms) << " % of the rms reflected radiosity (95 %: " << percent(error.low) << " to "
              << percent(error.high) << " %, ";
-    } else { // no more than the noise of its measurement
+    } else { // within the noise of its measurement
         text << "below " << percent(error.high) << " % of the rms reflected radiosity (95 %, ";
     }
     text << error.points << " points); ";
     if (std::isfinite(error.bound_rms)) {
         text << "rms error at most " << percent(error.bound_rms) << " %, largest error at most "
-             << percent(error.bound_largest) << " % as far as the points tell";
+             << percent(error.bound_largest) << " % judging by these points";
     } else {
         text << "no bound, since some surface absorbs nothing";
     }
@@ -332,7 +332,7 @@ std::string summary_of(const BakeResult& result) {
          << " triangles, area " << result.scene->mesh.area << ", " << result.scene->mesh.region_count
          << (result.scene->mesh.region_count == 1 ? " region" : " regions") << "\n";
     for (const Finding& finding : result.diagnosis.findings) {
-        // Polygons and borders are no defects: the report counts them.
+        // Polygons and borders are not defects: the report counts them.
         if (finding.repaired || (finding.code != "polygons" && finding.code != "border-edges")) {
             text << (finding.repaired ? "repaired: " : "noticed: ") << finding.message() << "\n";
         }
@@ -363,7 +363,7 @@ std::string summary_of(const BakeResult& result) {
     text << std::setprecision(4) << "energy (W, mean of the channels): emitted " << energy.emitted.mean()
          << ", from suns and point lights " << energy.from_lights.mean() << ", from the sky " << energy.from_sky.mean()
          << ", absorbed " << energy.absorbed.mean();
-    text << ", escaped " << energy.escaped.mean() << ", ended on backs " << energy.blocked.mean()
+    text << ", escaped " << energy.escaped.mean() << ", lost on back faces " << energy.blocked.mean()
          << "; imbalance at most " << std::setprecision(2) << 100.0 * energy.imbalance.abs().maxCoeff() << " %";
     double total = 0.0;
     for (const auto& [phase, took] : result.journal.seconds()) {

@@ -1,4 +1,4 @@
-// What a bake leaves behind: the field, the sites, the report.
+// The files of a bake: the field, the sites, the report.
 #pragma once
 
 #include <difusa/bake.h>
@@ -10,41 +10,41 @@
 namespace difusa {
 
 /// The baked field on the output mesh.
-/// Point arrays: radiosity, irradiance, irradiance_direct, irradiance_indirect, emission (R G B, W/m^2), reflectance
-/// (R G B), luminance (W/m^2, Rec. 709 weights of the radiosity), display_rgb (uint8, sRGB; the exposure that maps
+/// Point arrays: radiosity, irradiance, irradiance_direct, irradiance_indirect, emission (R G B, W/m^2), reflectance (R
+/// G B), luminance (W/m^2, Rec. 709 weights of the radiosity), display_rgb (uint8, sRGB; the exposure that maps
 /// radiosity to linear [0,1] is in the notes), Normals. Cell arrays: original_face_id (number in the mesh file),
 /// material_id; with BakeOptions::face_centres also radiosity to emission at the centres of the triangles. With light
-/// groups radiosity_of_NAME and irradiance_of_NAME of each, at points and centres. With an error estimate also
+/// groups, radiosity_of_NAME and irradiance_of_NAME of each, at points and centres. With an error estimate, also
 /// `residual` and `error_bound` (W/m^2, BakeResult). Notes: versions, options, seed, iterations, residual, times,
 /// materials.
 FieldFile field_of(const BakeResult& result);
 
-/// The sites as a point cloud: Normals, radius, area, coefficient (of the irradiance without that of suns, point lights
-/// and area lights), irradiance, radiosity, reflectance, emission, original_face_id, region.
+/// The sites as a point cloud: Normals, radius, area, coefficient (of the irradiance excluding suns, point lights and
+/// area lights), irradiance, radiosity, reflectance, emission, original_face_id, region.
 FieldFile sites_of(const BakeResult& result);
 
 /// The report as JSON text; its layout is documented by its fields `schema` and `schema_version` (1).
 std::string report_of(const BakeResult& result);
 
-/// A few lines for a person: what was found, and how the bake went.
+/// A few lines for the user: what was found, and how the bake went.
 std::string summary_of(const BakeResult& result);
 
 /// "0.03 s", "4.2 s", "75 s", "12 min", "3.1 h".
 std::string format_seconds(double seconds);
 
-/// Where to write what; an empty name: not at all.
+/// Where to write each file; an empty name: not written.
 struct BakeFiles {
     std::filesystem::path field = {}, sites = {}, report = {};
     std::filesystem::path listed = {}; ///< point_table (output/point_list.h)
 };
 
 /// Writes field_of, sites_of, point_table and report_of as the phase "write" of `execution`. All are written before the
-/// first appears under its name: a failure leaves none of them, and older files as they were. Throws what `write_field`
-/// does, and Interrupted.
+/// first appears under its name: on failure none of them appears, and older files stay as they were. Throws what
+/// `write_field` throws, and Interrupted.
 void write_bake(const BakeResult& result, const BakeFiles& files, const Execution& execution);
 
 /// The factor from radiosity to linear display values: 0.9 over the luminance below which 95 % of the area of
-/// surfaces that do not emit lies; 1 if they are all dark.
+/// non-emitting surfaces lies; 1 if they are all dark.
 double display_exposure(const BakeResult& result);
 
 } // namespace difusa

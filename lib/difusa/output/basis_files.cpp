@@ -114,11 +114,11 @@ std::string summary_of(const BasisInspection& inspection) {
     }
     text << "elements: " << inspection.sites.size() << " at spacing " << inspection.sites.spacing << "\n";
     const auto [least, most] = std::minmax_element(inspection.sum.begin(), inspection.sum.end());
-    text << "sum: " << *least << " to " << *most << ", off 1 by at most "
+    text << "sum: " << *least << " to " << *most << ", differs from 1 by at most "
          << std::max(std::abs(*least - 1.0), std::abs(*most - 1.0)) << "\n";
-    text << "overlap: " << inspection.mean_overlap << " in the mean, at most "
+    text << "overlap: " << inspection.mean_overlap << " on average, at most "
          << *std::max_element(inspection.overlap.begin(), inspection.overlap.end()) << "\n";
-    text << "sum of absolute values (Lebesgue): " << inspection.mean_lebesgue << " in the mean, at most "
+    text << "sum of absolute values (Lebesgue): " << inspection.mean_lebesgue << " on average, at most "
          << *std::max_element(inspection.lebesgue.begin(), inspection.lebesgue.end()) << "\n";
     for (std::size_t k = 0; k < inspection.elements.size(); ++k) {
         const Index i = inspection.elements[k];

@@ -1,4 +1,4 @@
-// What an inspection of a basis leaves behind: fields on the fine mesh, and the sites.
+// The files of a basis inspection: fields on the fine mesh, and the sites.
 #pragma once
 
 #include <difusa/io/field_file.h>
@@ -9,9 +9,9 @@
 
 namespace difusa {
 
-/// Point arrays: element (phi of the first element shown), element_17 (of every further one, by its number), sum,
-/// lebesgue, overlap, nearest_site, Normals. Cell array: original_face_id. Notes: version, options, elements and the
-/// places of their sites.
+/// Point arrays: element (phi of the first element shown), element_17 (each further one, by its number), sum, lebesgue,
+/// overlap, nearest_site, Normals. Cell array: original_face_id. Notes: version, options, elements and the positions of
+/// their sites.
 FieldFile field_of(const BasisInspection& inspection);
 
 /// The sites as a point cloud, row i for element i: Normals, element (its number), shown (1 if `field_of` has it),
@@ -19,10 +19,10 @@ FieldFile field_of(const BasisInspection& inspection);
 /// region.
 FieldFile sites_of(const BasisInspection& inspection);
 
-/// A few lines for a person: sum, overlap, Lebesgue constant, and the elements shown.
+/// A few lines for the user: sum, overlap, Lebesgue constant, and the elements shown.
 std::string summary_of(const BasisInspection& inspection);
 
-/// Writes field_of, and sites_of if `sites` is a name: both, or on failure neither. Throws what `write_field` does.
+/// Writes field_of, and sites_of if `sites` is a name: both, or on failure neither. Throws what `write_field` throws.
 void write_inspection(const BasisInspection& inspection, const std::filesystem::path& field,
                       const std::filesystem::path& sites, const Execution& execution);
 

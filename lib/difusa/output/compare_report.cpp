@@ -24,8 +24,8 @@ constexpr std::array<std::pair<const char*, Norm ErrorNorms::*>, 7> norm_names{
      {"bias", &ErrorNorms::bias},
      {"integral", &ErrorNorms::integral}}};
 constexpr std::array<const char*, 7> norm_words{
-    "L1, mean |error|",           "L2, root mean square", "L-infinity, largest", "95 % of the area are below",
-    "99 % of the area are below", "bias, mean error",     "integral, energy"};
+    "L1, mean |error|",          "L2, root mean square", "L-infinity, largest", "95 % of the area is below",
+    "99 % of the area is below", "bias, mean error",     "integral, energy"};
 
 Json norms_of(const ErrorNorms& norms) {
     Json json;

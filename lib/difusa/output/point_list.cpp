@@ -19,7 +19,7 @@ void append(std::string& text, double value) {
     text.append(digits.data(), end);
 }
 
-/// A name as a field of the table: in quotation marks if it has to be.
+/// A name as a field of the table: quoted if necessary.
 std::string quoted(const std::string& name) {
     if (name.find_first_of(",\"\n\r") == std::string::npos) {
         return name;
@@ -35,12 +35,12 @@ bool is_blank(char c) {
     return c == ' ' || c == '\t' || c == '\v' || c == '\f';
 }
 
-/// A # that begins a comment, and is not that of 1.#INF.
+/// A # that starts a comment, not the one in 1.#INF.
 bool is_comment(std::string_view line, std::size_t i) {
     return line[i] == '#' && !(i > 0 && line[i - 1] == '.' && i + 1 < line.size() && !is_blank(line[i + 1]));
 }
 
-/// What stands in quotation marks from `i` on, which is moved behind them.
+/// The text in quotation marks starting at `i`, which is moved past them.
 std::string quotation(std::string_view line, std::size_t& i, const TextScanner& scanner) {
     const std::size_t end = line.find('"', i + 1);
     if (end == std::string_view::npos) {
@@ -57,12 +57,12 @@ std::string quotation(std::string_view line, std::size_t& i, const TextScanner& 
     return std::string(inside);
 }
 
-/// The fields of a line, without quotation marks and blanks around them; none is empty.
+/// The fields of a line, without surrounding quotation marks and blanks; none is empty.
 std::vector<std::string> fields_of(std::string_view line, const TextScanner& scanner) {
     std::vector<std::string> fields;
-    char separator = ' ';         // the latest: a comma or a semicolon
-    bool separated = true;        // a separator stands before what comes
-    bool after_separator = false; // ... which is a comma or semicolon, so that a field has to come
+    char separator = ' ';         // the latest: comma or semicolon
+    bool separated = true;        // a separator precedes the next field
+    bool after_separator = false; // ... which is a comma or semicolon, so that a field must follow
     const auto refuse_empty = [&] {
         scanner.fail("field " + std::to_string(fields.size() + 1) + " is empty: write a number there, or remove the '" +
                      separator + "'");
@@ -75,7 +75,7 @@ std::vector<std::string> fields_of(std::string_view line, const TextScanner& sca
         }
         if (line[i] == ',' || line[i] == ';') {
             if (separator != ' ' && separator != line[i]) {
-                scanner.fail("commas and semicolons both stand in the line: separate numbers by one of them, and write "
+                scanner.fail("the line has both commas and semicolons: separate numbers by one of them, and write "
                              "decimals with a point");
             }
             separator = line[i];
@@ -110,7 +110,7 @@ std::vector<std::string> fields_of(std::string_view line, const TextScanner& sca
     return fields;
 }
 
-/// Whether the first line is a heading. Throws if it is neither that nor numbers.
+/// Whether the first line is a heading. Throws if it is neither a heading nor numbers.
 bool is_heading(const std::vector<std::string>& fields, const TextScanner& scanner) {
     double value = 0.0;
     if (parse_real(fields.front(), value)) {
@@ -137,7 +137,7 @@ ListedPoint place_of(const std::vector<std::string>& fields, const TextScanner& 
         numbers.push_back(value);
     }
     if (numbers.size() != 3 && numbers.size() != 6) {
-        scanner.fail("a place has 3 coordinates, or 3 and a normal of 3, not " + std::to_string(numbers.size()) +
+        scanner.fail("a point has 3 coordinates, or 3 and a normal of 3, not " + std::to_string(numbers.size()) +
                      " numbers: correct the line");
     }
     const bool finite = std::all_of(numbers.begin(), numbers.end(), [](double v) { return v >= -1e75 && v <= 1e75; });
@@ -149,7 +149,7 @@ ListedPoint place_of(const std::vector<std::string>& fields, const TextScanner& 
     if (numbers.size() == 6) {
         const Vec3 normal(numbers[3], numbers[4], numbers[5]);
         if (!(normal.stableNorm() > 0.0)) {
-            scanner.fail("the normal has no length: give it a direction, or leave it out");
+            scanner.fail("the normal has length 0: give it a direction, or omit it");
         }
         point.normal = normal.stableNormalized();
     }
@@ -170,7 +170,7 @@ std::vector<ListedPoint> read_point_list(const std::filesystem::path& file) {
         points.push_back(place_of(fields, scanner));
     }
     if (points.empty()) {
-        throw InputError(file.string() + ": there is no place in it; write x,y,z on each line");
+        throw InputError(file.string() + ": contains no points; write x,y,z on each line");
     }
     return points;
 }

@@ -34,7 +34,7 @@ const char* word(SolveSummary::Reason reason) {
     return "";
 }
 
-/// Infinite: null.
+/// Null if infinite.
 Json number(double value) {
     return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
@@ -148,14 +148,14 @@ Json transport_of(const BakeResult& result) {
     return transport;
 }
 
-/// What only a bake that is no dry run has.
+/// What only a full bake has, not a dry run.
 void add_outcome(const BakeResult& result, Json& report) {
     report["solve"] = {{"reason", word(result.solution.solve.reason)},
                        {"iterations", result.solution.solve.iterations},
                        {"residual", result.solution.solve.residual},
                        {"residual_history", result.solution.solve.residual_history}};
     const EnergyBalance& energy = result.solution.energy;
-    report["energy"] = {{"unit", "W, one number a channel"},       {"emitted", list(energy.emitted)},
+    report["energy"] = {{"unit", "W, one number per channel"},     {"emitted", list(energy.emitted)},
                         {"from_lights", list(energy.from_lights)}, {"from_sky", list(energy.from_sky)},
                         {"absorbed", list(energy.absorbed)},       {"escaped", list(energy.escaped)},
                         {"ended_on_backs", list(energy.blocked)},  {"imbalance", list(energy.imbalance)}};

@@ -1,4 +1,4 @@
-// What must be equal in the library and a plugin for their C++ types to agree in memory.
+// The properties in which library and plugin must agree for their C++ types to be compatible in memory.
 #pragma once
 
 #include <Eigen/Core>
@@ -6,7 +6,7 @@
 #define DIFUSA_STRING_2(x) #x
 #define DIFUSA_STRING(x) DIFUSA_STRING_2(x)
 
-/// Raised whenever a declaration that plugins see changes its meaning or layout.
+/// Incremented whenever a declaration visible to plugins changes its meaning or layout.
 #define DIFUSA_INTERFACE_VERSION 4
 
 // The standard library, the layout of its strings, and its debug containers, which are larger.
@@ -20,7 +20,8 @@
 #define DIFUSA_STANDARD_LIBRARY "unknown"
 #endif
 
-// Eigen's version, and how it aligns objects and heap memory: with -mavx a matrix made here could not be freed there.
+// Eigen's version, and its alignment of objects and heap memory: with -mavx a matrix made here could not be freed
+// there.
 #define DIFUSA_EIGEN                                                                                                   \
     DIFUSA_STRING(EIGEN_WORLD_VERSION)                                                                                 \
     "." DIFUSA_STRING(EIGEN_MAJOR_VERSION) "." DIFUSA_STRING(EIGEN_MINOR_VERSION) "/" DIFUSA_STRING(                   \

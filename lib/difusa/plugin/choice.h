@@ -1,4 +1,4 @@
-// A choice between a few built-in ways, written like that of a plugin: "name" or "name:parameter=value,...".
+// A choice between a few built-in methods, written like a plugin: "name" or "name:parameter=value,...".
 #pragma once
 
 #include <difusa/plugin/parameters.h>
@@ -17,7 +17,7 @@ struct Choice {
     std::string text() const;
 };
 
-/// One of the ways there are.
+/// One of the available methods.
 struct ChoiceSpec {
     std::string name;
     std::vector<ParameterSpec> parameters;

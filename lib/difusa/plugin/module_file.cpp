@@ -21,7 +21,7 @@ using Section = ElfW(Shdr);
 constexpr std::string_view section_name = ".difusa_plugin";
 constexpr std::uint64_t longest_tag = 4096;
 
-/// The shared object this code is in, as the dynamic linker mapped it.
+/// The shared object containing this code, as mapped by the dynamic linker.
 Dl_info own_object() {
     Dl_info info{};
     if (dladdr(reinterpret_cast<const void*>(&own_object), &info) == 0 || info.dli_fbase == nullptr ||
@@ -31,14 +31,14 @@ Dl_info own_object() {
     return info;
 }
 
-/// A mapped object begins with its ELF header: what a module for this process must look like.
+/// A mapped object starts with its ELF header: what a module for this process must match.
 ElfHeader own_header() {
     ElfHeader header;
     std::memcpy(&header, own_object().dli_fbase, sizeof header);
     return header;
 }
 
-/// Random access to a file that never reads past its end.
+/// Random access to a file, never reading past its end.
 class BoundedFile {
   public:
     explicit BoundedFile(const std::filesystem::path& file) {
@@ -71,9 +71,9 @@ class BoundedFile {
     }
 
     template <class T> std::vector<T> read_table(std::uint64_t offset, std::uint64_t count) {
-        // Checked before memory is taken for it; `count` has at most 32 bits, so the product cannot overflow.
+        // Checked before allocating memory for it; `count` has at most 32 bits, so the product cannot overflow.
         if (!contains(offset, count * sizeof(T))) {
-            throw ModuleRefused("the file is truncated: it has " + std::to_string(size_) + " bytes, and its tables " +
+            throw ModuleRefused("the file is truncated: it has " + std::to_string(size_) + " bytes, but its tables " +
                                 "would end at " + std::to_string(offset) + " + " + std::to_string(count * sizeof(T)));
         }
         std::vector<T> table(count);
@@ -93,16 +93,16 @@ ElfHeader read_header(BoundedFile& file) {
     }
     file.read(0, ident, sizeof ident);
     if (std::memcmp(ident, ELFMAG, SELFMAG) != 0) {
-        throw ModuleRefused("not a shared object: the file does not begin with the mark of ELF");
+        throw ModuleRefused("not a shared object: the file does not begin with the ELF magic number");
     }
     const ElfHeader own = own_header();
     if (ident[EI_CLASS] != own.e_ident[EI_CLASS] || ident[EI_DATA] != own.e_ident[EI_DATA]) {
-        throw ModuleRefused("made for a machine of another word size or byte order");
+        throw ModuleRefused("built for a machine with another word size or byte order");
     }
     ElfHeader header;
     file.read(0, &header, sizeof header);
     if (header.e_machine != own.e_machine) {
-        throw ModuleRefused("made for another processor: its ELF machine number is " +
+        throw ModuleRefused("built for another processor: its ELF machine number is " +
                             std::to_string(header.e_machine) + ", expected " + std::to_string(own.e_machine));
     }
     if (header.e_type != ET_DYN) {
@@ -130,7 +130,7 @@ std::string read_tag_section(BoundedFile& file, const ElfHeader& header) {
     const auto sections = file.read_table<Section>(header.e_shoff, header.e_shnum);
     const auto& names_section = sections[header.e_shstrndx];
     if (names_section.sh_type != SHT_STRTAB || names_section.sh_size > UINT32_MAX) {
-        throw ModuleRefused("damaged: its table of section names is none");
+        throw ModuleRefused("damaged: it has no valid table of section names");
     }
     const auto names = file.read_table<char>(names_section.sh_offset, names_section.sh_size);
     const std::string_view all_names(names.data(), names.size());
@@ -153,7 +153,7 @@ std::string read_tag_section(BoundedFile& file, const ElfHeader& header) {
         }
         return text;
     }
-    throw ModuleRefused("not a plugin of difusa: it has no section " + std::string(section_name) +
+    throw ModuleRefused("not a difusa plugin: it has no section " + std::string(section_name) +
                         " (made by the macro DIFUSA_PLUGIN)");
 }
 
@@ -188,7 +188,7 @@ ModuleTag parse_module_tag(std::string_view text) {
     }
     if (!is_name(fields[0].second) || !is_name(fields[1].second)) {
         throw ModuleRefused("its plugin tag \"" + whole +
-                            "\" has a kind or name of other characters than lower-case letters, digits and '-'");
+                            "\" has a kind or name with characters other than lower-case letters, digits and '-'");
     }
     return {fields[0].second, fields[1].second, {fields.begin() + 2, fields.end()}};
 }

@@ -14,7 +14,7 @@ namespace {
 
 using Type = ParameterSpec::Type;
 
-/// No bound a user need hear of.
+/// A bound not worth mentioning to the user.
 constexpr double unbounded = 1e300;
 
 std::string canonical(std::string_view name) {
@@ -39,7 +39,7 @@ std::vector<std::string_view> split(std::string_view text, char separator) {
     return parts;
 }
 
-/// The whole text as a number; finite, independent of the locale.
+/// Parses the whole text as a number; finite, independent of the locale.
 template <class T> std::optional<T> parse_number(std::string_view text) {
     if (text.size() > 1 && text[0] == '+' && text[1] != '-') {
         text.remove_prefix(1);
@@ -142,7 +142,7 @@ std::string unknown_parameter(const std::string& owner, std::string_view name,
 Parameters::Parameters(std::string_view text, std::vector<ParameterSpec> specs, std::string owner)
     : specs_(std::move(specs)), owner_(std::move(owner)) {
     for (const ParameterSpec& spec : specs_) {
-        // An empty default stands for "as `meaning` says".
+        // An empty default means "as `meaning` says".
         if (!spec.default_value.empty() && !acceptable(spec, spec.default_value)) {
             throw InternalError(owner_ + ": the default '" + spec.default_value + "' of parameter '" + spec.name +
                                 "' is not " + expectation(spec));
@@ -181,8 +181,8 @@ Parameters::Parameters(std::string_view text, std::vector<ParameterSpec> specs, 
 const std::string& Parameters::value(std::string_view name, ParameterSpec::Type type) const {
     const ParameterSpec* spec = find_spec(specs_, name);
     if (spec == nullptr || spec->type != type) {
-        throw InternalError((owner_.empty() ? "plugin" : owner_) + " asks for a parameter '" + std::string(name) +
-                            (spec == nullptr ? "' that it does not declare" : "' as another type than it declares"));
+        throw InternalError((owner_.empty() ? "plugin" : owner_) + " requests a parameter '" + std::string(name) +
+                            (spec == nullptr ? "' that it does not declare" : "' as a type other than declared"));
     }
     return values_.find(spec->name)->second;
 }
@@ -190,7 +190,7 @@ const std::string& Parameters::value(std::string_view name, ParameterSpec::Type 
 double Parameters::real(std::string_view name) const {
     const std::optional<double> number = parse_number<double>(value(name, Type::real));
     if (!number) {
-        throw InternalError(owner_ + " asks for the value of parameter '" + std::string(name) + "', which has none");
+        throw InternalError(owner_ + " requests the value of parameter '" + std::string(name) + "', which has none");
     }
     return *number;
 }
@@ -198,7 +198,7 @@ double Parameters::real(std::string_view name) const {
 long Parameters::integer(std::string_view name) const {
     const std::optional<long> number = parse_number<long>(value(name, Type::integer));
     if (!number) {
-        throw InternalError(owner_ + " asks for the value of parameter '" + std::string(name) + "', which has none");
+        throw InternalError(owner_ + " requests the value of parameter '" + std::string(name) + "', which has none");
     }
     return *number;
 }
@@ -228,7 +228,7 @@ std::string Parameters::text() const {
 
 namespace {
 
-/// Letters to insert, delete, replace or exchange with their neighbour to make one word of the other.
+/// Letters to insert, delete, replace or swap with their neighbour to turn one word into the other.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
     std::vector<std::size_t> before_last(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
     std::iota(row.begin(), row.end(), std::size_t{0});

@@ -1,11 +1,11 @@
-// What a plugin module contains, and the macro that makes one.
+// The contents of a plugin module, and the macro that makes one.
 //
-// A plugin is a shared module with one choice of one kind. It carries
+// A plugin is a shared module that implements one choice of one kind. It has
 //   - a tag: a line of text in the section `.difusa_plugin` of the file, which the loader reads from the file
 //     itself, before any of the module's code runs: kind, name, interface version and build tags;
 //   - the entry `difusa_plugin_entry`, which describes the plugin and makes instances.
 //
-// A whole plugin:
+// A complete plugin:
 //
 //     class Flat final : public difusa::PointBasis { ... };
 //     DIFUSA_PLUGIN(basis, "flat", Flat, "Constant over the support.", {})
@@ -34,10 +34,11 @@ class Visibility;
 /// What `--list-plugins` shows and the factory needs.
 struct PluginDescription {
     std::string kind; ///< "basis", "directions", "kernel", "reader", "sampler", "solver", "visibility"
-    std::string name; ///< as the user types it
+    std::string name; ///< as typed by the user
     std::string summary;
     std::vector<ParameterSpec> parameters;
-    /// Makes an instance: a `T*` for the kind's interface T, owned by the caller through `T`'s virtual destructor.
+    /// Makes an instance: a `T*` for the kind's interface T, owned by the caller and deleted through `T`'s virtual
+    /// destructor.
     void* (*create)(const Parameters&) = nullptr;
 };
 

@@ -31,10 +31,10 @@ std::string join(const std::vector<std::string>& words) {
     return text;
 }
 
-/// Throws ModuleRefused unless the tag is of a kind that exists and of this library's interface and build.
+/// Throws ModuleRefused unless the tag has an existing kind, and the interface and build tags of this library.
 void check_tag(const ModuleTag& tag) {
     if (std::find(all_kinds.begin(), all_kinds.end(), tag.kind) == all_kinds.end()) {
-        throw ModuleRefused("its kind '" + tag.kind + "' is none of " +
+        throw ModuleRefused("its kind '" + tag.kind + "' is not one of " +
                             join(std::vector<std::string>(all_kinds.begin(), all_kinds.end())));
     }
     const ModuleTag own = parse_module_tag("difusa-plugin;kind=any;name=own;" DIFUSA_BUILD_TAG);
@@ -44,16 +44,16 @@ void check_tag(const ModuleTag& tag) {
             i < tag.build.size() && tag.build[i].first == what ? tag.build[i].second : std::string("none");
         if (found != expected) {
             throw ModuleRefused("its " + what + " tag is " + found + ", expected " + expected +
-                                ": build it again with this version of difusa and the same compiler options");
+                                ": rebuild it with this version of difusa and the same compiler options");
         }
     }
     if (tag.build.size() > own.build.size()) {
         throw ModuleRefused("it has an unexpected tag '" + tag.build[own.build.size()].first +
-                            "': build it again with this version of difusa");
+                            "': rebuild it with this version of difusa");
     }
 }
 
-/// The first line of what the dynamic linker says, without the file's name before it.
+/// The first line of the dynamic linker's message, without the file's name.
 std::string linker_message(const fs::path& file) {
     const char* text = dlerror();
     std::string message = text != nullptr ? text : "unknown error";
@@ -66,7 +66,7 @@ const PluginDescription* call_entry(const fs::path& file) {
     // Never unmapped (RTLD_NODELETE): see LoadedPlugin.
     void* const module = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
     if (module == nullptr) {
-        throw ModuleRefused("the dynamic linker refuses it: " + linker_message(file));
+        throw ModuleRefused("the dynamic linker rejects it: " + linker_message(file));
     }
     void* const symbol = dlsym(module, "difusa_plugin_entry");
     if (symbol == nullptr) {
@@ -77,24 +77,24 @@ const PluginDescription* call_entry(const fs::path& file) {
     } catch (const std::exception& error) {
         throw ModuleRefused(std::string("its entry failed: ") + error.what());
     } catch (...) {
-        throw ModuleRefused("its entry failed with an exception that is no std::exception");
+        throw ModuleRefused("its entry failed with an exception not derived from std::exception");
     }
 }
 
-/// What the entry describes, if it keeps what the tag promised. Throws ModuleRefused.
+/// The entry's description, if it matches the tag. Throws ModuleRefused.
 PluginDescription describe_module(const fs::path& file, const ModuleTag& tag) {
     const PluginDescription* description = call_entry(file);
     if (description == nullptr || description->create == nullptr) {
-        throw ModuleRefused("its entry describes nothing that can be made");
+        throw ModuleRefused("its entry describes nothing that can be instantiated");
     }
     if (description->kind != tag.kind || description->name != tag.name) {
         throw ModuleRefused("its entry describes " + description->kind + " '" + description->name +
-                            "', and its tag promised " + tag.kind + " '" + tag.name + "'");
+                            "', but its tag says " + tag.kind + " '" + tag.name + "'");
     }
     try {
         Parameters({}, description->parameters, tag.kind + " " + tag.name);
     } catch (const Error& error) {
-        throw ModuleRefused(std::string("its parameters are declared wrong: ") + error.what());
+        throw ModuleRefused(std::string("its parameters are declared incorrectly: ") + error.what());
     }
     return *description;
 }
@@ -131,7 +131,7 @@ std::pair<std::string_view, std::string_view> split_choice(std::string_view choi
                                            : std::pair{choice.substr(0, colon), choice.substr(colon + 1)};
 }
 
-/// Whether a refused module is the one the user means: by its tag or, where that cannot be read, by its file's name.
+/// Whether a refused module is the one the user means: by its tag or, if that cannot be read, by its file's name.
 bool carries_name(const RefusedPlugin& refused, std::string_view kind, std::string_view name) {
     if (!refused.name.empty()) {
         return refused.kind == kind && same_name(refused.name, name);
@@ -161,7 +161,7 @@ Registry Registry::load(const std::vector<fs::path>& extra) {
         std::error_code error;
         fs::path canonical = fs::canonical(path[i], error);
         if (!error && std::find(seen.begin(), seen.end(), canonical) != seen.end()) {
-            continue; // named twice: its modules are not duplicates
+            continue; // listed twice: its modules are not duplicates
         }
         try {
             for (const fs::path& file : modules_in(path[i])) {
@@ -174,7 +174,7 @@ Registry Registry::load(const std::vector<fs::path>& extra) {
                 throw UsageError("plugin directory '" + path[i].string() + "' cannot be listed (" + reason +
                                  "); name a directory that holds plugin modules (*.so)");
             }
-            // The library's own directory may be missing where all plugins come from elsewhere.
+            // The library's own directory may be missing if all plugins come from elsewhere.
             if (i + 1 < path.size()) {
                 registry.refused_.push_back({path[i], "directory of DIFUSA_PLUGIN_PATH: " + reason, {}, {}});
             }
@@ -186,7 +186,7 @@ Registry Registry::load(const std::vector<fs::path>& extra) {
 bool Registry::add(const fs::path& module_file) {
     ModuleTag tag;
     try {
-        // With a directory before it, dlopen takes the file itself and does not search for a library of that name.
+        // With a directory in the name, dlopen takes the file itself and does not search for a library of that name.
         const fs::path file = fs::absolute(module_file);
         tag = read_module_tag(file);
         check_tag(tag);

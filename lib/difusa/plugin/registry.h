@@ -12,15 +12,15 @@
 
 namespace difusa {
 
-/// A module that was found and could not be used.
+/// A module that was found but cannot be used.
 struct RefusedPlugin {
     std::filesystem::path file;
     std::string reason;
-    std::string kind, name; ///< as its tag says; empty if it has no readable one
+    std::string kind, name; ///< from its tag; empty if it has no readable one
 };
 
-/// One usable plugin. Its module stays mapped until the process ends: an exception thrown by its code may be looked
-/// at after the last object and the registry are gone.
+/// One usable plugin. Its module stays mapped until the process ends: an exception thrown by its code may be inspected
+/// after the last object and the registry are gone.
 struct LoadedPlugin {
     PluginDescription description;
     std::filesystem::path file;
@@ -29,13 +29,13 @@ struct LoadedPlugin {
 /// The plugins a program can choose from. A plain value: no global state.
 class Registry {
   public:
-    /// Where modules are looked for, in this order: `extra` (from --plugin-path), the directories of the
-    /// environment variable DIFUSA_PLUGIN_PATH, and the directory `difusa/plugins` beside the difusa library.
+    /// Where modules are searched for, in this order: `extra` (from --plugin-path), the directories of the environment
+    /// variable DIFUSA_PLUGIN_PATH, and the directory `difusa/plugins` next to the difusa library.
     static std::vector<std::filesystem::path> search_path(const std::vector<std::filesystem::path>& extra);
 
     /// Loads every module (`*.so`) in the directories, in the order of the path, then of file names. One that is
-    /// damaged, for another kind, version or build, or doubles a name is recorded in `refused` and passed over; so
-    /// is a directory of DIFUSA_PLUGIN_PATH that cannot be listed.
+    /// damaged, of another kind, version or build, or has a duplicate name is recorded in `refused` and skipped; so is
+    /// a directory of DIFUSA_PLUGIN_PATH that cannot be listed.
     /// Throws UsageError if a directory of `extra` does not exist or cannot be listed.
     static Registry load(const std::vector<std::filesystem::path>& extra = {});
 
@@ -57,7 +57,7 @@ class Registry {
     /// All names of a kind, sorted.
     std::vector<std::string> names(std::string_view kind) const;
 
-    /// "name:all=parameters" with defaults filled in: what a report states.
+    /// "name:all=parameters" with defaults filled in, as stated in reports.
     std::string describe(std::string_view kind, std::string_view choice) const;
 
   private:
@@ -70,7 +70,7 @@ class Registry {
     std::vector<RefusedPlugin> refused_;
 };
 
-/// The kind's word for an interface: "basis" for Basis.
+/// The name of the kind for an interface: "basis" for Basis.
 template <class T> constexpr std::string_view kind_of();
 template <> constexpr std::string_view kind_of<Basis>() {
     return "basis";

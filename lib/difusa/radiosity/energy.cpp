@@ -15,7 +15,7 @@ Eigen::ArrayXd emitted_power(const Scene& scene, Eigen::Index channels) {
             power += scene.mesh.areas[t] * material.emission.head(channels);
             continue;
         }
-        // Midpoints of edges: exact for patterns of second degree on each triangle.
+        // Edge midpoints: exact for second-degree patterns on each triangle.
         for (const auto& [u, v] : {std::pair(0.5, 0.0), std::pair(0.5, 0.5), std::pair(0.0, 0.5)}) {
             power += scene.mesh.areas[t] / 3.0 * scene.emission(scene.mesh.at(t, u, v)).head(channels);
         }
@@ -23,7 +23,7 @@ Eigen::ArrayXd emitted_power(const Scene& scene, Eigen::Index channels) {
     return power;
 }
 
-/// Values at the points as means over the surfels.
+/// Converts values at the points to means over the surfels.
 Values on_surfels(const Discretisation& discretisation, const Values& at_points, const Execution& execution) {
     Values means;
     discretisation.averages->apply(discretisation.projection->coefficients(at_points), means, execution);

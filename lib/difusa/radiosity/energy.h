@@ -1,4 +1,4 @@
-// Where the light of a bake goes: what comes in must be absorbed or leave.
+// The energy balance of a bake: light that enters must be absorbed or leave.
 #pragma once
 
 #include <difusa/core/types.h>
@@ -10,19 +10,19 @@ namespace difusa {
 
 /// Powers in W, per channel (1 or 3 entries).
 struct EnergyBalance {
-    Eigen::ArrayXd emitted;     ///< ∫ E dA: exact, emission patterns by a rule of second degree on each triangle
-    Eigen::ArrayXd from_lights; ///< what arrives straight from suns and point lights
-    Eigen::ArrayXd from_sky;    ///< what arrives straight from the sky
+    Eigen::ArrayXd emitted;     ///< ∫ E dA: exact; emission patterns by a second-degree rule on each triangle
+    Eigen::ArrayXd from_lights; ///< incident directly from suns and point lights
+    Eigen::ArrayXd from_sky;    ///< incident directly from the sky
     Eigen::ArrayXd absorbed;    ///< ∫ (1-rho) H dA
-    Eigen::ArrayXd escaped;     ///< leaves the scene between its surfaces
-    Eigen::ArrayXd blocked;     ///< ends on the backs of faces
-    /// (in - absorbed - escaped - blocked) / in with in = emitted + from_lights + from_sky: what discretisation has
-    /// lost (positive) or invented (negative).
+    Eigen::ArrayXd escaped;     ///< leaves the scene
+    Eigen::ArrayXd blocked;     ///< lost on the backs of faces
+    /// (in - absorbed - escaped - blocked) / in with in = emitted + from_lights + from_sky: the light lost (positive)
+    /// or created (negative) by the discretisation.
     Eigen::ArrayXd imbalance;
 };
 
-/// Integrals over the surface are sums over the surfels. `light`: of all sets; `irradiance`: all of it, means over the
-/// surfels, #surfels by #channels; `from_sky`: at the points, straight from the sky, #points by #channels.
+/// Integrals over the surface are sums over the surfels. `light`: of all sets; `irradiance`: total, means over the
+/// surfels, #surfels by #channels; `from_sky`: at the points, directly from the sky, #points by #channels.
 EnergyBalance energy_balance(const Scene& scene, const Discretisation& discretisation, const LightTransport& transport,
                              const SurfelLight& light, const Values& irradiance, const Values& from_sky,
                              const Execution& execution);

@@ -14,7 +14,7 @@ namespace difusa {
 
 namespace {
 
-/// Serves one point after another with fresh rays; scratch of a thread.
+/// Handles one point at a time with fresh rays; scratch of a thread.
 class Gatherer {
   private:
     Eigen::RowVectorXd row_of(const Rgb& c) const { return c.head(parts_.channels).matrix().transpose(); }
@@ -29,7 +29,7 @@ class Gatherer {
 
     const BrightSurfels::Worker& light() const { return light_; }
 
-    /// Adds what x receives straight from the sky and emitters to `direct`, and the rest to `indirect`.
+    /// Adds what x receives directly from the sky and emitters to `direct`, and the rest to `indirect`.
     void add(const SurfacePoint& x, std::size_t number, Eigen::Ref<Eigen::RowVectorXd> direct,
              Eigen::Ref<Eigen::RowVectorXd> indirect) {
         around_.look(x, number);
@@ -118,7 +118,7 @@ Irradiance Field::evaluate(std::span<const SurfacePoint> x, std::uint64_t seed, 
 
 Irradiance Field::gather(std::span<const SurfacePoint> x, std::size_t rays, std::uint64_t seed,
                          std::string_view purpose, const Execution& execution) const {
-    // A seed of its own: the directions must not be those of the sites.
+    // A different seed: the directions must not be those of the sites.
     const std::uint64_t own_seed = RandomStream(seed, purpose).bits();
     const DirectionPool pool(*parts_.system->parts().directions, rays, own_seed);
     Irradiance result;
@@ -191,7 +191,7 @@ PointValues Field::at(std::span<const SurfacePoint> x, std::size_t final_gather,
     values.H_direct = three_channels(sum_of_parts(H.direct, channels()));
     values.H_indirect = three_channels(sum_of_parts(H.indirect, channels()));
     values.H = values.H_direct + values.H_indirect;
-    // With E and rho of the very point their edges stay sharp whatever the basis.
+    // Using E and rho at the exact point keeps their edges sharp whatever the basis.
     values.B = values.E + values.rho.cwiseProduct(values.H);
     if (sets().names.size() == 1 && sets().names.front().empty()) {
         return values;

@@ -16,19 +16,20 @@ namespace difusa {
 
 class RadiositySystem;
 
-/// What a field is made of. Everything is shared, so that a field may outlive the bake that made it. Values have the
+/// The components of a field. Everything is shared, so that a field may outlive the bake that made it. Values have the
 /// channels of each set of lights in turn.
 struct FieldParts {
     std::shared_ptr<const RadiositySystem> system;
-    std::shared_ptr<const Scene> scene;          ///< the surface of the system with the light that this is
-    std::shared_ptr<const DirectLight> direct;   ///< sharp sources, whose light no basis carries
-    std::shared_ptr<const BrightSurfels> bright; ///< their light after one reflection; null without any, or if the
-                                                 ///< coefficients carry it
-    Values soft_direct; ///< #S: coefficients of the direct light of sky and of emitters that are not area lights
-    Values smooth;      ///< #S: coefficients of h, which is all light but that of sharp sources
+    std::shared_ptr<const Scene> scene;          ///< the system's surface with this field's lights
+    std::shared_ptr<const DirectLight> direct;   ///< sharp sources, whose light is not represented in the basis
+    std::shared_ptr<const BrightSurfels> bright; ///< their light after one reflection; null if there is none, or if the
+                                                 ///< coefficients represent it
+    Values
+        soft_direct; ///< #S: coefficients of the direct light from the sky and from emitters that are not area lights
+    Values smooth;   ///< #S: coefficients of h: all light except that of sharp sources
     int channels = 3;
     std::size_t shadow_rays_per_round = 64; ///< AreaLights::irradiance
-    bool direct_in_basis = false;           ///< the coefficients carry the light of sharp sources too
+    bool direct_in_basis = false;           ///< the coefficients represent the light of sharp sources too
 };
 
 /// Irradiance at points, in W/m²: #points by the channels of each set in turn.
@@ -44,15 +45,15 @@ struct GroupValues {
     Values B, H; ///< #points by 3
 };
 
-/// Everything about the light at points: #points by 3, W/m² but for rho. A grey scene has three equal columns.
+/// Everything about the light at points: #points by 3, W/m² except rho. A grey scene has three equal columns.
 struct PointValues {
     Values B;          ///< radiosity, E + rho H
     Values H;          ///< irradiance, direct and indirect
-    Values H_direct;   ///< straight from lights, the sky and emitting faces
+    Values H_direct;   ///< directly from lights, the sky and emitting faces
     Values H_indirect; ///< after one reflection or more
-    Values rho;        ///< reflectance, at the very point
-    Values E;          ///< emitted radiosity, at the very point
-    Values noise;      ///< #points by #channels: an estimate of B's noise of gathering; without rows if not gathered
+    Values rho;        ///< reflectance at the exact point
+    Values E;          ///< emitted radiosity at the exact point
+    Values noise;      ///< #points by #channels: estimated noise of B due to gathering; no rows if not gathered
     std::vector<GroupValues> groups;    ///< empty if all light is one set; their B and H add up to B and H
     std::size_t rays = 0, segments = 0; ///< cast
     std::size_t clear = 0;              ///< points that needed no shadow rays to area lights
@@ -60,12 +61,12 @@ struct PointValues {
 
 ///     B(x) = E(x) + rho(x) H(x),   H(x) = H_sharp(x) + h(x),
 /// where H_sharp, the light of suns, point lights and area lights, is evaluated at x, and h is either sum_i c_i
-/// phi_i(x)
-/// (`evaluate`) or gathered anew from the surroundings of x (`gather`): the iterated projection (Sloan 1976), in
-/// graphics "final gather", with the light at the very points that rays hit, not that of their surfels.
+/// phi_i(x) (`evaluate`) or gathered with fresh rays from x (`gather`): the iterated projection (Sloan 1976), known in
+/// graphics as "final gather", which uses the light at the exact hit points of the rays rather than that of their
+/// surfels.
 ///
-/// Points may lie on edges: basis functions are then looked up, and rays start, a little inside of their faces
-/// (mesh/surface_sampling.h, inset), and light that is evaluated is that of the very point.
+/// Points may lie on edges: basis functions are then looked up, and rays start, slightly inside their faces
+/// (mesh/surface_sampling.h, inset), while directly evaluated light is that of the exact point.
 class Field {
   public:
     explicit Field(FieldParts parts) : parts_(std::move(parts)) {}
@@ -74,13 +75,13 @@ class Field {
     int channels() const { return parts_.channels; }
     const LightSets& sets() const { return parts_.direct->sets(); }
 
-    /// `seed` and `purpose` name the random streams of shadow rays, one for each point.
+    /// `seed` and `purpose` select the random streams of shadow rays, one per point.
     Irradiance evaluate(std::span<const SurfacePoint> x, std::uint64_t seed, std::string_view purpose,
                         const Execution& execution) const;
 
-    /// h by `rays` rays from each point:
+    /// h from `rays` rays from each point:
     ///     h(x) = sky + mean over the rays of E(y) + rho(y) (H_sharp(y) + sum_i c_i phi_i(y)).
-    /// The mean error over the points falls as the error of `evaluate` times what one reflection leaves of it (at most
+    /// The mean error over the points is the error of `evaluate` reduced by one reflection (at most by the factor of
     /// the reflectance), plus the noise of the rays.
     Irradiance gather(std::span<const SurfacePoint> x, std::size_t rays, std::uint64_t seed, std::string_view purpose,
                       const Execution& execution) const;
@@ -89,7 +90,7 @@ class Field {
     Values radiosity(std::span<const SurfacePoint> x, const Values& H) const;
 
     /// Everything at points. `final_gather` rays from each (an even number), in two independent halves whose difference
-    /// tells the noise; 0: the basis is evaluated.
+    /// gives the noise; 0: the basis is evaluated.
     PointValues at(std::span<const SurfacePoint> x, std::size_t final_gather, std::uint64_t seed,
                    const std::string& purpose, const Execution& execution) const;
 

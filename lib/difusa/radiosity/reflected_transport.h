@@ -1,5 +1,5 @@
-// The operator of the radiosity equation: irradiance at the points -> what the surface reflects of it -> irradiance at
-// the points.
+// The operator of the radiosity equation: irradiance at the points -> reflected radiosity of the surface -> irradiance
+// at the points.
 #pragma once
 
 #include <difusa/algebra/linear_operator.h>

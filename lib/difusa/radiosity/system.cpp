@@ -15,7 +15,7 @@ namespace difusa {
 
 namespace {
 
-/// A spectral radius that is not below 1 by more than rounding counts as 1.
+/// A spectral radius within rounding of 1 counts as 1.
 constexpr double contraction = 1.0 - 1e-9;
 constexpr int arnoldi_steps = 40;
 
@@ -101,7 +101,7 @@ class Solving {
         }
     }
 
-    /// What arrives before the surface has reflected anything (`soft_`, `sharp_`), and the first bounce of the latter.
+    /// The light arriving before any reflection (`soft_`, `sharp_`), and the first bounce of the latter.
     void direct_light() {
         execution_.phase("direct light");
         Values sky = Values::Zero(SkyParts::count, columns());
@@ -123,7 +123,7 @@ class Solving {
         if (!((soft_.size() > 0 && soft_.maxCoeff() > 0.0) || (sharp_.size() > 0 && sharp_.maxCoeff() > 0.0) ||
               result_.light.direct.maxCoeff() > 0.0)) {
             if (!scene_->has_emitters()) {
-                throw InputError("no light reaches the front of any face: the sky is shut out, no sun shines in and "
+                throw InputError("no light reaches the front of any face: no sky is visible, no sun shines in and "
                                  "nothing emits. Give some faces an emission (OBJ: Ke in the material), open the mesh, "
                                  "or turn its faces towards the light");
             }
@@ -137,7 +137,7 @@ class Solving {
         }
     }
 
-    /// D (rho ∘ H), with points drawn on bright surfels where these are few.
+    /// D (rho ∘ H), with samples on bright surfels where these are few.
     Values first_bounce() {
         const Values reflected = result_.light.first_bounce();
         const Rows rows(*transport_.W);
@@ -168,12 +168,12 @@ class Solving {
         return h;
     }
 
-    /// Refuses an equation whose series of bounces does not converge (T has a spectral radius of 1 or more): a solver
-    /// may still return numbers, but they mean nothing.
+    /// Rejects an equation whose series of bounces does not converge (T has a spectral radius of 1 or more): a solver
+    /// may still return numbers, but they are meaningless.
     void check_contraction() {
         const Values& rho = result_.light.reflectance;
         if (discretisation_.projection->is_identity() && discretisation_.basis->partition_of_unity()) {
-            Values norms; // row sums of T, which bound the radius: neither Π nor P adds anything
+            Values norms; // row sums of T, which bound the radius: neither Π nor P increases them
             transport_.gather(rho, {}, norms, execution_);
             result_.spectral_radius = norms.maxCoeff();
             result_.spectral_radius_is_bound = true;
@@ -207,8 +207,9 @@ class Solving {
                           "this one a smaller width";
         }
         if (row_sum > 1.0 + 1e-9) {
-            return what + "Pairs of sites overestimate what near surfaces exchange: use --transport gather, or "
-                          "pairwise:areas=integral with --kernel disc, or a reflectance below 1";
+            return what +
+                   "Pairwise transport overestimates the exchange between near surfaces: use --transport gather, or "
+                   "pairwise:areas=integral with --kernel disc, or a reflectance below 1";
         }
         return what + "A closed scene that absorbs nothing has no steady state: give some surface a reflectance "
                       "below 1";
@@ -228,14 +229,14 @@ class Solving {
         const double rounding = rounding_of_residual * result_.solve.h.cwiseAbs().maxCoeff();
         for (const double miss : relative_residual(problem, result_.solve.h, residual, execution_)) {
             if (!(miss <= 10.0 * options_.solve.tolerance || residual.cwiseAbs().maxCoeff() <= rounding)) {
-                throw NotConverged("the solver says it converged, but its residual is " + text_of(miss) +
+                throw NotConverged("the solver claims convergence, but its residual is " + text_of(miss) +
                                    ": use another --solver");
             }
         }
         result_.h = std::move(result_.solve.h);
     }
 
-    /// Coefficients of the field that is evaluated, for values at the points.
+    /// Coefficients of the field to evaluate, from values at the points.
     Values coefficients(const Values& values) const {
         const Values own = discretisation_.evaluation->coefficients(values);
         if (!options_.limit || !discretisation_.corrected) {
@@ -274,7 +275,7 @@ class Solving {
         const double lost = result_.energy.imbalance.abs().maxCoeff();
         if (lost > 0.1) {
             execution_.note(text_of(std::round(100.0 * lost)) +
-                            " % of the light is lost or invented between the sites: give a smaller --spacing, and more "
+                            " % of the light is lost or created between the sites: use a smaller --spacing, and more "
                             "--rays");
         }
     }
@@ -289,7 +290,7 @@ class Solving {
     std::shared_ptr<const DirectLight> sources_;
     std::shared_ptr<const BrightSurfels> bright_;
     Values soft_;     ///< #points: from emitters that are not area lights, and the sky
-    Values sharp_;    ///< #S, or #points if the basis carries it: from suns, point lights and area lights
+    Values sharp_;    ///< #S, or #points if represented in the basis: from suns, point lights and area lights
     Values from_sky_; ///< #points by #channels
     Values g_;
     Solution result_;
@@ -301,7 +302,7 @@ Solution RadiositySystem::solve(const std::shared_ptr<const Scene>& scene, const
                                 const Execution& execution) const {
     const Mesh &own = parts_.scene->mesh, &other = scene->mesh;
     if (&own != &other && (own.points != other.points || own.triangles != other.triangles)) {
-        throw UsageError("the scene has another surface than the system was made for");
+        throw UsageError("the scene's surface is not the one the system was built for");
     }
     const std::shared_ptr<const RadiositySystem> owner = shared_from_this();
     LightingOptions complete = options;

@@ -1,4 +1,4 @@
-// Geometry once, light as often as one likes: everything that does not depend on light, and the solution for one.
+// Geometry once, lighting any number of times: everything independent of light, and the solution for one lighting.
 #pragma once
 
 #include <difusa/algebra/solver.h>
@@ -17,7 +17,7 @@
 
 namespace difusa {
 
-/// What a system is made of.
+/// The components of a system.
 struct SystemParts {
     std::shared_ptr<const Scene> scene;       ///< whose surface this is
     std::shared_ptr<const Visibility> engine; ///< built over it
@@ -30,24 +30,24 @@ struct SystemParts {
 
 /// How to light a system.
 struct LightingOptions {
-    LightSets sets;                         ///< of the scene that is solved for; none: all lights in one
-    bool direct_in_basis = false;           ///< suns, point lights and area lights are carried by the basis, too
+    LightSets sets;                         ///< of the scene that is solved for; none: all lights in one set
+    bool direct_in_basis = false;           ///< suns, point lights and area lights are represented in the basis, too
     SolveOptions solve = {};                ///< tolerance, iterations
     std::size_t shadow_rays_per_round = 64; ///< AreaLights::irradiance
-    bool limit = true; ///< where the field is evaluated with corrected coefficients, `limited` to plausible values
+    bool limit = true; ///< if the field is evaluated with corrected coefficients, `limited` to plausible values
 };
 
 /// The radiosity equation of one surface, solved for one lighting. Columns are the channels of each set in turn.
 struct Solution {
     std::shared_ptr<const Field> field;
     SolveSummary solve; ///< h moved to `h`
-    Values h;           ///< #points: irradiance, without that of sharp sources unless the basis carries it, W/m²
-    Values direct;      ///< #S: irradiance straight from all lights, at the sites
+    Values h;           ///< #points: irradiance, excluding sharp sources unless represented in the basis, W/m²
+    Values direct;      ///< #S: irradiance directly from all lights, at the sites
     Values irradiance;  ///< #S: all irradiance
     SurfelLight light;  ///< on the surfels
     EnergyBalance energy;
     double spectral_radius = 0.0;          ///< of T
-    bool spectral_radius_is_bound = false; ///< true: an upper bound (the norm), else an estimate
+    bool spectral_radius_is_bound = false; ///< true: an upper bound (the norm); false: an estimate
     std::size_t area_lights = 0;           ///< emitting triangles whose light was evaluated analytically
 };
 
@@ -61,13 +61,13 @@ class RadiositySystem : public std::enable_shared_from_this<RadiositySystem> {
     const LightTransport& transport() const { return parts_.transport; }
     Tracer tracer() const { return {parts_.scene->mesh, *parts_.engine}; }
 
-    /// Solves h = g + T h, where g is what arrives straight from emitters and the sky and, after one reflection, from
-    /// suns, point lights and area lights. `scene`: this surface with any reflectances and lights. Phases: "light
-    /// surfels", "direct light", "check convergence", "solve". No first-hit ray is cast.
+    /// Solves h = g + T h, where g is the light incident directly from emitters and the sky and, after one reflection,
+    /// from suns, point lights and area lights. `scene`: this surface with any reflectances and lights. Phases: "light
+    /// surfels", "direct light", "check convergence", "solve". No first-hit rays are cast.
     ///
-    /// Throws UsageError if the scene has another surface or the sets are those of other lights; NotConverged if the bounces do not die out, or the solver
-    /// did not converge; InputError if no light reaches any front.
-    /// UsageError, too, if light may reach surfaces that have no sites, since those of the bake did not reach them.
+    /// Throws UsageError if the scene's surface differs, if the sets do not match its lights, or if light may reach
+    /// surfaces without sites (SiteSet::dark); NotConverged if the bounces do not die out, or the solver did not
+    /// converge; InputError if no light reaches any front.
     Solution solve(const std::shared_ptr<const Scene>& scene, const LightingOptions& options,
                    const Execution& execution) const;
 

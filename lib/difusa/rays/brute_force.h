@@ -1,4 +1,4 @@
-// Visibility by asking every triangle: the twin that the fast engines are tested against, and the cheapest engine for
+// Visibility by testing every triangle: the reference the fast engines are tested against, and the cheapest engine for
 // a handful of triangles.
 #pragma once
 
@@ -25,8 +25,8 @@ inline Ray ray_of(const Segment& segment) {
     return {segment.from, segment.to - segment.from, segment.from_face};
 }
 
-/// Whether a face met at `t` along `ray_of(segment)` lies strictly between the ends, faces of the ends' planes
-/// exempt.
+/// Whether a face hit at `t` along `ray_of(segment)` lies strictly between the ends, excluding faces in the planes of
+/// the ends.
 inline bool blocks(const Segment& segment, const Mesh& mesh, const OwnPlane& own_plane, Index face, double t) {
     if (!(t > 0.0 && t < 1.0)) {
         return false;

@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t pool_size = 32;
 
 /// Interleaves the bits of the cell of (x, y) in a 32 by 32 grid over the unit disc: neighbours in this order are
-/// neighbours in direction, and walk through the same parts of a search tree.
+/// neighbours in direction, and traverse the same parts of a search tree.
 unsigned morton(const Vec3& direction) {
     const auto cell = [](double x) { return static_cast<unsigned>(std::clamp(16.0 * (x + 1.0), 0.0, 31.0)); };
     unsigned code = 0;

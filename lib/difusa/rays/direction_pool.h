@@ -1,4 +1,4 @@
-// Directions for every site at the cost of a few: a pool of scrambled sets, each turned by an angle of the site's own.
+// Directions for every site at the cost of a few: a pool of scrambled sets, each rotated by a site-specific angle.
 #pragma once
 
 #include <difusa/rays/directions.h>
@@ -10,13 +10,13 @@
 
 namespace difusa {
 
-/// Turning a set about the normal keeps its weights and its stratification, so every site has a random set of its own;
-/// sets are shared between sites but never with the same turn.
+/// Rotating a set about the normal preserves its weights and its stratification, so every site has its own random set;
+/// sites may share a set, but never with the same rotation.
 class DirectionPool {
   public:
     DirectionPool(const Directions& directions, std::size_t count, std::uint64_t seed);
 
-    /// Directions in a set.
+    /// Number of directions in a set.
     std::size_t count() const { return sets_.front().direction.size(); }
 
     /// True if all directions of all sets have the weight 1 / count().

@@ -18,8 +18,8 @@ class Directions {
   public:
     virtual ~Directions() = default;
 
-    /// A set of about `count` directions (exactly, where the construction allows it). Sets drawn from different
-    /// streams are independent random scrambles, except where the construction is a fixed grid.
+    /// A set of about `count` directions (exactly `count` if the construction allows it). Sets drawn from different
+    /// streams are independent random scrambles, unless the construction is a fixed grid.
     virtual DirectionSet make(std::size_t count, RandomStream stream) const = 0;
 };
 

@@ -1,5 +1,5 @@
-// Which faces a ray that starts on a face cannot meet: that face, and every face in the same plane. Deciding this by
-// face and plane instead of by a minimal distance keeps thin walls, tight corners and tiny scenes opaque.
+// The faces that a ray starting on a face cannot hit: that face, and every face in the same plane. Deciding this by
+// face and plane instead of by a minimum distance keeps thin walls, tight corners and tiny scenes opaque.
 #pragma once
 
 #include <difusa/mesh/mesh.h>
@@ -11,14 +11,14 @@ class OwnPlane {
   public:
     explicit OwnPlane(const Mesh& mesh) : mesh_(&mesh), rounding_(mesh.magnitude() * 0x1p-44) {}
 
-    /// True if `met` is the face `own`, or lies in its plane as far as the rounding of coordinates can tell (a
-    /// few hundred units in the last place of the largest coordinate). `height` is how far above the plane of `own`
-    /// the ray meets it, t (n_own · direction): where it is above rounding no plane has to be compared.
+    /// True if `met` is the face `own`, or lies in its plane to within the rounding of coordinates (a few hundred units
+    /// in the last place of the largest coordinate). `height` is how far above the plane of `own` the ray hits it, t
+    /// (n_own · direction): if it is above rounding, planes need not be compared.
     bool exempts(Index own, Index met, double height) const {
         return own != none && (met == own || (height <= rounding_ && coplanar(own, met)));
     }
 
-    /// The distance, in t, within which the hits of a ray of this direction are in one place as far as rounding tells.
+    /// The distance, in t, within which hits of a ray of this direction coincide to within rounding.
     double slack(const Vec3& direction) const { return rounding_ / direction.norm(); }
 
   private:

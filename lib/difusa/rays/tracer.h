@@ -1,4 +1,4 @@
-// Rays against a surface: the one place that asks the visibility engine.
+// Ray casting against a surface: the only code that queries the visibility engine.
 #pragma once
 
 #include <difusa/mesh/mesh.h>
@@ -12,7 +12,7 @@
 
 namespace difusa {
 
-/// A mesh and the engine built over it. A small value that keeps references to both.
+/// A mesh and the engine built over it. A small value type that keeps references to both.
 class Tracer {
   public:
     Tracer(const Mesh& mesh, const Visibility& engine) : mesh_(&mesh), engine_(&engine) {}
@@ -20,18 +20,18 @@ class Tracer {
     const Mesh& mesh() const { return *mesh_; }
     const Visibility& engine() const { return *engine_; }
 
-    /// False: the surface is convex, so that nothing comes between two points of it.
+    /// False if the surface is convex, so that nothing blocks the view between two of its points.
     bool can_block() const { return !mesh_->convex; }
 
     void first_hits(std::span<const Ray> rays, std::span<Hit> hits) const { engine_->first_hits(rays, hits); }
 
-    /// Segments may lead out of the scene. Returns how many were cast.
+    /// Segments may lead out of the scene. Returns the number cast.
     std::size_t occluded(std::span<const Segment> segments, std::span<std::uint8_t> blocked) const {
         engine_->occluded(segments, blocked);
         return segments.size();
     }
 
-    /// The same for segments between points of the surface, which nothing blocks where the surface is convex.
+    /// The same for segments between points of the surface; if it is convex, none is blocked.
     std::size_t occluded_between(std::span<const Segment> segments, std::span<std::uint8_t> blocked) const {
         if (!can_block()) {
             std::fill(blocked.begin(), blocked.end(), std::uint8_t{0});
@@ -45,20 +45,21 @@ class Tracer {
     const Visibility* engine_;
 };
 
-/// What a surface point sees: the rays of one hemisphere and what they meet. Scratch of one thread; keeps references.
+/// What a surface point sees: the rays of one hemisphere and their hits. Scratch of one thread; keeps references.
 class Hemisphere {
   public:
     Hemisphere(const Tracer& tracer, const DirectionPool& pool)
         : tracer_(tracer), pool_(pool), rays_(pool.count()), hits_(pool.count()) {}
 
-    /// Casts the rays of point number `number` (DirectionPool::rays) from x, or from beside it if it is on an edge.
-    /// Where the normal of x is a shading normal, directions below the plane of its face are mirrored to above it: the
-    /// surface that the normal speaks of does not hide them.
+    /// Casts the rays of point number `number` (DirectionPool::rays) from x, or from just beside it if it is on an
+    /// edge. If x has a shading normal, directions below the plane of its face are mirrored to above it, since the
+    /// smooth surface described by that normal does not block them.
     void look(const SurfacePoint& x, std::size_t number);
 
     std::size_t count() const { return rays_.size(); }
 
-    /// Calls `on_front(hit, weight)`, `on_sky(direction, weight)` or neither, for the back of a face, for each ray.
+    /// For each ray calls `on_front(hit, weight)`, `on_sky(direction, weight)` or, if it hits the back of a face,
+    /// neither.
     template <class OnFront, class OnSky> void for_each(const OnFront& on_front, const OnSky& on_sky) const {
         for (std::size_t d = 0; d < hits_.size(); ++d) {
             if (hits_[d].face == none) {

@@ -1,4 +1,4 @@
-// Plugin kind "visibility": which surface a ray meets first, and whether two points see each other.
+// Plugin kind "visibility": the first surface hit by a ray, and whether two points see each other.
 #pragma once
 
 #include <difusa/mesh/mesh.h>
@@ -9,38 +9,38 @@
 
 namespace difusa {
 
-/// A half-line. If it starts on a face, that face and all faces in the same plane (within rounding, see
-/// `OwnPlane`) are not met: a ray that leaves a plane does not come back to it.
+/// A half-line. If it starts on a face, that face and all faces in the same plane (within rounding, see `OwnPlane`) are
+/// not hit: a ray that leaves a plane does not return to it.
 struct Ray {
     Vec3 origin;
-    Vec3 direction;    ///< need not be unit; Hit::t counts in its length
+    Vec3 direction;    ///< need not be unit; Hit::t is in units of its length
     Index face = none; ///< the face it starts on, or none
 };
 
-/// Where a ray first meets the surface, from either side.
+/// The first hit of a ray on the surface, from either side.
 struct Hit {
     Index face = none;                                  ///< none: the ray escapes
-    bool front = false;                                 ///< met on the side that receives and sends light
+    bool front = false;                                 ///< hit on the side that receives and sends light
     double t = std::numeric_limits<double>::infinity(); ///< position = origin + t direction
     double u = 0.0, v = 0.0;                            ///< as SurfacePoint
 };
 
-/// Which of two hits of one ray counts: the nearer one, but a front before a back up to `slack` nearer in t, so that of
-/// the two sheets of a wall without thickness each side sees its own, however their t are rounded; of two equal ones
-/// the lower face number, whatever the order of the search.
+/// Which of two hits of one ray counts: the nearer one, but a front takes precedence over a back up to `slack` nearer
+/// in t, so that each side of a wall without thickness sees its own sheet, however the t are rounded; of two equal ones
+/// the lower face number, whatever the search order.
 inline bool comes_before(const Hit& a, const Hit& b, double slack) {
     const double t_a = a.front ? a.t : a.t + slack, t_b = b.front ? b.t : b.t + slack;
     return t_a < t_b || (t_a == t_b && a.face < b.face);
 }
 
-/// The open segment between two surface points, each with its face (or none) exempt as for rays.
+/// The open segment between two surface points; the face of each (if any) is exempt as for rays.
 struct Segment {
     Vec3 from, to;
     Index from_face = none, to_face = none;
 };
 
-/// A visibility engine over one mesh. Queries are const and safe from many threads at once. Faces block from
-/// both sides.
+/// A visibility engine over one mesh. Queries are const and may run on many threads at once. Faces block from both
+/// sides.
 class Visibility {
   public:
     virtual ~Visibility() = default;

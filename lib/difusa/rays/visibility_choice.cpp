@@ -34,7 +34,7 @@ std::string choose_visibility(const Registry& registry, std::string_view choice,
     if (failures.empty()) {
         throw UsageError(message + "was found in any plugin directory");
     }
-    message += "can be started";
+    message += "starts";
     for (const std::string& failure : failures) {
         message += "; " + failure;
     }

@@ -1,4 +1,4 @@
-// `--visibility auto`: the fastest engine that this machine has.
+// `--visibility auto`: the fastest engine available on this machine.
 #pragma once
 
 #include <difusa/plugin/registry.h>
@@ -10,11 +10,11 @@
 
 namespace difusa {
 
-/// What "auto" tries, in this order; after these any other engine by its name. The answers are the same.
+/// The engines "auto" tries, in this order; then any other engine by its name. They all give the same hits.
 inline constexpr std::array<std::string_view, 2> preferred_visibility{"embree", "cgal"};
 
-/// The engine that `choice` stands for: of "auto" the first that is found and can be started, otherwise the choice
-/// itself. An engine that was passed over because it cannot be started is told in `notes`.
+/// The engine selected by `choice`: for "auto" the first that is found and starts, otherwise the choice itself. Engines
+/// skipped because they do not start are reported in `notes`.
 /// Throws UsageError for an unknown name or a wrong parameter, and if "auto" finds none.
 std::string choose_visibility(const Registry& registry, std::string_view choice, std::vector<std::string>& notes);
 

@@ -1,4 +1,4 @@
-// Ray against triangle without gaps: a ray through a shared edge or vertex meets at least one of the triangles there.
+// Gap-free ray-triangle intersection: a ray through a shared edge or vertex hits at least one of the triangles there.
 // Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1), 2013.
 #pragma once
 
@@ -9,8 +9,8 @@
 
 namespace difusa {
 
-/// A ray prepared for many triangles: axes permuted so that z is the largest of the direction, and a shear that
-/// turns the direction into the z axis.
+/// A ray prepared for many triangles: axes permuted so that z is the largest component of the direction, and a shear
+/// that maps the direction to the z axis.
 class WatertightRay {
   public:
     WatertightRay(const Vec3& origin, const Vec3& direction) : origin_(origin) {
@@ -25,29 +25,29 @@ class WatertightRay {
         shear_y_ = direction[y_] * shear_z_;
     }
 
-    /// How far `meets` may be from the truth, as a length across the ray, for triangles inside the box [low, high]. The
-    /// sheared coordinates of a corner are rounded by less than 6 units of 2^-53 of its distance from the origin, and
-    /// the edge functions by as much again; this is twice the sum.
+    /// Bound on the error of `meets`, as a length across the ray, for triangles inside the box [low, high]. The sheared
+    /// coordinates of a corner are rounded by less than 6 units of 2^-53 of its distance from the origin, and the edge
+    /// functions by as much again; this is twice the sum.
     static double rounding(const Vec3& origin, const Vec3& low, const Vec3& high) {
         return 0x1p-48 * (origin - low).cwiseAbs().cwiseMax((origin - high).cwiseAbs()).maxCoeff();
     }
 
-    /// Where the ray meets the triangle abc.
+    /// The intersection of the ray with the triangle abc.
     struct Meeting {
         double t = 0.0; ///< position = origin + t direction; may be negative
         double u = 0.0, v = 0.0;
         bool front = false; ///< against the normal (b-a)×(c-a)
     };
 
-    /// True if the line of the ray passes through the triangle (border included) at any t. A triangle seen edge-on
-    /// is not met: its neighbours, or the faces of the solid it belongs to, are.
+    /// True if the line of the ray passes through the triangle (border included) at any t. A triangle seen edge-on is
+    /// not hit: its neighbours, or the faces of the solid it belongs to, are.
     bool meets(const Vec3& a, const Vec3& b, const Vec3& c, Meeting& meeting) const {
         const double az = a[z_] - origin_[z_], bz = b[z_] - origin_[z_], cz = c[z_] - origin_[z_];
         const double ax = (a[x_] - origin_[x_]) - shear_x_ * az, ay = (a[y_] - origin_[y_]) - shear_y_ * az;
         const double bx = (b[x_] - origin_[x_]) - shear_x_ * bz, by = (b[y_] - origin_[y_]) - shear_y_ * bz;
         const double cx = (c[x_] - origin_[x_]) - shear_x_ * cz, cy = (c[y_] - origin_[y_]) - shear_y_ * cz;
-        // Each edge function is a difference of two rounded products: exactly opposite for the two triangles of an
-        // edge, so both cannot be missed.
+        // Each edge function is a difference of two rounded products: exactly opposite for the two triangles sharing an
+        // edge, so that both cannot be missed.
         const double U = cx * by - cy * bx;
         const double V = ax * cy - ay * cx;
         const double W = bx * ay - by * ax;

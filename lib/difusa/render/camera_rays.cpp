@@ -13,7 +13,8 @@ CameraRays::CameraRays(const Camera& camera, std::size_t width, std::size_t heig
       height_(static_cast<double>(height)) {
     const Vec3 right = forward_.cross(camera.up.stableNormalized());
     if (!(right.norm() > 1e-9) || !(camera.view_angle > 0.0 && camera.view_angle < std::numbers::pi)) {
-        throw std::invalid_argument("camera: a direction and one upwards across it, and an angle below 180 degrees");
+        throw std::invalid_argument(
+            "camera: needs a direction, an up vector not parallel to it, and an angle below 180 degrees");
     }
     const double half = std::tan(0.5 * camera.view_angle);
     across_ = half * width_ / height_ * right.normalized();

@@ -11,7 +11,7 @@ namespace difusa {
 
 namespace {
 
-/// Linear sRGB of an Oklab colour with the numbers of its author (Ottosson, "A perceptual color space for image
+/// Linear sRGB of an Oklab colour, with the author's coefficients (Ottosson, "A perceptual color space for image
 /// processing", 2020).
 Rgb from_oklab(double L, double a, double b) {
     const auto cube = [](double x) { return x * x * x; };
@@ -50,7 +50,7 @@ std::vector<double> ColourScale::ticks() const {
         }
     }
     const double power = power_of_ten_below((high - low) / 2.0);
-    for (const double factor : {5.0, 2.0}) { // the largest step that leaves three ticks
+    for (const double factor : {5.0, 2.0}) { // the largest step that gives three ticks
         if (const auto values = multiples_in(low, high, factor * power); values.size() >= 3) {
             return values;
         }

@@ -127,7 +127,7 @@ void draw_text(Image& image, const std::string& text, std::ptrdiff_t column, std
 }
 
 void draw_disc(Image& image, double column, double row, double radius, const Rgb& colour) {
-    constexpr int grid = 4; // places a pixel's share is counted at, each way
+    constexpr int grid = 4; // points per direction at which a pixel's coverage is sampled
     const auto first = [&](double middle) { return static_cast<std::ptrdiff_t>(std::floor(middle - radius)); };
     const auto last = [&](double middle) { return static_cast<std::ptrdiff_t>(std::floor(middle + radius)); };
     for (std::ptrdiff_t y = first(row); y <= last(row); ++y) {
@@ -166,7 +166,7 @@ void draw_colour_bar(Image& image, const ColourScale& scale, const std::string& 
     draw_text(image, in, left + unit, unit + 3 * line / 2, size, white);
     const std::ptrdiff_t top = unit + 4 * line, bottom = height - unit - line;
     if (bottom - top < 2) {
-        return; // no room for more than a title
+        return; // room only for a title
     }
     for (std::ptrdiff_t row = top; row < bottom; ++row) {
         const double t = 1.0 - (static_cast<double>(row - top) + 0.5) / static_cast<double>(bottom - top);

@@ -1,4 +1,4 @@
-// Marks on a picture: text, discs, and the bar that explains colours. Places as in CameraRays; colours are linear.
+// Marks on a picture: text, discs, and the colour bar. Points as in CameraRays; colours are linear.
 #pragma once
 
 #include <difusa/core/types.h>
@@ -9,17 +9,16 @@
 
 namespace difusa {
 
-/// Letters of 5 by 7 squares of `size` pixels, six squares apart; the upper left corner of the first is at
-/// (column, row), which may lie outside of the picture. Known are letters (capitals look like small ones, but for W),
-/// digits and . , : + - / ^ ( ) % = _; anything else is a blank.
+/// Letters of 5 by 7 squares of `size` pixels, six squares apart; the upper left corner of the first is at (column,
+/// row), which may be outside the picture. Supported are letters (capitals look like small ones, except W), digits and
+/// . , : + - / ^ ( ) % = _; anything else is a blank.
 void draw_text(Image& image, const std::string& text, std::ptrdiff_t column, std::ptrdiff_t row, std::size_t size,
                const Rgb& colour);
 
-/// Pixels that are partly covered get a part of the colour.
+/// Partly covered pixels are blended with the colour.
 void draw_disc(Image& image, double column, double row, double radius, const Rgb& colour);
 
-/// A bar with ticks and title ("name, unit") at the right edge of the picture, on a panel that darkens what is behind
-/// it.
+/// A bar with ticks and title ("name, unit") at the right edge of the picture, on a panel that darkens the background.
 void draw_colour_bar(Image& image, const ColourScale& scale, const std::string& title);
 
 } // namespace difusa

@@ -52,12 +52,12 @@ Pixel pixel_of(const Rgb& c) {
     return {static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2])};
 }
 
-/// True for what the sky has as well as surfaces.
+/// True for quantities defined for the sky as well as for surfaces.
 bool meets_the_eye(Quantity quantity) {
     return quantity == Quantity::radiosity || quantity == Quantity::direct || quantity == Quantity::group;
 }
 
-/// The progress of a part of a phase as that of the phase.
+/// Maps the progress of part of a phase to that of the phase.
 class PartOfPhase final : public Progress {
   public:
     explicit PartOfPhase(Progress* whole) : whole_(whole) {}
@@ -77,7 +77,7 @@ class PartOfPhase final : public Progress {
     double begin_ = 0.0, share_ = 1.0;
 };
 
-/// Follows a ray from the eye to the first face that is not passed through.
+/// Follows a ray from the eye to the first face that is not skipped.
 Hit follow(const Mesh& mesh, const Visibility& visibility, Ray ray, bool cull_backs) {
     Hit hit;
     double before = 0.0;
@@ -94,7 +94,7 @@ Hit follow(const Mesh& mesh, const Visibility& visibility, Ray ray, bool cull_ba
     return {};
 }
 
-/// Takes the samples of a view, batch after batch.
+/// Computes the samples of a view in batches.
 class Look {
   public:
     Look(const BakeResult& result, const Execution& execution, View& view)
@@ -169,7 +169,7 @@ class Look {
         offset_ = offset;
     }
 
-    /// Values where the rays of the batch ended.
+    /// Values at the hits of the batch's rays.
     void evaluate(std::size_t batch) {
         PointValues light;
         if (lit_ && !points_.empty()) {
@@ -227,13 +227,13 @@ class Look {
         case Quantity::luminance:
             return Rgb::Constant(luminance(of(light.B)));
         case Quantity::sites:
-            // Lit by a lamp at the eye, so that shapes are seen.
+            // Lit by a headlight, so that shapes are visible.
             return Rgb::Constant(0.25 + 0.45 * std::abs(x.normal.dot(directions_[numbers_[p]])));
         case Quantity::error:
         case Quantity::basis:
             break;
         }
-        throw InternalError("picture: a quantity that is not evaluated here");
+        throw InternalError("picture: a quantity not evaluated here");
     }
 
     void add_basis(const Show& show, std::vector<Pixel>& values) {
@@ -251,10 +251,10 @@ class Look {
         });
     }
 
-    /// As BakeResult::error_bound, at the points of the picture.
+    /// Like BakeResult::error_bound, at the points of the picture.
     void add_error(const PointValues& light, std::vector<Pixel>& values) {
         const ErrorEstimate& error = *result_.error;
-        const double anywhere = error.largest / (1.0 - error.largest_reflectance); // of the basis, not of a gather
+        const double anywhere = error.largest / (1.0 - error.largest_reflectance); // for the basis, not for a gather
         Values own = spread_residual(error, basis_, points_, execution_);
         if (view_.options.final_gather > 0) {
             own = light.noise.rowwise().norm();
@@ -287,7 +287,7 @@ class Look {
     PartOfPhase progress_;
     Execution execution_;
     std::vector<Vec3> corner_normals_;
-    bool lit_ = false; ///< some show needs the light
+    bool lit_ = false; ///< some picture needs the light
 
     // Of the batch:
     std::size_t offset_ = 0; ///< number of its first sample
@@ -306,11 +306,10 @@ void check(const BakeResult& result, const ViewOptions& options, const std::vect
                              std::to_string(result.sites->size() - 1));
         }
         if (show.quantity == Quantity::error && !result.error) {
-            throw UsageError("--show error: there is no estimate of the error; leave --error-points 0 out");
+            throw UsageError("--show error: there is no error estimate; remove --error-points 0");
         }
         if (show.quantity == Quantity::error && !(result.error->largest_reflectance < 1.0)) {
-            throw UsageError(
-                "--show error: some surface absorbs nothing (reflectance 1), so that the error has no bound");
+            throw UsageError("--show error: some surface absorbs nothing (reflectance 1), so the error has no bound");
         }
         if (show.quantity == Quantity::group) {
             std::vector<std::string> groups;
@@ -358,7 +357,7 @@ void draw_sites(const BakeResult& result, const ViewOptions& options, Image& ima
             continue;
         }
         const Hit hit = follow(mesh, result.system->tracer().engine(), {camera.eye(), way, none}, options.cull_backs);
-        if (hit.face == site.face || hit.t > 1.0 - 1e-6) { // on an edge another face may be met a little before
+        if (hit.face == site.face || hit.t > 1.0 - 1e-6) { // on an edge another face may be hit slightly earlier
             draw_disc(image, (*place)[0], (*place)[1], dot_radius, dot_colour);
         }
     }

@@ -1,5 +1,4 @@
-// Pictures of a bake, without a display: rays through each pixel, what they meet, and what is known about the light
-// there.
+// Pictures of a bake, without a display: rays through each pixel, their hits, and the light there.
 #pragma once
 
 #include <difusa/bake.h>
@@ -19,7 +18,7 @@ namespace difusa {
 /// What a picture can show.
 enum class Quantity {
     radiosity,           ///< E + rho H
-    direct,              ///< E + rho H_direct: as if nothing reflected light but what one looks at
+    direct,              ///< E + rho H_direct: as if only the visible surface reflected light
     indirect,            ///< rho H_indirect, the rest
     group,               ///< the radiosity of one light group
     irradiance,          ///< H
@@ -29,7 +28,7 @@ enum class Quantity {
     reflectance,         ///< rho
     luminance,           ///< of the radiosity, by Rec. 709
     error,               ///< the bound of BakeResult::error_bound
-    basis,               ///< an element of the basis, or the sum of all
+    basis,               ///< one basis element, or the sum of all
     sites                ///< dots on pale surfaces
 };
 
@@ -37,45 +36,45 @@ enum class Quantity {
 enum class Colouring { light, plain, map, dots };
 Colouring colouring_of(Quantity quantity);
 
-/// What one picture shows.
+/// The content of one picture.
 struct Show {
     Quantity quantity = Quantity::radiosity;
     std::string group;            ///< name of the light group
     std::optional<Index> element; ///< of the basis; absent: the sum
-    std::string title;            ///< over the colour bar, "luminance, W/m^2"
+    std::string title;            ///< above the colour bar, "luminance, W/m^2"
 };
 
-/// A name as a user types it: "radiosity", "irradiance-direct", "group:NAME". Throws UsageError with the nearest name
+/// A name as typed by a user: "radiosity", "irradiance-direct", "group:NAME". Throws UsageError with the nearest name
 /// and all names.
 Show parse_show(const std::string& text);
 
 struct ViewOptions {
     Camera camera;
     std::size_t width = 800, height = 600;
-    std::size_t samples = 4;      ///< for each pixel, a square number
-    bool cull_backs = false;      ///< rays pass through the backs of faces
+    std::size_t samples = 4;      ///< per pixel, a square number
+    bool cull_backs = false;      ///< rays pass through back faces
     std::size_t final_gather = 0; ///< rays from each sample; 0: the basis is evaluated
-    std::uint64_t seed = 1;       ///< places of the samples
+    std::uint64_t seed = 1;       ///< for the positions of the samples
 };
 
-/// What a camera ray met.
+/// What a camera ray hit.
 enum class Seen : std::uint8_t { surface, lamp, back, nothing };
 
-/// The samples of a picture: options.samples for each pixel beside each other, pixels row after row from the top.
+/// The samples of a picture: options.samples per pixel, adjacent, pixels row by row from the top.
 struct View {
     ViewOptions options;
     std::vector<Show> shows;
     std::vector<Seen> seen;
-    std::vector<std::vector<std::array<float, 3>>> values; ///< of each show; of scalars, three equal ones
-    std::size_t rays = 0, segments = 0;                    ///< cast, but for the camera's
+    std::vector<std::vector<std::array<float, 3>>> values; ///< of each show; for scalars, three equal ones
+    std::size_t rays = 0, segments = 0;                    ///< cast, excluding the camera's
 };
 
-/// Throws UsageError for a size or a number of samples that cannot be.
+/// Throws UsageError for an invalid size or number of samples.
 void check_view(const ViewOptions& options);
 
-/// Looks at a bake. Colours of light that meets the eye (radiosity, direct, group) are those of the sky where nothing
-/// is met, as radiosities, pi times the radiance; all else is 0 there, and on backs. Bit-identical for any number of
-/// threads. Throws UsageError for an element, a group or an estimate of the error that is not there, ResourceError.
+/// Renders a bake. Light that reaches the eye (radiosity, direct, group) is that of the sky where rays hit nothing, as
+/// radiosity, pi times the radiance; everything else is 0 there, and on backs. Bit-identical for any number of threads.
+/// Throws UsageError for a missing element, group or error estimate, ResourceError.
 View look(const BakeResult& result, const ViewOptions& options, const std::vector<Show>& shows,
           const Execution& execution);
 
@@ -83,23 +82,23 @@ View look(const BakeResult& result, const ViewOptions& options, const std::vecto
 struct Development {
     double exposure = 1.0;
     ToneCurve curve = ToneCurve::linear;
-    ColourScale scale;             ///< for those that are mapped
-    std::optional<Rgb> background; ///< linear, shown as it is where nothing is met
+    ColourScale scale;             ///< for shows in false colours
+    std::optional<Rgb> background; ///< linear, shown as is where rays hit nothing
 };
 
-/// exposure_for the luminances of a show on surfaces that are no lamps; where there are none, of all that is met.
+/// exposure_for the luminances of a show on non-emitting surfaces; if there are none, of all hits.
 double exposure_of(const View& view, std::size_t show);
 
-/// scale_for its values on surfaces, those of lamps left out for the luminance.
+/// scale_for its values on surfaces, excluding emitting ones for the luminance.
 ColourScale scale_of(const View& view, std::size_t show, bool logarithmic);
 
-/// Linear display values: each pixel is the mean of its samples, each as the eye would see it: mapped first, so that
-/// the edge of a bright lamp is as smooth as any other. Backs are dark grey. Sites are seen as dots of a radius of two
-/// pixels, colour maps are explained by a bar.
+/// Linear display values: each pixel is the mean of its tone-mapped samples; mapping first makes the edge of a bright
+/// area light as smooth as any other. Backs are dark grey. Sites appear as dots with a radius of two pixels, and false
+/// colours get a colour bar.
 Image develop(const BakeResult& result, const View& view, std::size_t show, const Development& how,
               const Execution& execution);
 
-/// Linear values as they are: means of each pixel's samples; of light that meets the eye radiances, W/(m² sr).
+/// Unmapped linear values: means of each pixel's samples; radiances, W/(m² sr), for light that reaches the eye.
 Image linear_picture(const View& view, std::size_t show, const std::optional<Rgb>& background);
 
 } // namespace difusa

@@ -16,14 +16,14 @@ namespace {
 
 constexpr double outside_angle = 0.7, inside_angle = 1.1; ///< 40° and 63°
 
-/// "Right" and "ahead" of who stands upright: along x and y if up is +z, along x and -z if it is +y.
+/// "Right" and "ahead" of an upright observer: along x and y if up is +z, along x and -z if it is +y.
 std::pair<Vec3, Vec3> level(const Vec3& up) {
     const Vec3 axis = std::abs(up.x()) < 0.9 ? Vec3::UnitX() : Vec3::UnitY();
     const Vec3 right = (axis - axis.dot(up) * up).normalized();
     return {right, up.cross(right)};
 }
 
-/// A camera from outside, in this direction, that just has the whole bounding box in its picture.
+/// A camera outside, looking in this direction, that just fits the whole bounding box into its picture.
 Camera from_outside(const Mesh& mesh, const Vec3& towards, const Vec3& up, double view_angle, double aspect) {
     Camera camera{Vec3::Zero(), towards.normalized(), up, view_angle};
     const Vec3 right = camera.towards.cross(up).normalized(), upwards = right.cross(camera.towards);
@@ -42,7 +42,7 @@ Camera from_outside(const Mesh& mesh, const Vec3& towards, const Vec3& up, doubl
     return camera;
 }
 
-/// The share of fronts in what is met.
+/// The share of fronts among the hits.
 double share_of_fronts(const Camera& camera, const Visibility& visibility, double aspect, bool cull_backs) {
     constexpr std::size_t rows = 24;
     const auto columns = static_cast<std::size_t>(std::max(1.0, std::round(aspect * rows)));
@@ -64,7 +64,7 @@ double share_of_fronts(const Camera& camera, const Visibility& visibility, doubl
     return met > 0 ? static_cast<double>(fronts) / static_cast<double>(met) : 0.0;
 }
 
-/// Views that may show a scene, those that people like first.
+/// Candidate views of a scene, preferred ones first.
 std::vector<Camera> views(const Mesh& mesh, const Vec3& up, const CameraWishes& wishes, double aspect) {
     const auto [right, ahead] = level(up);
     const double outside = wishes.view_angle.value_or(outside_angle), inside = wishes.view_angle.value_or(inside_angle);
@@ -109,7 +109,7 @@ Camera place_camera(const CameraWishes& wishes, const std::optional<Camera>& of_
                     const Visibility& visibility, double aspect) {
     const bool aimed = wishes.look_at || wishes.towards;
     if (wishes.look_at && wishes.towards) {
-        throw UsageError("--look-at and --towards both say where the camera looks: give one of them");
+        throw UsageError("--look-at and --towards both say where the camera looks: give only one of them");
     }
     Camera camera;
     if (!of_scene && !wishes.eye && !aimed) {
@@ -125,7 +125,7 @@ Camera place_camera(const CameraWishes& wishes, const std::optional<Camera>& of_
     camera.up = wishes.up ? wishes.up->stableNormalized() : camera.up;
     if (!of_scene && !wishes.eye) {
         if (wishes.look_at) {
-            throw UsageError("--look-at: from where? Give --eye X,Y,Z as well, or --towards X,Y,Z alone");
+            throw UsageError("--look-at: needs a viewpoint: give --eye X,Y,Z as well, or only --towards X,Y,Z");
         }
         if (!(wishes.towards->stableNormalized().cross(camera.up).norm() > 1e-6)) {
             throw UsageError("the camera looks along --up: give --up X,Y,Z another direction");
@@ -138,7 +138,7 @@ Camera place_camera(const CameraWishes& wishes, const std::optional<Camera>& of_
     } else if (wishes.look_at || !of_scene) {
         const Vec3 way = wishes.look_at.value_or(0.5 * (mesh.low + mesh.high)) - camera.eye;
         if (!(way.stableNorm() > 0.0)) {
-            throw UsageError("--eye is where the camera looks at: give --look-at or --towards another place");
+            throw UsageError("--eye is the point the camera looks at: give --look-at another point, or use --towards");
         }
         camera.towards = way.stableNormalized();
     }

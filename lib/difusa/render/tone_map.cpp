@@ -20,7 +20,7 @@ double exposure_for(std::vector<float> luminances) {
     }
     const auto bright = luminances.begin() + std::lround(0.95 * static_cast<double>(luminances.size() - 1));
     std::nth_element(luminances.begin(), bright, luminances.end());
-    // Where light is confined to less than a twentieth of the picture, all of it counts.
+    // If light is confined to less than a twentieth of the picture, all of it counts.
     const float value = *bright > 0.0F ? *bright : *std::max_element(luminances.begin(), luminances.end());
     return value > 0.0F ? 0.9 / static_cast<double>(value) : 1.0;
 }

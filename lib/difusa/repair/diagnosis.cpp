@@ -27,7 +27,7 @@ struct Triangles {
     std::size_t size() const { return corners.size(); }
 };
 
-/// Which points a face of the file names.
+/// The points a face of the file uses.
 std::vector<char> used_points(const PolygonSoup& soup) {
     std::vector<char> used(soup.points.size(), 0);
     for (const Index corner : soup.corners) {
@@ -41,7 +41,7 @@ std::vector<char> used_points(const PolygonSoup& soup) {
                      ". Correct the order of its corners, or cut it into triangles.");
 }
 
-/// Cuts all faces into triangles with an area.
+/// Splits all faces into triangles of nonzero area.
 Triangles cut_faces(const PolygonSoup& soup, const std::vector<Index>& place, FindingList& found) {
     Triangles result;
     result.corners.reserve(soup.corners.size());
@@ -61,7 +61,7 @@ Triangles cut_faces(const PolygonSoup& soup, const std::vector<Index>& place, Fi
             found.at_face(places < 3 ? Defect::too_few_corners : Defect::zero_area_faces, f, where);
             continue;
         }
-        // Faces on the same corners are to be cut in the same way, whatever corner and direction they start with.
+        // Faces on the same corners must be split the same way, whatever corner and direction they start with.
         const bool reversed = outline.size() > 3 && make_canonical(outline);
         corners.clear();
         for (const Corner& corner : outline) {
@@ -104,13 +104,12 @@ Triangles cut_faces(const PolygonSoup& soup, const std::vector<Index>& place, Fi
     return result;
 }
 
-/// Removes triangles that repeat an earlier one with the same orientation, and reports those that lie back to
-/// back with one.
+/// Removes triangles that repeat an earlier one with the same orientation, and reports those back to back with one.
 void remove_duplicates(const PolygonSoup& soup, Triangles& triangles, FindingList& found) {
     struct Entry {
         std::array<Index, 3> place; ///< ascending
         Index triangle;
-        bool odd; ///< the corners run against that order
+        bool odd; ///< the corners run in the opposite order
     };
     std::vector<Entry> entries;
     entries.reserve(triangles.size());
@@ -169,7 +168,7 @@ void remove_duplicates(const PolygonSoup& soup, Triangles& triangles, FindingLis
     triangles = std::move(kept);
 }
 
-/// Refuses a mesh without a face, and says where they went.
+/// Rejects a mesh without faces, and says what became of them.
 void refuse_empty(const PolygonSoup& soup, const FindingList& found) {
     std::string message = file_prefix(soup, 0);
     if (soup.face_count() == 0) {
@@ -247,7 +246,7 @@ Mesh make_mesh(const PolygonSoup& soup, const Triangles& triangles, const std::v
     return mesh;
 }
 
-/// Turns triangle t over.
+/// Flips triangle t.
 void turn(Mesh& mesh, std::size_t t) {
     std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
     if (!mesh.corner_reflectance.empty()) {
@@ -258,7 +257,7 @@ void turn(Mesh& mesh, std::size_t t) {
     }
 }
 
-/// Turns faces so that neighbours agree, and reports where they cannot.
+/// Flips faces so that neighbours agree, and reports where they cannot.
 void orient_faces(const PolygonSoup& soup, const Edges& edges, Mesh& mesh, FindingList& found) {
     std::vector<double> area;
     area.reserve(mesh.triangles.size());
@@ -281,7 +280,7 @@ void orient_faces(const PolygonSoup& soup, const Edges& edges, Mesh& mesh, Findi
     }
 }
 
-/// Reports borders, and edges and vertices that are not manifold.
+/// Reports borders, and non-manifold edges and vertices.
 void report_topology(const Edges& edges, const Mesh& mesh, FindingList& found) {
     edges.for_each([&](Index low, Index high, std::span<const EdgeSide> sides) {
         if (sides.size() != 2) {
@@ -328,13 +327,14 @@ void report_crossings(const Mesh& mesh, FindingList& found) {
     }
 }
 
-/// The corners of a triangle, from the least number on: equal for triangles with the same corners and the same front.
+/// The corners of a triangle, starting at the lowest number: equal for triangles with the same corners and the same
+/// front.
 std::array<Index, 3> from_least(std::array<Index, 3> corners) {
     std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
     return corners;
 }
 
-/// Gives each triangle of a double-sided material another that is its back, unless there is one.
+/// Gives each triangle of a double-sided material a second one as its back, unless there is one already.
 void add_backs(const PolygonSoup& soup, Mesh& mesh, FindingList& found) {
     const std::size_t count = mesh.triangles.size();
     const auto double_sided = [&](std::size_t t) {
@@ -384,14 +384,14 @@ void add_backs(const PolygonSoup& soup, Mesh& mesh, FindingList& found) {
 DiagnosedMesh diagnose(const PolygonSoup& soup) {
     FindingList found(soup);
 
-    // 1. What no repair could guess is refused.
+    // 1. What no repair could guess is rejected.
     check_soup(soup);
 
-    // 2. Points at the same place become one, so that faces which touch are connected.
+    // 2. Coincident points are merged, so that faces that touch are connected.
     const std::vector<char> used = used_points(soup);
     const std::vector<Index> place = first_at_place(soup.points, used);
 
-    // 3. Faces become triangles with an area, each of them once.
+    // 3. Faces become triangles of nonzero area, each of them once.
     Triangles triangles = cut_faces(soup, place, found);
     remove_duplicates(soup, triangles, found);
     if (triangles.size() == 0) {
@@ -400,13 +400,13 @@ DiagnosedMesh diagnose(const PolygonSoup& soup) {
     DiagnosedMesh result;
     result.mesh = make_mesh(soup, triangles, used, place, found);
 
-    // 4. Neighbours agree on their fronts. Turning a face changes no edge, only the direction it is run along.
+    // 4. Neighbours agree on their fronts. Flipping a face changes no edge, only the direction it is traversed in.
     const Edges edges(result.mesh.triangles, result.mesh.points.size());
     orient_faces(soup, edges, result.mesh, found);
     report_topology(edges, result.mesh, found);
     report_crossings(result.mesh, found);
 
-    // 5. Backs that are fronts too. Nothing above takes them for defects.
+    // 5. Backs that act as fronts too. Nothing above treats them as defects.
     add_backs(soup, result.mesh, found);
 
     result.mesh.derive();

@@ -1,4 +1,4 @@
-// What is wrong with a mesh file, found, counted, located, and mended or refused.
+// The defects of a mesh file: found, counted, located, and repaired or rejected.
 #pragma once
 
 #include <difusa/mesh/mesh.h>
@@ -12,49 +12,49 @@ namespace difusa {
 /// One kind of defect and what became of it.
 struct Finding {
     std::string code;                ///< stable name for reports, see the list at `diagnose`
-    std::size_t count = 0;           ///< how many places
+    std::size_t count = 0;           ///< how many occurrences
     std::vector<std::string> places; ///< the first three, "face 12 (line 40) near (1, 2, 3)"; numbers from 0
-    std::string remedy;              ///< what was done, for example "left out"; empty if nothing had to be
+    std::string remedy;              ///< what was done, for example "left out"; empty if nothing was needed
     bool repaired = false;           ///< true: the surface differs from the file; false: only worth knowing
 
-    /// One line for a person: "3 zero-area faces: left out (face 12 (line 40) near (1, 2, 3); ...)".
+    /// One line for the user: "3 zero-area faces: left out (face 12 (line 40) near (1, 2, 3); ...)".
     std::string message() const;
 };
 
 struct Diagnosis {
     std::vector<Finding> findings; ///< each code at most once, in the order of the list at `diagnose`
     std::size_t file_faces = 0, file_points = 0;
-    std::vector<SoupPart> parts; ///< the mesh files of a scene file; empty: it is one itself
+    std::vector<SoupPart> parts; ///< the mesh files of a scene file; empty for a single mesh file
 };
 
-/// A mesh fit for baking, and the report of what it took.
+/// A mesh fit for baking, and the report of its repairs.
 struct DiagnosedMesh {
     Mesh mesh; ///< derived; `material` numbers soup.materials, or equals soup.materials.size() for faces without one.
-               ///< Behind the triangles of the file, the backs of those whose material is double-sided
+               ///< The triangles of the file are followed by the backs of those with double-sided materials
     Diagnosis diagnosis;
 };
 
-/// Judges and repairs a soup. Points and triangles of the mesh are in the order of the file; the
-/// backs that double-sided materials add come last.
+/// Checks and repairs a soup. Points and triangles of the mesh are in the order of the file; the backs added for
+/// double-sided materials come last.
 ///
-/// Refused (InputError naming file, line or face, coordinates and remedy): an index out of range; in a used point, a
-/// coordinate that is NaN, infinite or beyond 1e75; a polygon that crosses itself; in a used material or vertex
-/// colour, a reflectance outside [0,1] or a negative or non-finite emission; a mesh without any face left.
-/// ResourceError: more than 1.4e9 corners.
+/// Rejected (InputError naming file, line or face, coordinates and remedy): an index out of range; in a used point, a
+/// coordinate that is NaN, infinite or beyond 1e75; a polygon that crosses itself; in a used material or vertex colour,
+/// a reflectance outside [0,1] or a negative or non-finite emission; a mesh left without any face. ResourceError: more
+/// than 1.4e9 corners.
 ///
 /// Repaired:
-///   repeated-corners          faces with corners at the place of the one before, or sides that run out and straight
+///   repeated-corners          faces with corners at the position of the one before, or sides that run out and straight
 ///                             back: these are removed
 ///   too-few-corners           faces with fewer than three distinct corners: left out
-///   zero-area-faces           faces whose corners lie on one line within the rounding of their coordinates: left out
-///   zero-area-pieces          triangles of polygons of which the same holds: left out
+///   zero-area-faces           faces whose corners are collinear to within the rounding of their coordinates: left out
+///   zero-area-pieces          triangles of polygons for which the same holds: left out
 ///   duplicate-faces           faces on the same corners as earlier ones, with the same front: left out
-///   duplicate-pieces          triangles of polygons that so repeat part of an earlier face: left out
-///   duplicate-points          points at exactly the place of earlier ones: merged (colours stay with the corners)
-///   unreferenced-points       points no face names: left out, whatever their coordinates
+///   duplicate-pieces          triangles of polygons that repeat part of an earlier face in this way: left out
+///   duplicate-points          points at exactly the position of earlier ones: merged (colours stay with the corners)
+///   unreferenced-points       points used by no face: left out, whatever their coordinates
 ///   orphaned-points           points of faces that were left out: left out
-///   inconsistent-orientation  faces turned against the rest of the piece they are connected to across edges of two
-///                             triangles: those with the lesser area in all are turned over
+///   inconsistent-orientation  faces oriented against the rest of the piece they are connected to across edges of two
+///                             triangles: those with the smaller total area are turned over
 ///   non-planar-polygons       corners farther from the mean plane than 1e-6 of the diameter: cut into triangles
 ///
 /// Only reported:
@@ -62,18 +62,17 @@ struct DiagnosedMesh {
 ///   concave-polygons          cut into triangles
 ///   polygons                  all faces with more than three corners: cut into triangles
 ///   two-sided-sheets          faces on the same corners as earlier ones, with the opposite front: both kept
-///   double-sided-faces        faces of double-sided materials: each triangle gets another that is its back, unless the
+///   double-sided-faces        faces of double-sided materials: each triangle gets a second one as its back, unless the
 ///                             file has it already
 ///   non-manifold-edges        edges of three or more triangles
-///   non-manifold-vertices     vertices where parts touch that have no edge in common there
+///   non-manifold-vertices     vertices where parts touch that share no edge there
 ///   border-edges              edges of one triangle
-///   crossing-faces            pairs of faces that pass through each other (mesh/crossing_faces.h); not faces that
-///   overlap in one
-///                             plane or that stand on each other
-///   crossing-faces-unknown    faces that cross were not looked for, as too many lie close together
+///   crossing-faces            pairs of faces that pass through each other (mesh/crossing_faces.h); not coplanar faces
+///                             that overlap, nor faces that stand on each other
+///   crossing-faces-unknown    crossing faces were not searched for, as too many are close together
 ///
-/// Nothing disappears uncounted: the faces of the file are those with triangles in the mesh and those of
-/// too-few-corners, zero-area-faces and duplicate-faces; the points of the file are those of the mesh and
+/// Nothing disappears uncounted: the faces of the file are those with triangles in the mesh plus those counted under
+/// too-few-corners, zero-area-faces and duplicate-faces; the points of the file are those of the mesh plus
 /// duplicate-points, unreferenced-points and orphaned-points.
 DiagnosedMesh diagnose(const PolygonSoup& soup);
 

@@ -25,30 +25,30 @@ constexpr std::array<Wording, static_cast<std::size_t>(Defect::count)> wordings{
     {"zero-area-faces", "zero-area face", "zero-area faces", "left out", true},
     {"zero-area-pieces", "zero-area triangle of a polygon", "zero-area triangles of polygons", "left out", true},
     {"duplicate-faces", "duplicate face", "duplicate faces", "left out, the first of each kept", true},
-    {"duplicate-pieces", "triangle of a polygon that covers another face again",
-     "triangles of polygons that cover other faces again", "left out, the first of each kept", true},
-    {"duplicate-points", "point at the place of another", "points at the places of others", "merged", true},
+    {"duplicate-pieces", "triangle of a polygon duplicating another face",
+     "triangles of polygons duplicating other faces", "left out, the first of each kept", true},
+    {"duplicate-points", "point coinciding with another", "points coinciding with others", "merged", true},
     {"unreferenced-points", "point without a face", "points without a face", "left out", true},
     {"orphaned-points", "point of left-out faces only", "points of left-out faces only", "left out", true},
-    {"inconsistent-orientation", "face turned against its neighbours", "faces turned against their neighbours",
+    {"inconsistent-orientation", "face oriented against its neighbours", "faces oriented against their neighbours",
      "turned over", true},
-    {"one-sided-pieces", "piece of the surface that cannot be oriented (as a Möbius strip)",
-     "pieces of the surface that cannot be oriented (as a Möbius strip)",
+    {"one-sided-pieces", "piece of the surface that cannot be oriented (like a Möbius strip)",
+     "pieces of the surface that cannot be oriented (like a Möbius strip)",
      "left as they are: their fronts change sides somewhere", false},
     {"non-planar-polygons", "non-planar polygon", "non-planar polygons",
-     "cut into triangles, which decide the surface between the corners", true},
+     "cut into triangles, which define the surface between the corners", true},
     {"concave-polygons", "concave polygon", "concave polygons", "cut into triangles", false},
     {"polygons", "polygon with more than three corners", "polygons with more than three corners", "cut into triangles",
      false},
     {"two-sided-sheets", "face back to back with another", "faces back to back with others", "", false},
     {"double-sided-faces", "face of a double-sided material", "faces of double-sided materials",
-     "their backs are fronts too", false},
+     "their backs act as fronts too", false},
     {"non-manifold-edges", "edge of three or more triangles", "edges of three or more triangles", "", false},
     {"non-manifold-vertices", "vertex where separate parts touch", "vertices where separate parts touch", "", false},
     {"border-edges", "border edge", "border edges", "", false},
-    {"crossing-faces", "pair of faces that cross", "pairs of faces that cross", "", false},
-    {"crossing-faces-unknown", "search for faces that cross", "searches for faces that cross",
-     "given up, since too many lie close together", false},
+    {"crossing-faces", "pair of crossing faces", "pairs of crossing faces", "", false},
+    {"crossing-faces-unknown", "search for crossing faces", "searches for crossing faces",
+     "given up, since too many are close together", false},
 }};
 
 std::string with_line(const char* kind, std::size_t number, std::uint32_t line) {
@@ -67,7 +67,7 @@ std::string file_prefix(const PolygonSoup& soup, std::uint32_t line) {
 
 namespace {
 
-/// The part that `number` belongs to by its `first`; null if the soup is of one file.
+/// The part that `number` belongs to by its `first`; null if the soup comes from one file.
 const SoupPart* part_of(const PolygonSoup& soup, std::size_t SoupPart::*first, std::size_t number) {
     const auto next = std::upper_bound(soup.parts.begin(), soup.parts.end(), number,
                                        [&](std::size_t n, const SoupPart& part) { return n < part.*first; });

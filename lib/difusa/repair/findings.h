@@ -1,4 +1,4 @@
-// Collects what a diagnosis finds: counts everything, remembers the first few places.
+// Collects the findings of a diagnosis: counts everything, remembers the first few places.
 #pragma once
 
 #include <difusa/repair/diagnosis.h>
@@ -36,14 +36,14 @@ enum class Defect : std::size_t {
     count
 };
 
-/// "room.obj:40: " or, where lines are unknown, "room.obj: ".
+/// "room.obj:40: ", or "room.obj: " where lines are unknown.
 std::string file_prefix(const PolygonSoup& soup, std::uint32_t line);
 
-/// The same for the file and the line of a face.
+/// The same for the file and line of a face.
 std::string face_prefix(const PolygonSoup& soup, std::size_t face);
 
-/// "face 12 (line 40)"; faces and points are numbered from 0. Of a soup that was put together from several files:
-/// "face 12 (line 40) of room.obj", numbered as in that file.
+/// "face 12 (line 40)"; faces and points are numbered from 0. For a soup assembled from several files: "face 12 (line
+/// 40) of room.obj", numbered as in that file.
 std::string face_name(const PolygonSoup& soup, std::size_t face);
 
 /// "point 7 (line 9)".
@@ -60,18 +60,18 @@ class FindingList {
     /// The soup must outlive the list.
     explicit FindingList(const PolygonSoup& soup) : soup_(soup) {}
 
-    /// One more defect, at a face near a position.
+    /// Records a defect at a face near a position.
     void at_face(Defect defect, std::size_t face, const Vec3& position);
 
-    /// One more defect, of two faces that meet near a position.
+    /// Records a defect of two faces that meet near a position.
     void at_faces(Defect defect, std::size_t face, std::size_t other, const Vec3& position);
 
-    /// One more defect, at a point of the file.
+    /// Records a defect at a point of the file.
     void at_point(Defect defect, std::size_t point);
 
     std::size_t count(Defect defect) const { return entries_[static_cast<std::size_t>(defect)].count; }
 
-    /// The kinds that were found.
+    /// The kinds found.
     std::vector<Finding> findings() const;
 
   private:

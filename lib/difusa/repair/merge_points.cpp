@@ -21,7 +21,7 @@ std::uint64_t hash(const Vec3& point) {
 } // namespace
 
 std::vector<Index> first_at_place(std::span<const Vec3> points, std::span<const char> used) {
-    // Sorting short keys is much faster than sorting coordinates; those settle what equal keys leave open.
+    // Sorting short keys is much faster than sorting coordinates, which resolve ties between equal keys.
     struct Entry {
         std::uint64_t key;
         Index point;

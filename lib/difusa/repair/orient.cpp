@@ -49,7 +49,7 @@ Orientation orient(const Edges& edges, std::span<const Index> face, std::span<co
         }
     }
 
-    // 4. The lesser one is turned.
+    // 4. The smaller one is flipped.
     for (std::size_t f = 0; f < face_count; ++f) {
         const ParitySets::Place place = pieces.find(static_cast<Index>(f));
         const Balance& piece = balance[place.root];

@@ -1,4 +1,4 @@
-// What a mesh file says, before anyone judges it: polygons over points, doubles kept, nothing dropped.
+// The content of a mesh file before any checks: polygons over points, doubles kept, nothing dropped.
 #pragma once
 
 #include <difusa/core/types.h>
@@ -15,7 +15,7 @@
 
 namespace difusa {
 
-/// A mesh file among several that make a scene. Its faces and points are those up to the next part's first ones.
+/// One of several mesh files that make up a scene. Its faces and points are those up to the next part's first ones.
 struct SoupPart {
     std::string file;
     std::size_t first_face = 0, first_point = 0;
@@ -33,31 +33,32 @@ struct PolygonSoup {
     std::vector<Index> face_material;   ///< #F, number in `materials`, or `none` (the caller's default)
     std::vector<Rgb> point_reflectance; ///< empty, or #P: vertex colours as linear reflectance
 
-    bool colours_by_material = false; ///< vertex colours are of materials that ask for them, not of faces without one
+    bool colours_by_material =
+        false; ///< vertex colours apply to materials that request them, not to faces without a material
 
     /// Empty, or #C: texture coordinates of the corners; NaN where the file has none.
     std::vector<TextureCoordinates> corner_texture;
 
     Lights lights;
     std::optional<Camera> camera;
-    std::optional<Rgb> default_reflectance; ///< of faces without a material; absent: the caller's
+    std::optional<Rgb> default_reflectance; ///< for faces without a material; absent: the caller's
 
-    /// Where things stand in the file, for messages: line numbers from 1 (0 = unknown: binary files).
+    /// Positions in the file, for messages: line numbers from 1 (0 = unknown: binary files).
     std::vector<std::uint32_t> point_line; ///< empty, or #P
     std::vector<std::uint32_t> face_line;  ///< empty, or #F
 
-    /// Empty, or the mesh files the soup was put together from, in their order.
+    /// Empty, or the mesh files the soup was assembled from, in order.
     std::vector<SoupPart> parts;
 
-    /// What the reader noticed that the user should know ("2 lines of kind `l` carry no surface").
+    /// Notes of the reader for the user ("2 lines of kind `l` carry no surface").
     std::vector<std::string> notes;
 
     std::size_t face_count() const { return first_corner.size() - 1; }
-    /// True if faces without a material take their reflectance from the colours of their corners.
+    /// True if faces without a material take their reflectance from their corner colours.
     bool faces_are_painted() const { return !point_reflectance.empty() && !colours_by_material; }
 
-    /// True if face f takes its reflectance from the colours of its corners: its material says so, or it has none
-    /// and the points have colours for all.
+    /// True if face f takes its reflectance from its corner colours: its material says so, or it has none and the
+    /// points have colours for such faces.
     bool painted(std::size_t f) const {
         const Index material = face_material[f];
         return material == none ? faces_are_painted() : materials[material].vertex_colours;

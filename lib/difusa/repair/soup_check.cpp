@@ -11,7 +11,7 @@ namespace difusa {
 
 namespace {
 
-/// Areas are products of two lengths, and are multiplied and squared again later on.
+/// Areas are products of two lengths, and are later multiplied and squared again.
 constexpr double largest_coordinate = 1e75;
 
 bool is_reflectance(const Rgb& rho) {
@@ -25,7 +25,7 @@ std::string channels(const Rgb& colour) {
     return text.str();
 }
 
-/// What every reader guarantees.
+/// Guaranteed by every reader.
 void check_shape(const PolygonSoup& soup) {
     DIFUSA_REQUIRE(!soup.first_corner.empty() && soup.first_corner.front() == 0 &&
                    soup.first_corner.back() == soup.corners.size());
@@ -42,7 +42,7 @@ void check_shape(const PolygonSoup& soup) {
     }
     if (soup.points.size() >= none || faces >= none || soup.corners.size() >= none / 3) {
         throw ResourceError(soup.file + ": has " + std::to_string(soup.corners.size()) +
-                            " corners of faces, more than can be numbered (1.4e9). Split the file.");
+                            " face corners, more than the limit of 1.4e9. Split the file.");
     }
 }
 
@@ -61,14 +61,14 @@ void check_material(const PolygonSoup& soup, std::size_t face) {
             throw InputError(file_prefix(soup, 0) + "material \"" + material.name + "\", used by " +
                              face_name(soup, face) + ", has a texture that takes the reflectance up to (" +
                              channels(most) +
-                             "). A surface reflects no more than all (1) of the light: dim the "
-                             "picture, or its factor.");
+                             "). A surface cannot reflect more than all (1) of the light: dim the "
+                             "image, or its factor.");
         }
     }
     if (!((material.emission >= 0.0).all() && material.emission.isFinite().all())) {
         throw InputError(file_prefix(soup, 0) + "material \"" + material.name + "\", used by " + face_name(soup, face) +
                          ", has the emission (" + channels(material.emission) +
-                         "). Emitted radiosity is finite and not negative: correct it.");
+                         "). Emitted radiosity must be finite and non-negative: correct it.");
     }
 }
 
@@ -76,9 +76,10 @@ void check_index(const PolygonSoup& soup, std::size_t face, Index corner) {
     if (corner >= soup.points.size()) {
         const std::string named =
             corner == none ? "a point before the first" : "point " + std::to_string(corner) + " (counting from 0)";
-        throw InputError(face_prefix(soup, face) + face_name(soup, face) + " names " + named + ", but the file has " +
-                         std::to_string(soup.points.size()) +
-                         " points. Correct the number or remove the face; if points are missing, write the file anew.");
+        throw InputError(
+            face_prefix(soup, face) + face_name(soup, face) + " refers to " + named + ", but the file has " +
+            std::to_string(soup.points.size()) +
+            " points. Correct the number or remove the face; if points are missing, export the file again.");
     }
 }
 
@@ -93,7 +94,7 @@ void check_corner(const PolygonSoup& soup, std::size_t face, Index corner) {
     if (!(point.cwiseAbs().maxCoeff() <= largest_coordinate)) {
         throw InputError(face_prefix(soup, face) + point_name(soup, corner) + ", a corner of " + face_name(soup, face) +
                          ", is at " + coordinates(point) +
-                         ". Areas of such size exceed what numbers hold: use a larger unit of length.");
+                         ". Areas of that size overflow: use a larger unit of length.");
     }
 }
 

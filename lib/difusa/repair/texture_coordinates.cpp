@@ -11,7 +11,7 @@ void settle_textures(PolygonSoup& soup) {
     if (std::none_of(soup.materials.begin(), soup.materials.end(), is_textured)) {
         return;
     }
-    std::vector<Index> plain(materials, none); // what stands for each material
+    std::vector<Index> plain(materials, none); // the replacement for each material
     std::size_t faces = 0, first = 0;
     for (std::size_t f = 0; f < soup.face_count(); ++f) {
         const Index m = soup.face_material[f];
@@ -43,7 +43,7 @@ void settle_textures(PolygonSoup& soup) {
     if (faces > 0) {
         soup.notes.push_back(
             "faces without texture coordinates whose material has a texture: " + std::to_string(faces) +
-            " (first: " + face_name(soup, first) + "); the texture's mean colour stands for it");
+            " (first: " + face_name(soup, first) + "); the texture's mean colour is used instead");
     }
 }
 

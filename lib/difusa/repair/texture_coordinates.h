@@ -1,4 +1,4 @@
-// Faces whose material has a texture, and what becomes of those that do not say where on it they lie.
+// Handles faces that have a textured material but no texture coordinates.
 #pragma once
 
 #include <difusa/repair/polygon_soup.h>
@@ -9,14 +9,14 @@ inline bool is_textured(const Material& material) {
     return material.reflectance_texture != nullptr || material.emission_texture != nullptr;
 }
 
-/// True for texture coordinates at which a texture can be looked up: finite, and small enough to tell pixels apart.
+/// True for texture coordinates usable for a lookup: finite, and small enough to resolve pixels.
 inline bool is_placed(const TextureCoordinates& coordinates) {
     constexpr double largest = 1e9;
     return coordinates.cwiseAbs().maxCoeff() <= largest; // false for NaN
 }
 
 /// Faces of textured materials with a corner that has no texture coordinates get a material of the same name in which
-/// the mean colour of each texture stands for it, and the soup a note. Readers end with it.
+/// each texture is replaced by its mean colour, and the soup gets a note. Called last by readers.
 void settle_textures(PolygonSoup& soup);
 
 } // namespace difusa

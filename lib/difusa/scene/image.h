@@ -7,7 +7,7 @@
 
 namespace difusa {
 
-/// Linear R, G, B, row after row from the top, left to right.
+/// Linear R, G, B, row by row from the top, left to right.
 struct Image {
     std::size_t width = 0, height = 0;
     std::vector<std::array<float, 3>> pixels; ///< width times height

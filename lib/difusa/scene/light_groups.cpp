@@ -8,7 +8,7 @@ namespace difusa {
 
 namespace {
 
-/// The name as every file can hold it, on one line: names that differ stay different in the files.
+/// The name in a form every file can hold, on one line: different names stay different in the files.
 std::string name_in_files(const std::string& name) {
     std::string text = storable_text(name);
     std::replace_if(

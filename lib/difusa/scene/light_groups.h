@@ -1,5 +1,5 @@
-// Lights by the names under which a user may want to brighten or dim them afterwards: light adds up, so a bake that
-// keeps the light of each apart needs no other to do that.
+// Lights grouped under names, so that a user can brighten or dim them afterwards: light is additive, so a bake that
+// keeps each light's contribution separate need not be repeated for that.
 #pragma once
 
 #include <difusa/scene/scene.h>
@@ -9,22 +9,22 @@
 
 namespace difusa {
 
-/// A division of the lights of a scene into sets, whose light is kept apart.
+/// A partition of the lights of a scene into sets whose contributions are kept separate.
 struct LightSets {
     std::vector<std::string> names;          ///< one for each set
-    std::vector<Index> material, sun, point; ///< the set that what each emits belongs to
-    Index sky = 0;                           ///< the set of the even sky and the dome
+    std::vector<Index> material, sun, point; ///< the set of the light each emits
+    Index sky = 0;                           ///< the set of the uniform sky and the dome
 
     std::size_t count() const { return names.size(); }
 };
 
-/// All lights in one set, which has no name.
+/// All lights in one set without a name.
 LightSets all_lights(const Scene& scene);
 
-/// A set for each group of lights that shine. Emitting materials are in that of their `light_group`, or else of their
-/// name; suns and point lights in that of their name, or else "sun", "point" or "spot"; the sky in "sky". In the order:
-/// materials, suns, point lights, sky. No two have the same name; what a file cannot hold of a name (storable_text),
-/// and what would end a line, is '_' in it. Without any light the one set of all_lights.
+/// One set for each group of lights that emit. Emitting materials belong to their `light_group`, or by default to a
+/// group with their name; suns and point lights to one with their name, or by default "sun", "point" or "spot"; the sky
+/// to "sky". In the order: materials, suns, point lights, sky. Names are unique; characters a file cannot hold
+/// (storable_text), or that would end a line, become '_'. Without any light, the single set of all_lights.
 LightSets light_groups(const Scene& scene);
 
 } // namespace difusa

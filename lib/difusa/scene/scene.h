@@ -13,12 +13,11 @@ namespace difusa {
 
 struct Scene {
     Mesh mesh;
-    std::vector<Material> materials; ///< Mesh::material numbers them
+    std::vector<Material> materials; ///< indexed by Mesh::material
     std::vector<Sun> suns;
     std::vector<PointLight> point_lights;
-    Rgb sky =
-        Rgb::Zero(); ///< irradiance in W/m² of a surface that sees nothing but the even sky (pi times its radiance)
-    std::shared_ptr<const SkyDome> dome; ///< further light from the sky, by direction; null: none
+    Rgb sky = Rgb::Zero(); ///< irradiance in W/m² of a surface that sees only the uniform sky (pi times its radiance)
+    std::shared_ptr<const SkyDome> dome; ///< additional light from the sky, by direction; null: none
 
     /// Reflectance rho at a surface point, per channel, in [0,1].
     Rgb reflectance(const SurfacePoint& x) const;
@@ -26,7 +25,7 @@ struct Scene {
     /// Emitted radiosity E at a surface point, W/m².
     Rgb emission(const SurfacePoint& x) const;
 
-    /// Radiance that arrives from the unit direction `towards` where nothing is met, W/(m² sr).
+    /// Radiance arriving from the unit direction `towards` where rays hit nothing, W/(m² sr).
     Rgb sky_radiance(const Vec3& towards) const {
         return sky * std::numbers::inv_pi + (dome ? dome->radiance(towards) : Rgb(Rgb::Zero()));
     }
@@ -36,11 +35,11 @@ struct Scene {
     /// True if some face emits.
     bool has_emitters() const;
 
-    /// True if all reflectances and lights have equal channels, so that one channel tells everything.
+    /// True if all reflectances and lights have equal channels, so that one channel suffices.
     bool is_grey() const;
 };
 
-/// Materials with a positive emission in some channel.
+/// Materials with positive emission in some channel.
 std::vector<char> emitting_materials(const Scene& scene);
 
 /// True if one of them emits unevenly.

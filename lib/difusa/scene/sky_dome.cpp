@@ -143,7 +143,7 @@ std::vector<Sun> ImageSky::split_suns(double limit) {
     if (!(threshold > 0.0)) {
         return suns;
     }
-    // Regions above the threshold times 2^level, in those above half of it that are too large; a pixel's mark is one
+    // Regions above the threshold times 2^level that lie within too large ones above half of it; a pixel's mark is one
     // more than the highest level at which its region is known.
     struct Step {
         std::vector<std::size_t> pixels;

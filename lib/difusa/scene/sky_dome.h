@@ -1,4 +1,4 @@
-// The skies a scene file may ask for.
+// The skies available in a scene file.
 #pragma once
 
 #include <difusa/scene/image.h>
@@ -10,9 +10,9 @@
 
 namespace difusa {
 
-/// A sky that changes with the height above the horizon alone: from the horizon's radiance to the zenith's in the sine
-/// of the height, and the ground's below. On level ground without shade it gives the irradiance
-/// pi (horizon + 2 zenith) / 3.
+/// A sky that varies only with elevation: linear in the sine of the elevation from the horizon's radiance to the
+/// zenith's, and the ground's radiance below. On unoccluded level ground it gives the irradiance pi (horizon + 2
+/// zenith) / 3.
 class GradientSky final : public SkyDome {
   public:
     /// Radiances in W/(m² sr), none negative; `up` is unit.
@@ -26,9 +26,9 @@ class GradientSky final : public SkyDome {
     Vec3 up_;
 };
 
-/// An environment image in equirectangular (lat-long) layout: columns run through all azimuths, rows from straight up
-/// to straight down. The middle column lies towards `ahead`, columns to its right lie to the right of who looks there.
-/// Interpolated bilinearly.
+/// An environment image in equirectangular (lat-long) layout: columns cover all azimuths, rows run from straight up to
+/// straight down. The middle column is in the direction `ahead`, columns to its right are to the right of an observer
+/// looking there. Interpolated bilinearly.
 class ImageSky final : public SkyDome {
   public:
     /// Pixels times `scale` are radiances in W/(m² sr). `up` is unit; `ahead` is not parallel to it.
@@ -38,12 +38,13 @@ class ImageSky final : public SkyDome {
     Rgb radiance(const Vec3& towards) const override;
     bool is_grey() const override;
 
-    /// What is far brighter than the rest, a sun above all, would make the light of a few hundred rays noisy: takes it
-    /// out of the image, and returns it as suns. A pixel is cut where it exceeds `limit` > 0 times the mean radiance of
-    /// the sphere; what is cut from pixels that touch, if they span no more than 0.01 sr, becomes one sun in the mean
-    /// direction, of the irradiance they gave to a surface that faced each of them. In a region that spans more, as a
-    /// sun with its halo, the threshold is doubled until it falls apart into such regions or has no pixel left: the
-    /// sun takes what is above its surroundings, and the image with the suns gives what the image gave.
+    /// Features far brighter than the rest, above all a sun, would make the light of a few hundred rays noisy: removes
+    /// them from the image and returns them as suns. A pixel is clipped where it exceeds `limit` > 0 times the mean
+    /// radiance of the sphere; the excess of connected pixels, if they span no more than 0.01 sr, becomes one sun in
+    /// the mean direction, with the irradiance they gave to a surface facing each of them. In a region that spans more,
+    /// such as a sun with its halo, the threshold is doubled until it falls apart into such regions or has no pixel
+    /// left: the sun takes the excess over its surroundings, and the image together with the suns gives the same light
+    /// as the original image.
     std::vector<Sun> split_suns(double limit);
 
     /// The mean radiance of the sphere, over all channels, W/(m² sr).
@@ -53,7 +54,7 @@ class ImageSky final : public SkyDome {
     double solid_angle_above(double radiance) const;
 
   private:
-    /// Pixels that touch, and the solid angle they span.
+    /// Connected pixels, and the solid angle they span.
     struct Region {
         std::vector<std::size_t> pixels;
         double size;
@@ -61,9 +62,9 @@ class ImageSky final : public SkyDome {
     Vec3 direction(double column, double row) const;
     double solid_angle(std::size_t row) const; ///< of a pixel
     double brightness(std::size_t pixel) const;
-    /// The pixels above the threshold that are connected with `first`, with marks below `mark`, which they get.
+    /// The pixels above the threshold connected to `first` that have marks below `mark`, which they then get.
     Region region(std::size_t first, double threshold, std::uint16_t mark, std::vector<std::uint16_t>& marks) const;
-    /// Takes what is above the threshold out of the image.
+    /// Removes the excess over the threshold from the image.
     Sun cut(const Region& region, double threshold);
     Image image_;
     Vec3 up_, ahead_, right_;

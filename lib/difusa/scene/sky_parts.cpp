@@ -3,7 +3,7 @@
 namespace difusa {
 
 Values sky_radiosity(const Scene& scene, int channels) {
-    constexpr int across = 4; // directions in a part, along each side
+    constexpr int across = 4; // directions per part, along each side
     Values radiosity(SkyParts::count, channels);
     for (Index part = 0; part < SkyParts::count; ++part) {
         Rgb mean = Rgb::Zero();

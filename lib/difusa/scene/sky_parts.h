@@ -1,5 +1,5 @@
-// The sphere of directions cut into parts of equal solid angle. What leaves a scene is told by the number of a part, so
-// that any sky may shine on it afterwards.
+// The sphere of directions divided into parts of equal solid angle. Light leaving a scene is recorded by part number,
+// so that any sky can be applied afterwards.
 #pragma once
 
 #include <difusa/core/types.h>
@@ -11,13 +11,13 @@
 
 namespace difusa {
 
-/// `bands` bands of equal height along the z axis, each cut into `2 bands` parts of equal azimuth.
+/// `bands` bands of equal height along the z axis, each divided into `2 bands` parts of equal azimuth.
 class SkyParts {
   public:
     static constexpr Index bands = 64;
     static constexpr Index count = 2 * bands * bands;
 
-    /// The part that the unit direction lies in.
+    /// The part containing the unit direction.
     static Index at(const Vec3& towards) {
         const double turn = std::atan2(towards[1], towards[0]) / (2.0 * std::numbers::pi);
         const auto cell = [](double part, Index cells) {
@@ -36,8 +36,8 @@ class SkyParts {
     }
 };
 
-/// pi times the mean radiance of each part of the scene's sky, W/m²: the irradiance of a surface that sees nothing but
-/// sky like this. #SkyParts::count by `channels`.
+/// pi times the mean radiance of each part of the scene's sky, W/m²: the irradiance of a surface that sees only such a
+/// sky. #SkyParts::count by `channels`.
 Values sky_radiosity(const Scene& scene, int channels);
 
 } // namespace difusa

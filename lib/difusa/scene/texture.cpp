@@ -11,7 +11,7 @@ namespace difusa {
 
 namespace {
 
-/// Two neighbouring pixels along one axis, and the part the second has.
+/// Two neighbouring pixels along one axis, and the weight of the second.
 struct Neighbours {
     std::size_t first, second;
     double part;

@@ -1,4 +1,4 @@
-// A picture on a surface.
+// An image on a surface.
 #pragma once
 
 #include <difusa/mesh/mesh.h>
@@ -8,13 +8,13 @@
 
 namespace difusa {
 
-/// Where a texture stands on the surface: its coordinates are this times (u, v, 1) of the corners' u and v.
+/// The placement of a texture on the surface: its coordinates are this times (u, v, 1) of the corners' u and v.
 using TexturePlacement = Eigen::Matrix<double, 2, 3>;
 
-/// Interpolated bilinearly between the centres of pixels.
+/// Interpolated bilinearly between pixel centres.
 class Texture {
   public:
-    enum class Wrap { repeat, clamp, mirror }; ///< what lies outside of [0,1]
+    enum class Wrap { repeat, clamp, mirror }; ///< handling of coordinates outside [0,1]
 
     /// Throws std::invalid_argument for an empty image.
     explicit Texture(Image image, Wrap wrap_u = Wrap::repeat, Wrap wrap_v = Wrap::repeat);
@@ -27,7 +27,7 @@ class Texture {
     /// True if the channels of every pixel are equal.
     bool is_grey() const { return grey_; }
 
-    /// The brightest any place can be, in each channel.
+    /// The largest value anywhere, per channel.
     const Rgb& brightest() const { return brightest_; }
 
     /// The mean over all pixels.

@@ -19,7 +19,7 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-/// A file with the name it has in messages.
+/// A file with its name for messages.
 struct Side {
     const FieldFile& field;
     const std::string& name;
@@ -75,7 +75,7 @@ Pair make_pair(const std::string& name, const FieldArray& like, Values result, V
     return pair;
 }
 
-/// The array of this name in both files, or nothing if `optional` and one lacks it.
+/// The array of this name in both files, or nothing if `optional` and one of them lacks it.
 std::optional<Pair> array_pair(const Side& result, const Side& reference, const std::string& name, bool optional) {
     const FieldArray* arrays[2];
     for (const bool second : {false, true}) {
@@ -97,12 +97,13 @@ std::optional<Pair> array_pair(const Side& result, const Side& reference, const 
     Values a = numbers(*arrays[0]), b = numbers(*arrays[1]);
     if (a.cols() != b.cols()) {
         throw InputError("the array '" + name + "' has " + std::to_string(a.cols()) + " components in " + result.name +
-                         " and " + std::to_string(b.cols()) + " in " + reference.name + ": compare arrays of one kind");
+                         " and " + std::to_string(b.cols()) + " in " + reference.name +
+                         ": compare arrays of the same kind");
     }
     return make_pair(name, *arrays[0], std::move(a), std::move(b));
 }
 
-/// The luminance a file has, under whichever name.
+/// The luminance in a file, under any of its names.
 std::optional<Values> luminance(const Side& side) {
     if (const FieldArray* array = find(side, "luminance"); array != nullptr && numbers(*array).cols() == 1) {
         return numbers(*array);
@@ -151,7 +152,7 @@ std::vector<Pair> pairs_of(const Side& result, const Side& reference, const Comp
         indirect.quantity.name = "radiosity_indirect";
         pairs.push_back(std::move(indirect));
     } else {
-        notes.push_back("the indirect light is not compared: " + lacks + "; a .vtp that difusa baked has it");
+        notes.push_back("the indirect light is not compared: " + lacks + "; a .vtp baked by difusa has it");
     }
     for (const std::string& name : options.arrays) {
         const bool there =
@@ -168,7 +169,7 @@ std::vector<Pair> pairs_of(const Side& result, const Side& reference, const Comp
         for (const auto& [values, side] : {std::pair(&pair.result, &result), std::pair(&pair.reference, &reference)}) {
             for (Eigen::Index v = 0; v < values->rows(); ++v) {
                 if (!values->row(v).allFinite()) {
-                    throw InputError(side->name + ": " + pair.quantity.name + " is no finite number at point " +
+                    throw InputError(side->name + ": " + pair.quantity.name + " is not finite at point " +
                                      std::to_string(v) + ": compare another array, or write the file again");
                 }
             }
@@ -179,7 +180,7 @@ std::vector<Pair> pairs_of(const Side& result, const Side& reference, const Comp
 
 // ---- where ----------------------------------------------------------------------------------------------------
 
-/// A point of the result's surface by the weights of corners, and its match.
+/// A point of the result's surface as weights of corners, and its match.
 struct Spot {
     std::array<Index, 3> corner{};
     std::array<double, 3> weight{};
@@ -197,14 +198,14 @@ Vec3 at(const std::vector<Vec3>& points, const std::array<Index, 3>& corner, con
 Eigen::RowVectorXd at(const Values& values, const std::array<Index, 3>& corner, const std::array<double, 3>& weight) {
     Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(values.cols());
     for (std::size_t k = 0; k < 3; ++k) {
-        if (weight[k] != 0.0) { // so that a vertex has its value and no other
+        if (weight[k] != 0.0) { // so that a vertex has exactly its own value
             sum += weight[k] * values.row(static_cast<Eigen::Index>(corner[k]));
         }
     }
     return sum;
 }
 
-/// The quadrature points, three a triangle, and then the vertices, as corners of their largest triangles.
+/// The quadrature points, three per triangle, and then the vertices, as corners of their largest triangles.
 struct Spots {
     std::vector<Spot> all;
     std::vector<Index> triangle; ///< #spots; none: a vertex without triangles
@@ -363,20 +364,22 @@ void add_notes(const Side& result, const Side& reference, Comparison& comparison
     const auto note = [&](const std::string& text) { comparison.notes.push_back(text); };
     if (matching.too_far_area > 0.0) {
         note(percent(matching.too_far_area / matching.area) + " of the result's area is farther than " +
-             text_of(matching.max_distance) + " from the reference's surface and counts for no norm (--max-distance)");
+             text_of(matching.max_distance) +
+             " from the reference's surface and is excluded from the norms (--max-distance)");
     }
     if (matching.turned_away_area > 0.0) {
         note(percent(matching.turned_away_area / matching.area) +
-             " of the result's area faces a way that no triangle of the reference does, and counts for no norm");
+             " of the result's area faces a direction that no triangle of the reference does, and is excluded from the "
+             "norms");
     }
     if (std::abs(matching.area - matching.reference_area) > 0.01 * std::max(matching.area, matching.reference_area)) {
         note("the surfaces differ: the result's area is " + text_of(matching.area) + ", the reference's " +
-             text_of(matching.reference_area) + "; parts that only the reference has are not compared");
+             text_of(matching.reference_area) + "; parts found only in the reference are not compared");
     }
     if (reference.field.points.size() < result.field.points.size()) {
         note("the reference has fewer vertices (" + std::to_string(reference.field.points.size()) +
              ") than the result (" + std::to_string(result.field.points.size()) +
-             "): what it misses between them counts as error; bake it with a smaller --output-spacing");
+             "): detail it lacks between them counts as error; bake it with a smaller --output-spacing");
     }
 }
 
@@ -411,7 +414,7 @@ Comparison compare(const FieldFile& result, const std::string& result_name, cons
     for (const Side& side : {a, b}) {
         if (side.field.triangles.empty()) {
             throw InputError(side.name + ": has " + std::to_string(side.field.points.size()) +
-                             " points and no triangles: norms are of surfaces; name a baked field, not its sites");
+                             " points and no triangles: norms need a surface; name a baked field, not its sites");
         }
     }
     Comparison comparison;
@@ -432,7 +435,7 @@ Comparison compare(const FieldFile& result, const std::string& result_name, cons
     if (!(comparison.matching.matched_area > 0.0)) {
         throw InputError("no part of " + result_name + " lies on " + reference_name +
                          " and faces the same way (within " + text_of(limit) +
-                         "): are they of one scene, in one unit and place? Else give a larger "
+                         "): are they of the same scene, in the same unit and position? Otherwise give a larger "
                          "--max-distance");
     }
     add_notes(a, b, comparison);
@@ -471,7 +474,7 @@ FieldFile error_field(const Comparison& comparison, const FieldFile& result, con
             add(errors_of(f, g, means), "_rgb", quantity.components);
         } else {
             const Values size = (f - g).rowwise().norm(), length = g.rowwise().norm();
-            double mean = 0.0; // of the reference's magnitude, from above
+            double mean = 0.0; // of the reference's magnitude, computed above
             for (const double m : means) {
                 mean += m;
             }

@@ -1,4 +1,4 @@
-// One baked field against another, on the same mesh or on different ones.
+// Compares two baked fields, on the same mesh or on different ones.
 #pragma once
 
 #include <difusa/core/progress.h>
@@ -11,11 +11,11 @@
 namespace difusa {
 
 struct CompareOptions {
-    std::vector<std::string> arrays; ///< point arrays to compare besides the total and the indirect light
-    double max_distance = 0.0; ///< a point of the reference farther away is no match; 0: 1 % of its mesh' diameter
+    std::vector<std::string> arrays; ///< point arrays to compare in addition to total and indirect light
+    double max_distance = 0.0; ///< points of the reference farther away do not match; 0: 1 % of its mesh' diameter
 };
 
-/// A quantity that both files have.
+/// A quantity present in both files.
 struct ComparedQuantity {
     std::string name; ///< "radiosity", "radiosity_indirect", "luminance", or the array's
     std::string unit;
@@ -25,16 +25,16 @@ struct ComparedQuantity {
     Values result, reference;            ///< #V by #channels at the result's vertices; NaN where there is no match
 };
 
-/// How the surface of the result lies on that of the reference.
+/// How the surface of the result matches that of the reference.
 struct Matching {
     bool same_mesh = false;            ///< identical points and triangles: compared vertex by vertex
     double area = 0.0;                 ///< of the result
     double reference_area = 0.0;       ///< of the reference
-    double matched_area = 0.0;         ///< of the result: what the norms are of
-    double turned_away_area = 0.0;     ///< no triangle of the reference faces the same way
-    double too_far_area = 0.0;         ///< the nearest triangle that does is farther than the limit
+    double matched_area = 0.0;         ///< of the result: the domain of the norms
+    double turned_away_area = 0.0;     ///< of the result: no triangle of the reference faces the same way
+    double too_far_area = 0.0;         ///< of the result: the nearest such triangle is beyond the limit
     double max_distance = 0.0;         ///< the limit
-    double largest_distance = 0.0;     ///< of the matched
+    double largest_distance = 0.0;     ///< of the matched points
     std::vector<std::uint8_t> matched; ///< #V, 0 or 1
     std::vector<double> distance;      ///< #V, to the match; NaN where no triangle faces the same way
     std::size_t unmatched_vertices = 0;
@@ -48,18 +48,18 @@ struct Comparison {
 
 /// Compares `result` with `reference`, both triangle meshes with values at their vertices (linear in between).
 ///
-/// Quantities: the total light `radiosity` if both files have it, else `luminance` (or what PLY calls quality); the
+/// Quantities: the total light `radiosity` if both files have it, otherwise `luminance` (or PLY's quality); the
 /// indirect light `radiosity_indirect` = `irradiance_indirect` times `reflectance`; and `options.arrays`.
 ///
 /// Norms are integrals over the result's triangles by the rule with the points (1/6, 1/6, 2/3) and weights of a third
 /// of the area, exact for quadratic functions: for the square of an error that is linear in a triangle. Points inside
-/// triangles, unlike vertices with a share of the area each, never lie on edges where the field jumps. The vertices
-/// count besides for the largest error. On another mesh the reference is interpolated at the nearest of its points
-/// where it faces the same way (NearestSurface), so it should be at least as fine as the result; what has no match
-/// counts for no norm, and how much that is stands in `matching` and in the notes.
+/// triangles, unlike vertices with a share of the area each, never lie on edges where the field jumps. The vertices are
+/// also included in the largest error. On another mesh the reference is interpolated at its nearest point facing the
+/// same way (NearestSurface), so it should be at least as fine as the result; unmatched parts are excluded from the
+/// norms, and their amount is given in `matching` and in the notes.
 ///
-/// Throws InputError if a file has no triangles, an array is missing or has another number of components (the message
-/// lists what there is), nothing can be compared, values are not finite, or no part of the result lies on the
+/// Throws InputError if a file has no triangles, an array is missing or has a different number of components (the
+/// message lists those available), nothing can be compared, values are not finite, or no part of the result lies on the
 /// reference; Interrupted. `result_name`, `reference_name`: for messages.
 Comparison compare(const FieldFile& result, const std::string& result_name, const FieldFile& reference,
                    const std::string& reference_name, const CompareOptions& options, const Execution& execution);
@@ -67,15 +67,15 @@ Comparison compare(const FieldFile& result, const std::string& result_name, cons
 /// The errors on the result's mesh, for each quantity Q: `Q_error` (result - reference), `Q_error_absolute` and
 /// `Q_error_relative`; of the luminance if Q is R G B, of the magnitudes' root sum of squares if it has other
 /// components (then not negative); with more than one channel also for each of them: `Q_error_rgb` or
-/// `Q_error_components` and the like. Besides `matched` (0 or 1) and `distance` to the reference's surface.
+/// `Q_error_components` and so on. In addition `matched` (0 or 1) and `distance` to the reference's surface.
 ///
-/// The relative error is the absolute one over the reference's magnitude at the point, or over 1 % of its mean
-/// magnitude where that is more: a leak into the dark is a large number, not an infinite one. NaN: no match, or an
-/// error where the reference is zero everywhere.
+/// The relative error is the absolute one divided by the reference's magnitude at the point, or by 1 % of its mean
+/// magnitude if that is larger: a leak into the dark is a large number, not an infinite one. NaN: no match, or an error
+/// where the reference is zero everywhere.
 FieldFile error_field(const Comparison& comparison, const FieldFile& result, const std::string& result_name,
                       const std::string& reference_name);
 
-/// A table of the norms for a person.
+/// A table of the norms for the user.
 std::string table_of(const Comparison& comparison);
 
 /// The comparison as JSON text with the fields `schema` ("difusa-comparison") and `schema_version` (1).

@@ -26,10 +26,10 @@ namespace {
 
 constexpr std::size_t default_sites = 4000;
 constexpr double output_in_spacings = 1.0 / 6.0;
-constexpr std::size_t site_bytes = 400;   ///< while a site is placed and bound
-constexpr std::size_t output_bytes = 500; ///< of a triangle of the output with its share of vertices and arrays
+constexpr std::size_t site_bytes = 400;   ///< while a site is placed and linked to its neighbours
+constexpr std::size_t output_bytes = 500; ///< per output triangle, including its share of vertices and arrays
 
-/// Sites by place, those of each region apart.
+/// Search trees of the sites, one per region.
 class NearestSites {
   public:
     NearestSites(const Mesh& mesh, const SiteSet& sites) : mesh_(mesh), sites_(sites), all_(sites.points) {
@@ -45,8 +45,8 @@ class NearestSites {
     /// The site nearest in space.
     Index in_space(const Vec3& p) const { return all_.nearest(p); }
 
-    /// The site at the least site distance from x; in space, of the region if it has sites, if all are at an infinite
-    /// one.
+    /// The site at the smallest site distance from x; if all are at an infinite one, the nearest in space, within the
+    /// region if it has sites.
     Index of(const SurfacePoint& x) const {
         const Index region = mesh_.region[x.face];
         const PointTree& tree = of_region_[region];
@@ -55,7 +55,7 @@ class NearestSites {
         }
         std::vector<Index> found;
         std::vector<double> squared;
-        // No site distance is below the Euclidean one: the search ends once the least is within what was looked at.
+        // No site distance is below the Euclidean one: the search ends once the smallest is within the range searched.
         for (std::size_t k = 8;; k *= 4) {
             k = std::min(k, tree.size());
             found.resize(k);
@@ -109,7 +109,7 @@ void place_sites(BasisInspection& result, const Sampler& sampler, const Visibili
     if (options.spacing == 0.0) {
         options.sites = options.sites == 0 ? default_sites : options.sites;
         if (options.sites > limit) {
-            throw ResourceError(std::to_string(options.sites) + " sites are asked for, and memory is there for " +
+            throw ResourceError(std::to_string(options.sites) + " sites are requested, but memory suffices for only " +
                                 std::to_string(limit) + ": give fewer --sites");
         }
         options.spacing = spacing_for_count(sampler, result.mesh, rays, options.sites, options.seed, execution);
@@ -127,7 +127,7 @@ Vec3 centroid(const Mesh& mesh) {
     return sum;
 }
 
-/// The elements asked for, each once, in the order of asking.
+/// The requested elements, each once, in the order requested.
 std::vector<Index> choose_elements(const BasisInspection& result, const NearestSites& nearest) {
     std::vector<Index> chosen;
     const auto choose = [&](Index element) {
@@ -161,7 +161,7 @@ void evaluate_vertices(BasisInspection& result, const Basis& basis, const Neares
     result.lebesgue.assign(count, 0.0);
     result.overlap.assign(count, 0);
     result.nearest.assign(count, 0);
-    std::vector<std::vector<double>> reach(execution.threads); // largest squares; their maximum has no order
+    std::vector<std::vector<double>> reach(execution.threads); // largest squares; their maximum is order-independent
     constexpr std::size_t grain = 1024;
     parallel_for(count, grain, execution, [&](std::size_t begin, std::size_t end, unsigned worker) {
         std::vector<double>& farthest = reach[worker];

@@ -1,4 +1,4 @@
-// A basis made visible: elements, their sum, their overlap and their Lebesgue function on a fine mesh.
+// Visualises a basis: elements, their sum, their overlap and their Lebesgue function on a fine mesh.
 #pragma once
 
 #include <difusa/core/progress.h>
@@ -15,27 +15,27 @@
 
 namespace difusa {
 
-/// What may be chosen; as in a bake (BakeOptions), so that the same options show the very basis of that bake.
+/// Options; as in a bake (BakeOptions), so that the same options show exactly the basis of that bake.
 struct InspectOptions {
     std::string basis = "normalized-radial";
     std::string sampler = "poisson-disk";
-    std::string visibility = "auto";          ///< of samplers that cast rays
+    std::string visibility = "auto";          ///< for samplers that cast rays
     double spacing = 0.0;                     ///< unit of the mesh; 0: from `sites`
-    std::size_t sites = 0;                    ///< wanted number; 0: 4000
+    std::size_t sites = 0;                    ///< desired number; 0: 4000
     int neighbours = 10;                      ///< m
     double output_spacing = 0.0;              ///< longest edge of the output; 0: a sixth of the site spacing
     double crease_angle = 0.6981317007977318; ///< 40°: vertices of sharper edges are split
     std::uint64_t seed = 1;
-    std::vector<Index> elements; ///< elements to be shown
-    std::vector<Vec3> near;      ///< and those whose sites lie nearest to these points; neither: to the mesh's centroid
+    std::vector<Index> elements; ///< elements to show
+    std::vector<Vec3> near; ///< and those with sites nearest to these points; if both are empty, to the mesh's centroid
 };
 
 struct BasisInspection {
     std::string file;
     Diagnosis diagnosis;
     Mesh mesh;
-    SiteSet sites;                                            ///< `area` is ∫ phi_i dA, by the rule that a bake uses
-    InspectOptions options;                                   ///< with what was left open filled in
+    SiteSet sites;                                            ///< `area` is ∫ phi_i dA, by the same rule as in a bake
+    InspectOptions options;                                   ///< with defaults filled in
     std::vector<std::pair<std::string, std::string>> plugins; ///< kind and choice with all parameters
     std::vector<Index> elements;                              ///< those shown, each once
 
@@ -43,22 +43,22 @@ struct BasisInspection {
     OutputMesh output;
     Values phi;                   ///< #V by #elements: phi of each element shown
     std::vector<double> sum;      ///< #V, sum_i phi_i
-    std::vector<double> lebesgue; ///< #V, sum_i |phi_i|: by how much errors of coefficients can grow
-    std::vector<Index> overlap;   ///< #V, number of elements that do not vanish
-    std::vector<Index> nearest;   ///< #V, site at the least site distance; in space if all are at an infinite one
+    std::vector<double> lebesgue; ///< #V, sum_i |phi_i|: amplification of errors in the coefficients
+    std::vector<Index> overlap;   ///< #V, number of nonzero elements
+    std::vector<Index> nearest;   ///< #V, site at the smallest site distance; nearest in space if all are infinite
 
-    // Of each element:
-    std::vector<double> reach; ///< #S, farthest vertex from the site where the element does not vanish; 0 if it does
-                               ///< at all of them
+    // For each element:
+    std::vector<double> reach; ///< #S, distance from the site to the farthest vertex where the element is nonzero; 0 if
+                               ///< there is none
     std::vector<double> at_own_site; ///< #S, phi_i(p_i)
 
-    // Over the whole surface, by area (a vertex stands for a third of each triangle around it):
+    // Over the whole surface, by area (a vertex represents a third of each triangle around it):
     double mean_overlap = 0.0, mean_lebesgue = 0.0;
 };
 
-/// Reads the mesh, places sites, binds the basis, and evaluates it. Steps report themselves as phases of
-/// `execution.progress`. Throws UsageError (plugin, option, or an element that does not exist: names the range),
-/// InputError, ResourceError, Interrupted.
+/// Reads the mesh, places sites, binds the basis, and evaluates it. Each step reports itself as a phase of
+/// `execution.progress`. Throws UsageError (plugin, option, or a nonexistent element: names the range), InputError,
+/// ResourceError, Interrupted.
 BasisInspection inspect_basis(const Registry& registry, const std::filesystem::path& file,
                               const InspectOptions& options, const Execution& execution);
 

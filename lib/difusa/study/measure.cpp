@@ -14,7 +14,7 @@ namespace difusa {
 
 namespace {
 
-/// Wall time of the phases that make the field.
+/// Wall time of the phases that produce the field.
 double making(const BakeResult& result) {
     double sum = 0.0;
     for (const auto& [phase, seconds] : result.journal.seconds()) {
@@ -30,7 +30,7 @@ Judge::Judge(ReferenceCase the_case, const MeasureOptions& how, const Execution&
     if (how.places < 1) {
         throw UsageError("--places: must be at least 1");
     }
-    // Where a part of the surface is judged, more are drawn until enough are in it.
+    // If only part of the surface is assessed, points are drawn until enough are in it.
     for (std::size_t drawn = how.places; places.size() < how.places; drawn *= 2) {
         places.clear();
         for (SurfacePoint x : even_points(reference.scene.mesh, drawn, RandomStream(how.seed, "places"))) {
@@ -63,7 +63,7 @@ Measurement measure(const Registry& registry, const Judge& judge, const BakeOpti
     m.case_name = reference.name;
     m.options = options;
     BakeOptions bake_options = options;
-    bake_options.final_gather = 0; // at the judged places instead of the output's vertices
+    bake_options.final_gather = 0; // at the judge's points instead of the output's vertices
     bake_options.output_spacing = reference.scene.mesh.diameter();
     std::unique_ptr<BakeResult> result;
     m.seconds = std::numeric_limits<double>::infinity();

@@ -12,7 +12,7 @@ namespace difusa {
 
 namespace {
 
-/// Sums with the rounding errors carried along (Neumaier 1974): signed errors cancel.
+/// Compensated summation (Neumaier 1974): signed errors cancel.
 class Sum {
   public:
     void add(double term) {
@@ -31,7 +31,7 @@ struct Measures {
     double l1 = 0.0, l2 = 0.0, linf = 0.0, percentile95 = 0.0, percentile99 = 0.0, mean = 0.0;
 };
 
-/// `share`: weights over their sum, or empty where there is no area.
+/// `share`: weights over their sum, or empty if there is no area.
 Measures measure(std::vector<double>& value, std::span<const double> share) {
     Measures result;
     for (const double v : value) {
@@ -58,7 +58,7 @@ Measures measure(std::vector<double>& value, std::span<const double> share) {
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return value[a] < value[b]; });
     const auto quantile = [&](double q) {
-        // Shares are rounded, and so is their sum: what reaches q but for that rounding has reached it.
+        // Shares and their sum are rounded: a sum within that rounding of q counts as having reached it.
         const double wanted = q * (1.0 - 0x1p-40);
         Sum below;
         double last = 0.0;
@@ -154,14 +154,14 @@ double convergence_order(std::span<const double> h, std::span<const double> erro
     for (std::size_t i = 0; i < h.size(); ++i) {
         if (!(h[i] > 0.0) || !(error[i] > 0.0) || !std::isfinite(h[i]) || !std::isfinite(error[i])) {
             throw UsageError("an order of convergence needs positive, finite spacings and errors (an error of 0 has "
-                             "none): leave out measurement " +
+                             "none): omit measurement " +
                              std::to_string(i + 1));
         }
         mean_x += std::log(h[i]) / n;
         mean_y += std::log(error[i]) / n;
     }
     if (std::adjacent_find(h.begin(), h.end(), std::not_equal_to<>()) == h.end()) {
-        throw UsageError("an order of convergence needs measurements at two different spacings at least: measure at "
+        throw UsageError("an order of convergence needs measurements at at least two different spacings: measure at "
                          "another spacing");
     }
     double xx = 0.0, xy = 0.0;

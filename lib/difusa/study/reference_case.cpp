@@ -32,7 +32,7 @@ Material grey(const std::string& name, double rho, double E = 0.0) {
 ReferenceCase ball_over_disc() {
     const BallOverDiscParameters p;
     ReferenceCase result;
-    result.about = "a ball over a disc under a sun straight above (T ch. 7), R = 40, r = 5, h = 20, reflectance 0.9";
+    result.about = "a ball over a disc under a sun directly above (T ch. 7), R = 40, r = 5, h = 20, reflectance 0.9";
     Mesh ball = sphere(p.r, 6, Front::outside);
     move(ball, Vec3(0, 0, p.h));
     Scene& scene = result.scene;
@@ -52,7 +52,7 @@ ReferenceCase ball_over_disc() {
     return result;
 }
 
-/// A function on the unit square by interpolation at Chebyshev nodes, barycentric in both directions.
+/// A function on the unit square, interpolated at Chebyshev nodes with the barycentric formula in both directions.
 class ChebyshevTable {
   public:
     ChebyshevTable(std::size_t n, const std::function<double(double, double)>& f) {
@@ -131,7 +131,7 @@ ReferenceCase manufactured_box() {
         };
         result.scene.materials.push_back(std::move(material));
     }
-    result.mesh_error = 1e-5; // the emission is interpolated from 32 x 32 values a face
+    result.mesh_error = 1e-5; // the emission is interpolated from 32 x 32 values per face
     result.spacings = {0.24, 0.12, 0.06, 0.03};
     result.smooth = true;
     return result;
@@ -147,7 +147,7 @@ ReferenceCase inside_of_sphere() {
     material.emission_pattern = [](const Vec3& x) { return 1.0 + x.normalized().z(); };
     result.scene.materials = {material};
     result.normal = [](const SurfacePoint& x) { return Vec3(-x.position.normalized()); };
-    result.mesh_error = 1e-3; // facets turn by up to 0.02 from the sphere's tangents
+    result.mesh_error = 1e-3; // facets deviate by up to 0.02 from the sphere's tangents
     result.spacings = {0.4, 0.2, 0.1, 0.05};
     result.smooth = true;
     return result;
@@ -160,7 +160,7 @@ ReferenceCase bowl() {
     p.towards_sun = Vec3(std::cos(0.5), 0.0, std::sin(0.5));
     p.sun = 1000.0;
     ReferenceCase result;
-    result.about = "a bowl of half-angle 1.2 under a sun 0.5 rad above the horizon, reflectance 0.8: a part is shaded";
+    result.about = "a bowl of half-angle 1.2 under a sun 0.5 rad above the horizon, reflectance 0.8: partly shaded";
     result.exact = std::make_shared<Bowl>(p);
     result.scene.mesh = spherical_cap(1.0, p.half_angle, 64, Front::inside);
     result.scene.materials = {grey("wall", p.rho)};
@@ -178,14 +178,15 @@ ReferenceCase plates() {
     const double side = 40.0;
     const auto exact = std::make_shared<Plates>(p);
     ReferenceCase result;
-    result.about = "parallel plates of side 40 at a distance of 1, the lower one emitting, judged in the middle 2 by 2";
+    result.about =
+        "parallel plates of side 40 at a distance of 1, the lower one emitting, assessed in the middle 2 by 2";
     result.exact = exact;
     Scene& scene = result.scene;
     scene.mesh = rectangle(Vec3(-20, -20, 0), Vec3(side, 0, 0), Vec3(0, side, 0), 8, 8);
     add(scene.mesh, rectangle(Vec3(-20, -20, p.gap), Vec3(0, side, 0), Vec3(side, 0, 0), 8, 8), 1);
     scene.materials = {grey("lower", p.rho1, p.E1), grey("upper", p.rho2, p.E2)};
     result.judged = [](const Vec3& x) { return std::abs(x.x()) < 1.0 && std::abs(x.y()) < 1.0; };
-    // The middle's bound serves for its surroundings with plates that are shorter by twice their distance from it.
+    // The middle's bound also covers its surroundings, for plates shortened by twice their distance from it.
     const double shorter = side - 2.0;
     result.mesh_error = std::max(exact->missing_in_the_middle(1, shorter).most / exact->at({}, Vec3::UnitZ()).B(),
                                  exact->missing_in_the_middle(2, shorter).most / exact->at({}, -Vec3::UnitZ()).B());
@@ -198,7 +199,7 @@ ReferenceCase inside_of_cylinder() {
     const double length = 12.0;
     const auto exact = std::make_shared<InsideOfCylinder>(p);
     ReferenceCase result;
-    result.about = "inside of a cylinder of length 12 and radius 1, E = 1 + cos(theta), judged in the middle sixth";
+    result.about = "inside of a cylinder of length 12 and radius 1, E = 1 + cos(theta), assessed in the middle sixth";
     result.exact = exact;
     result.scene.mesh = cylinder(p.radius, length, 256, 48, Front::inside);
     Material material = grey("wall", p.rho, 1.0);
@@ -206,7 +207,7 @@ ReferenceCase inside_of_cylinder() {
     result.scene.materials = {material};
     result.normal = [](const SurfacePoint& x) { return Vec3(-Vec3(x.position.x(), x.position.y(), 0.0).normalized()); };
     result.judged = [](const Vec3& x) { return std::abs(x.z()) < 1.0; };
-    // As for the plates; facets turn by up to pi/256 from the tangents.
+    // As for the plates; facets deviate by up to pi/256 from the tangents.
     const double least_B = p.constant / (1.0 - p.rho) - p.amplitude / (1.0 + p.rho / 3.0);
     result.mesh_error = exact->missing_in_the_middle(length - 2.0).most / least_B + std::numbers::pi / 256;
     result.spacings = {0.6, 0.3, 0.15};

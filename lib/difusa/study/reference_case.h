@@ -1,4 +1,4 @@
-// Scenes whose radiosity is known, ready to be baked and measured.
+// Scenes with known radiosity, ready to be baked and measured.
 #pragma once
 
 #include <difusa/scene/scene.h>
@@ -14,21 +14,22 @@ namespace difusa {
 /// One channel, in W/m².
 struct ReferenceCase {
     std::string name;
-    std::string about; ///< one line: what is exact, and what the mesh leaves of it
+    std::string about; ///< one line: what is exact, and what the mesh preserves of it
     Scene scene;
     std::shared_ptr<const Reference> exact;
 
     /// The normal of the ideal surface at a point of the mesh; null: the mesh is the ideal surface.
     std::function<Vec3(const SurfacePoint&)> normal;
 
-    /// Which part of the surface is judged; null: all. Scenes that stand for infinite ones are judged in the middle.
+    /// The part of the surface that is assessed; null: all. Scenes that represent infinite ones are assessed in the
+    /// middle.
     std::function<bool(const Vec3& position)> judged;
 
-    /// Upper bound of what the mesh or its finite size adds to the relative error, 0 if nothing.
+    /// Upper bound on the relative error contributed by the mesh or its finite size, 0 if none.
     double mesh_error = 0.0;
 
     std::vector<double> spacings; ///< from coarse to fine, for a study
-    bool smooth = false;          ///< irradiance is smooth on each region: orders of convergence show
+    bool smooth = false;          ///< irradiance is smooth on each region: shows orders of convergence
 };
 
 /// "ball-over-disc" (T ch. 7), "manufactured-box", "sphere", "bowl", "plates", "cylinder".

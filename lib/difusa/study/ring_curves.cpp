@@ -11,13 +11,13 @@ namespace difusa {
 
 namespace {
 
-/// The surface points that rays from these origins meet first, with the normals of the ideal surface.
+/// The first hits of rays from these origins, with the normals of the ideal surface.
 std::vector<SurfacePoint> meet(const BakeResult& result, const ReferenceCase& reference, const std::vector<Ray>& rays) {
     std::vector<Hit> hits(rays.size());
     result.system->tracer().engine().first_hits(rays, hits);
     std::vector<SurfacePoint> points;
     for (const Hit& hit : hits) {
-        DIFUSA_REQUIRE(hit.face != none, "a ray that was aimed at the ball or the disc met neither");
+        DIFUSA_REQUIRE(hit.face != none, "a ray aimed at the ball or the disc hit neither");
         SurfacePoint x = inset(result.scene->mesh, result.scene->mesh.at(hit.face, hit.u, hit.v));
         x.normal = reference.normal(x);
         points.push_back(x);
@@ -29,7 +29,7 @@ std::vector<SurfacePoint> meet(const BakeResult& result, const ReferenceCase& re
 
 std::vector<RingCurve> ring_curves(const BakeResult& result, const ReferenceCase& reference, int rings, int azimuths,
                                    const Execution& execution) {
-    constexpr double R = 40.0, h = 20.0; // of the case
+    constexpr double R = 40.0, h = 20.0; // from the case
     std::vector<RingCurve> curves;
     for (const bool disc : {true, false}) {
         const std::string body = disc ? "disc" : "ball";

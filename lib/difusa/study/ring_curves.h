@@ -9,10 +9,10 @@
 
 namespace difusa {
 
-/// Radiosity in W/m² of one body, of one kind of light.
+/// Radiosity in W/m² of one body, for one kind of light.
 struct RingCurve {
     std::string name;             ///< "disc, direct", ..., "ball, indirect"
-    std::string place_title;      ///< of the axis, with its unit
+    std::string place_title;      ///< axis title, with its unit
     std::vector<double> place;    ///< distance from the disc's centre, or latitude on the ball in rad
     std::vector<double> mean;     ///< over each ring
     std::vector<double> meridian; ///< at one azimuth
@@ -20,11 +20,11 @@ struct RingCurve {
 };
 
 /// Direct, total and indirect light on `rings` rings of disc and ball, each sampled at `azimuths` azimuths. `reference`
-/// is the case "ball-over-disc", of which `result` is a bake.
+/// is the case "ball-over-disc", and `result` a bake of it.
 std::vector<RingCurve> ring_curves(const BakeResult& result, const ReferenceCase& reference, int rings, int azimuths,
                                    const Execution& execution);
 
-/// Thick the mean, thin the meridian, dashed the exact light; an SVG document.
+/// The mean as a thick line, the meridian thin, the exact light dashed; an SVG document.
 std::string chart_of(const RingCurve& curve, const std::string& title);
 
 } // namespace difusa

@@ -18,7 +18,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Whether the choices go together: those that make_choices refuses are left out of the table.
+/// Whether the choices are compatible: those that make_choices rejects are left out of the table.
 bool possible(const Registry& registry, const BakeOptions& options) {
     const auto basis = registry.create<Basis>(options.basis);
     if (options.projection.rfind("corrected", 0) == 0 &&
@@ -31,7 +31,7 @@ bool possible(const Registry& registry, const BakeOptions& options) {
     return !pairwise || !more_points;
 }
 
-/// What the tables hold, by name, in order; numbers that are not known are absent.
+/// The columns of the tables, by name, in order; unknown numbers are absent.
 struct Column {
     const char* name;
     std::optional<double> (*value)(const Measurement&);
@@ -41,7 +41,7 @@ std::optional<double> known(const Measurement& m, double value) {
     return m.failed || !std::isfinite(value) ? std::nullopt : std::optional(value);
 }
 
-/// True error within the bound: above 1. Absent where there is no bound or no error to speak of.
+/// The bound over the true error: above 1 if it holds. Absent where there is no bound or no error to speak of.
 std::optional<double> bound_over_error(const Measurement& m) {
     return m.total.l2.error > 0.0 ? known(m, m.bound_rms / m.total.l2.error) : std::nullopt;
 }
@@ -125,7 +125,7 @@ std::string chart(const std::vector<Measurement>& measurements, const std::strin
             order.push_back(method);
             line.name = method;
             line.markers = true;
-            // A basis has one colour; what is done with it tells the dashes.
+            // A basis has one colour; the dash pattern shows how it is used.
             line.colour = colours.try_emplace(m.options.basis, static_cast<int>(colours.size())).first->second;
             line.dashed = method_of(m) != m.options.basis;
         }
@@ -179,8 +179,8 @@ std::vector<Measurement> run_study(const Registry& registry, const StudyPlan& pl
         }
     }
     if (measurements.empty()) {
-        throw UsageError("none of these choices can be combined: projections that need light at more points than the "
-                         "sites are for --transport gather, and corrected is for bases that smooth");
+        throw UsageError("these choices cannot be combined: projections that need light at more points than the "
+                         "sites require --transport gather, and corrected requires a smoothing basis");
     }
     return measurements;
 }

@@ -42,7 +42,7 @@ LightTransport gathered(const Tracer& tracer, std::span<const SurfacePoint> poin
                         const Execution& execution) {
     const DirectionPool pool(directions, rays, seed);
     const std::size_t columns = surfels.size() + SkyParts::count;
-    // A range of a few thousand rays: short enough to stop soon when asked to.
+    // A range of a few thousand rays: short enough to stop soon when cancelled.
     const std::size_t grain = std::clamp<std::size_t>(4096 / pool.count(), 1, 16);
     LightTransport transport;
     transport.surfels = surfels.size();

@@ -9,8 +9,8 @@ class Kernel {
   public:
     virtual ~Kernel() = default;
 
-    /// The part of the light that leaves a receiver at x (unit normal n_x) towards a small patch of area A at y
-    /// (unit normal n_y): F(x, y) A, dimensionless, >= 0; 0 where one faces away from the other.
+    /// The share of the light leaving a receiver at x (unit normal n_x) that goes to a small patch of area A at y (unit
+    /// normal n_y): F(x, y) A, dimensionless, >= 0; 0 if either faces away from the other.
     virtual double form_factor(const Vec3& x, const Vec3& n_x, const Vec3& y, const Vec3& n_y, double A) const = 0;
 };
 

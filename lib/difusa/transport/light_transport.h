@@ -1,5 +1,5 @@
-// How light travels from surface and sky to the points where it is gathered: geometry only. Two discretisations make
-// it: gathered.h and pairwise.h.
+// How light travels from surface and sky to the points where it is gathered: geometry only. There are two
+// discretisations: gathered.h and pairwise.h.
 #pragma once
 
 #include <difusa/algebra/linear_operator.h>
@@ -12,24 +12,23 @@ namespace difusa {
 /// With the radiosity b of the surfels and pi times the radiance of the sky's parts (scene/sky_parts.h), the irradiance
 /// at the points is
 ///     h = W [b; sky] = D b + Y sky.
-/// D_js is the share of the light that leaves surfel s towards point j as seen from there, Y_jp the share of the
-/// hemisphere of j that shows part p of the sky. It has the same bits whatever the surface reflects and whatever lights
-/// there are.
+/// D_js is the form factor from point j to surfel s, Y_jp that from point j to part p of the sky. W is identical to the
+/// bit whatever the reflectances and lights.
 struct LightTransport {
     std::shared_ptr<const LinearOperator> W; ///< #points by #surfels + #parts of the sky
     std::size_t surfels = 0;
     std::vector<double> sky;  ///< #points: cosine-weighted share of the hemisphere that escapes
-    std::vector<double> back; ///< #points: the share that meets the back of a face, from where no light comes
+    std::vector<double> back; ///< #points: the share that hits the back of a face, which sends no light
     std::size_t rays = 0;     ///< first-hit rays cast
     std::size_t segments = 0; ///< visibility segments cast
-    std::size_t bytes = 0;    ///< taken by W
+    std::size_t bytes = 0;    ///< size of W
 
     std::size_t points() const { return W->rows(); }
 
-    /// h = W [b; sky] for each column; without a row, sky is dark.
+    /// h = W [b; sky] for each column; without rows in sky, the sky is dark.
     void gather(const Values& b, const Values& sky_radiosity, Values& h, const Execution& execution) const;
 
-    /// The largest sum over the surfels of a row of D: at most 1 if gathered.
+    /// The largest row sum of D over the surfels: at most 1 if gathered.
     double largest_row_sum(const Execution& execution) const;
 };
 

@@ -56,7 +56,7 @@ class PairwiseOperator final : public LinearOperator {
     std::shared_ptr<const LinearOperator> Y_;
 };
 
-/// Which pairs j < k exchange light: one segment a pair, whatever the kernel's asymmetry. Adds to `segments`.
+/// The pairs j < k that exchange light: one segment per pair, whatever the kernel's asymmetry. Adds to `segments`.
 std::vector<std::vector<Index>> pairs_in_sight(const Tracer& tracer, const SiteSet& sites, std::size_t& segments,
                                                const Execution& execution) {
     const std::size_t n = sites.size();
@@ -126,7 +126,7 @@ LightTransport pairwise(const Tracer& tracer, const Discretisation& discretisati
             sees[j] = {};
         }
     });
-    // A_s / sigma_s, 0 where no basis function lives. Exactly A_s for a partition of unity.
+    // A_s / sigma_s, 0 where no basis function is nonzero. Exactly A_s for a partition of unity.
     Values sigma;
     discretisation.averages->apply(Values::Ones(static_cast<Eigen::Index>(n), 1), sigma, execution);
     Eigen::VectorXd surfel_area(static_cast<Eigen::Index>(surfels.size()));

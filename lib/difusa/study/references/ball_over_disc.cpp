@@ -18,9 +18,9 @@ namespace {
 constexpr double pi = std::numbers::pi;
 constexpr std::size_t most_unknowns = 4000;
 
-/// The latitude on a ball of radius r, a unit of length over a plane, whose tangent plane touches the circle of radius
-/// v around its foot: from beyond (sign 1, nothing of the circle is seen above that latitude) or from this side (-1,
-/// all of it is seen below).
+/// The latitude on a ball of radius r, centred one unit of length above a plane, whose tangent plane touches the circle
+/// of radius v around its foot: from beyond (sign 1, nothing of the circle is visible above that latitude) or from this
+/// side (-1, all of it is visible below).
 double tangent_latitude(double r, double v, double sign) {
     return sign * std::atan(v) - std::asin(r / std::sqrt(1.0 + v * v));
 }
@@ -31,7 +31,7 @@ void check(bool holds, const char* what, double value) {
     }
 }
 
-/// Sorted, each once.
+/// Sorted, without duplicates.
 void tidy(std::vector<double>& places) {
     std::sort(places.begin(), places.end());
     places.erase(std::unique(places.begin(), places.end()), places.end());
@@ -88,7 +88,7 @@ BallOverDisc::BallOverDisc(const BallOverDiscParameters& parameters, double tole
     }
     tidy(on_ball);
     tidy(on_disc);
-    // No panel longer than its distance from the other body.
+    // No panel is longer than its distance from the other body.
     ball_.panels = divide(on_ball, [&](double alpha) { return (1.0 + r_ * std::sin(alpha)) / r_; });
     disc_.panels = divide(on_disc, [&](double u) { return std::hypot(u, 1.0) - r_; });
     refine(tolerance);
@@ -176,7 +176,7 @@ BallOverDisc::Row BallOverDisc::row(const Side& sender, double albedo, std::vect
             }
             row.form_factor += share;
             row.direct += share * albedo * direct(x);
-            // The polynomials of Lagrange at x, by the barycentric formula.
+            // The Lagrange polynomials at x, by the barycentric formula.
             const double t =
                 2.0 / pi * std::atan2(std::sqrt(std::max(0.0, x - panel.from)), std::sqrt(std::max(0.0, panel.to - x)));
             double sum = 0.0;

@@ -1,4 +1,4 @@
-// A ball over a disc under a sun from straight above: two unknown functions of one variable each.
+// A ball over a disc under a sun directly above: two unknown functions of one variable each.
 #pragma once
 
 #include <difusa/study/references/quadrature.h>
@@ -33,7 +33,7 @@ struct BallOverDiscParameters {
 ///     H_disc(u)     = ∫ beta (mu max(0, sin alpha) + H_ball(alpha)) G r² cos alpha dalpha.
 /// They are analytic between the latitudes whose tangent planes touch the rim of the disc or of the shadow,
 ///     alpha = ±atan(v/h) - asin(r/√(h²+v²)), v = R, r,
-/// and between u = 0, r and R, with half-integer powers of the distance from these places. On panels between them, none
+/// and between u = 0, r and R, with half-integer powers of the distance from these points. On panels between them, none
 /// longer than its distance from the other body, they are interpolated in a variable in which such powers are smooth,
 /// and the integrals are split where G has a kink.
 class BallOverDisc final : public Reference {
@@ -50,8 +50,8 @@ class BallOverDisc final : public Reference {
     /// if u is outside.
     ReferenceLight disc(double u) const;
 
-    /// On whichever of the two surfaces is closer to x, at its direction from the ball's centre or its distance from
-    /// the axis (at most R). Throws UsageError on the disc if n looks down.
+    /// On whichever of the two surfaces is closer to x, in its direction from the ball's centre or at its distance from
+    /// the axis (at most R). Throws UsageError on the disc if n points down.
     ReferenceLight at(const Vec3& x, const Vec3& n) const override;
 
     const BallOverDiscParameters& parameters() const { return parameters_; }
@@ -63,7 +63,7 @@ class BallOverDisc final : public Reference {
     /// Number of nodes on both bodies.
     std::size_t size() const { return ball_.node.size() + disc_.node.size(); }
 
-    /// Powers in W. Escaped is counted from the form factors to the outside, so incoming = absorbed + escaped is a
+    /// Powers in W. Escaped is computed from the form factors to the outside, so incoming = absorbed + escaped is a
     /// check.
     struct Power {
         double incoming = 0.0, absorbed = 0.0, escaped = 0.0;
@@ -79,7 +79,7 @@ class BallOverDisc final : public Reference {
         std::vector<Panel> panels;
         std::vector<double> node, weight, H; ///< latitude or distance, quadrature weight, value; panel after panel
     };
-    /// What one body sends to a point of the other: direct + sum_j indirect_j H_j.
+    /// The light one body sends to a point of the other: direct + sum_j indirect_j H_j.
     struct Row {
         double direct = 0.0, form_factor = 0.0;
         std::vector<double> indirect;
@@ -94,11 +94,11 @@ class BallOverDisc final : public Reference {
             const Direct& direct) const;
     double direct_ball(double alpha) const;
     double direct_disc(double u) const;
-    /// Halves the pieces between `ends` until none is longer than what its middle allows.
+    /// Halves the pieces between `ends` until none is longer than its midpoint allows.
     template <class Longest> static std::vector<Panel> divide(const std::vector<double>& ends, const Longest& longest);
     void place_nodes(Side& side) const;
     void solve(std::size_t nodes);
-    std::vector<double> samples() const; ///< indirect irradiances, at eight places a panel
+    std::vector<double> samples() const; ///< indirect irradiances, at eight points per panel
     void refine(double tolerance);
 
     BallOverDiscParameters parameters_;

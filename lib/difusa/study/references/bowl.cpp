@@ -50,7 +50,7 @@ double Bowl::indirect() const {
 double Bowl::from_sun(const Vec3& x) const {
     const double length = x.norm();
     if (!(length > 0.0)) {
-        throw UsageError("bowl: the centre of the sphere is no point of it");
+        throw UsageError("bowl: the centre of the sphere is not on it");
     }
     const Vec3 p = x / length, &s = parameters_.towards_sun;
     const double cosine = -p.dot(s);

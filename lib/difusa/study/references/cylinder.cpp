@@ -35,7 +35,7 @@ InsideOfCylinder::InsideOfCylinder(const CylinderParameters& parameters) : param
 }
 
 ReferenceLight InsideOfCylinder::at(const Vec3& x, const Vec3& /*n*/) const {
-    check(std::hypot(x.x(), x.y()) > 0.0, "the axis is no point of it; the distance from it must be positive", 0.0);
+    check(std::hypot(x.x(), x.y()) > 0.0, "the axis is not on its surface; the distance from it must be positive", 0.0);
     const auto& [radius, rho, constant, amplitude, waves] = parameters_;
     const double wave = amplitude * std::cos(waves * std::atan2(x.y(), x.x())), l = lambda(waves);
     return {constant + wave, rho, constant / (1.0 - rho) + wave * l / (1.0 - rho * l), constant + l * wave};
@@ -49,7 +49,7 @@ InsideOfCylinder::Missing InsideOfCylinder::missing_in_the_middle(double length)
     for (double k = 1.0; w > 0.0; k += 1.0, w *= rho) {
         const double q = 2.0 * k * cylinder_element_to_section(radius, 0.5 * length / k);
         if (q >= 1.0) {
-            sum += w; // from here on the sum is that of rho^k - rho^(k+1)
+            sum += w; // from here on the sum of rho^k - rho^(k+1)
             break;
         }
         sum += w * (1.0 - rho) * q;

@@ -18,7 +18,7 @@ struct CylinderParameters {
 ///     R dtheta ∫ c⁴/(4 R² pi r⁴) dz = (1/4) |sin(theta/2)| dtheta,
 /// so K cos(n theta) = lambda cos(n theta), lambda = 1/(1 - 4n²), and K 1 = 1:
 ///     B = constant/(1 - rho) + amplitude cos(n theta)/(1 - rho lambda),
-///     straight from E comes constant + lambda amplitude cos(n theta).
+///     the irradiance directly from E being constant + lambda amplitude cos(n theta).
 class InsideOfCylinder final : public Reference {
   public:
     /// Throws UsageError if a parameter is outside its range.
@@ -27,12 +27,12 @@ class InsideOfCylinder final : public Reference {
     /// In the direction of x from the axis. Throws UsageError on the axis.
     ReferenceLight at(const Vec3& x, const Vec3& n) const override;
 
-    /// What a cylinder of finite length, open or with black ends, has less: B_infinite - B.
+    /// What a cylinder of finite length, open or with black ends, lacks: B_infinite - B.
     struct Missing {
         double least, most; ///< W/m²
     };
 
-    /// Bounds of it halfway between the ends. As for plates (plates.h): what is behind the ends has the form factor
+    /// Bounds of it halfway between the ends. As for plates (plates.h): the region beyond the ends has the form factor
     /// 2 F(length/2), F(t) = cylinder_element_to_section, and a step goes farther than t with the probability 2 F(t):
     ///     least = rho min(B) 2 F(length/2),
     ///     most  = max(B) sum_k (rho^k - rho^(k+1)) min(1, 2 k F(length/2k)),   of order (R/length)³.

@@ -42,7 +42,7 @@ void require_rectangle(const Rectangle& r) {
 }
 
 /// Sum of g(x of `from`, x of `to`, y of `from` - y of `to`) over the corners, the upper one of each interval counted
-/// positive.
+/// as positive.
 template <class G> double alternating(const Rectangle& from, const Rectangle& to, const G& g) {
     double sum = 0.0;
     for (int signs = 0; signs < 16; ++signs) {
@@ -59,7 +59,7 @@ double arc(double v, double q) {
     return v * root * std::atan2(v, root);
 }
 
-/// Cut at the places inside, then into parts of at most `longest`.
+/// Split at the points inside, then into parts of at most `longest`.
 std::vector<double> cut(double from, double to, std::vector<double> places, double longest) {
     places.push_back(to);
     std::sort(places.begin(), places.end());
@@ -145,7 +145,7 @@ double element_to_ball(double r, double h, double u) {
     require_positive({{"radius of a ball", r}, {"height of a ball", h}});
     require_not_negative("distance from the ball's axis", u);
     if (h < r) {
-        throw UsageError("form factor: the ball must be wholly above the horizon; its centre is at " +
+        throw UsageError("form factor: the ball must be entirely above the horizon; its centre is at " +
                          std::to_string(h) + ", its radius " + std::to_string(r));
     }
     const double distance = std::hypot(h, u);
@@ -180,10 +180,10 @@ double crossed_strings(const Eigen::Vector2d& a0, const Eigen::Vector2d& a1, con
         return (along.x() * to_c.y() - along.y() * to_c.x()) * (along.x() * to_d.y() - along.y() * to_d.x()) >= 0.0;
     };
     if (!apart(a0, a1, b0, b1) || !apart(b0, b1, a0, a1)) {
-        throw UsageError("crossed strings: the line of one segment passes through the other, which then is seen from "
-                         "both sides; cut it there");
+        throw UsageError("crossed strings: the line of one segment passes through the other, which is then seen from "
+                         "both sides; split it there");
     }
-    // Of the two ways to join the ends the crossed one is longer.
+    // Of the two ways to join the ends, the crossed one is longer.
     const double straight = (b0 - a0).norm() + (b1 - a1).norm(), other = (b1 - a0).norm() + (b0 - a1).norm();
     return 0.5 * std::abs(straight - other) / (a1 - a0).norm();
 }
@@ -207,7 +207,7 @@ double blocked_rectangles(const Rectangle& from, const Rectangle& to, double dis
                 places.push_back((m * X - T) / (m - 1.0));
             }
         }
-        // Poles of the integrand are a distance `distance` off the real axis, for the shadow's edges that over m.
+        // Poles of the integrand are at distance `distance` from the real axis, for the shadow's edges at that over m.
         return cut(from0, from1, places, distance / std::max(1.0, m));
     };
     const std::vector<double> in_x = pieces(from.x0, from.x1, {to.x0, to.x1}, {blocker.x0, blocker.x1}),

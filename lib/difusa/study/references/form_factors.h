@@ -1,8 +1,8 @@
-// Form factors that are known in closed form, and one with a blocker by a rule of high order.
-// F from 1 to 2 is the share of what leaves 1 that arrives at 2; A_1 F_12 = A_2 F_21. All depend on ratios of lengths
-// only. Formulas without a name are those of J. R. Howell's "A Catalog of Radiation Heat Transfer Configuration
-// Factors"; where differences would cancel they are rewritten. Every function throws UsageError unless its lengths are
-// positive and finite.
+// Form factors in closed form, and one with a blocker by high-order quadrature.
+// F from 1 to 2 is the share of the light leaving 1 that arrives at 2; A_1 F_12 = A_2 F_21. All depend only on ratios
+// of lengths. Formulas without attribution are those of J. R. Howell's "A Catalog of Radiation Heat Transfer
+// Configuration Factors"; where differences would cancel they are rewritten. Every function throws UsageError unless
+// its lengths are positive and finite.
 #pragma once
 
 #include <Eigen/Core>
@@ -31,7 +31,7 @@ double opposite_rectangles(double a, double b, double distance);
 /// whose derivative by x, z and the two y is the kernel x z/(pi (q+v²)²) (Ehlert and Smith, likewise).
 double perpendicular_rectangles(const Rectangle& from, const Rectangle& to);
 
-/// From a rectangle `edge` by `depth` to one of `edge` by `height` at right angles on their common edge.
+/// From a rectangle `edge` by `depth` to one of `edge` by `height` at right angles to it on their common edge.
 double rectangles_with_common_edge(double edge, double depth, double height);
 
 /// From a disc of radius r1 to one of radius r2, facing each other on one axis: with S = 1 + (r2² + h²)/r1²,
@@ -47,18 +47,19 @@ double element_to_disc(double r, double h, double a = 0.0);
 ///     f(X, Y) = (1/2pi) (X/√(1+X²) atan(Y/√(1+X²)) + Y/√(1+Y²) atan(X/√(1+Y²))),   X = x/h, Y = y/h.
 double element_to_rectangle(const Rectangle& rectangle, double h);
 
-/// From an element to a ball of radius r, wholly above its horizon, whose centre is at height h and u >= 0 to the side:
+/// From an element to a ball of radius r, entirely above its horizon, with its centre at height h and u >= 0 to the
+/// side:
 ///     F = r² h / (h² + u²)^(3/2).   Throws UsageError if h < r.
 double element_to_ball(double r, double h, double u);
 
-/// From a ball to a disc of radius r whose axis goes through the ball's centre, at the distance h of it; the ball's
+/// From a ball to a disc of radius r whose axis passes through the ball's centre, at distance h from it; the ball's
 /// radius, less than h, does not matter: F = (1 - 1/√(1 + (r/h)²)) / 2.
 double ball_to_coaxial_disc(double r, double h);
 
 /// From the inside of an open cylinder of radius r to itself: F = 1 + H - √(1 + H²), H = length/(2 r).
 double cylinder_to_itself(double r, double length);
 
-/// From an element of the inside of a cylinder of radius r to its cross-section at the distance t >= 0 along the axis:
+/// From an element inside a cylinder of radius r to its cross-section at the distance t >= 0 along the axis:
 ///     F = (X² + 1/2)/√(X² + 1) - X,   X = t/(2 r).
 double cylinder_element_to_section(double r, double t);
 

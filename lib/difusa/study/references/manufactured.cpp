@@ -14,7 +14,7 @@ namespace difusa {
 namespace {
 
 constexpr double longest_panel = 1.5;
-/// An edge is no closer than this share of the largest size: its limit, and at a corner that along the bisector.
+/// Minimum distance to an edge, as a share of the largest size: gives the limit there, at a corner along the bisector.
 constexpr double off_edge = 1e-14;
 
 /// Calls act(sinh t, cosh t, weight) for the nodes of panels that cover [from, to] cut at ±end.
@@ -80,7 +80,7 @@ double ManufacturedBox::irradiance(const Vec3& x, int axis, const QuadratureRule
                             });
         return inner;
     };
-    { // the face opposite
+    { // the opposite face
         const double d = size_[axis], from = -below[i] / d, to = above[i] / d;
         const Vec3 n = inward(axis, !upper);
         y[axis] = upper ? 0.0 : d;
@@ -167,7 +167,7 @@ ManufacturedBox::ManufacturedBox(const Vec3& size, double rho, Radiosity radiosi
         coarse = fine;
     }
     if (!(error_ <= tolerance * largest)) {
-        throw NotConverged("manufactured box: " + std::to_string(rule_.size()) + " nodes a panel leave an error of " +
+        throw NotConverged("manufactured box: " + std::to_string(rule_.size()) + " nodes per panel leave an error of " +
                            std::to_string(error_) + " W/m²; is B smooth on each face?");
     }
 

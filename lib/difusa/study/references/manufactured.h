@@ -1,4 +1,4 @@
-// A box seen from inside whose radiosity is chosen and whose emission is computed to match.
+// A box seen from inside whose radiosity is prescribed and whose emission is computed to match.
 #pragma once
 
 #include <difusa/study/references/quadrature.h>
@@ -18,29 +18,29 @@ namespace difusa {
 /// over the face opposite, at the distance d,
 ///     ∫∫ d² / (pi (d² + u² + v²)²) B dv du,              u = d sinh s, v = √(d² + u²) sinh t
 ///     = (1/pi) ∫ 1 / cosh² s ∫ B / cosh³ t dt ds.
-/// On the scale of s and t these are smooth, however small x0 is, with poles pi/2 off the real axis; so Gauss-Legendre
-/// panels of bounded length converge geometrically, and on an edge itself the limit from the point's face comes out, at
-/// a corner that along the bisector.
+/// On the scale of s and t these are smooth, however small x0 is, with poles pi/2 off the real axis; Gauss-Legendre
+/// panels of bounded length therefore converge geometrically, and on an edge itself yield the limit from the point's
+/// face, at a corner the limit along the bisector.
 class ManufacturedBox final : public Reference {
   public:
     /// Radiosity in W/m² at x with the inward normal n of its face.
     using Radiosity = std::function<double(const Vec3& x, const Vec3& n)>;
 
-    /// `tolerance`: of K B as a share of the largest |B|; the nodes of a panel are doubled until it holds at places
+    /// `tolerance`: of K B as a share of the largest |B|; the nodes of a panel are doubled until it holds at points
     /// that include edges and corners. Throws UsageError if a size is not positive, rho not in [0,1], the tolerance
-    /// below 1e-12, or B is not finite or E negative at one of the 9 x 9 places tried on each face (raise B's mean,
-    /// or lower rho); NotConverged if 24 nodes a panel do not suffice, as for a B that is not smooth.
+    /// below 1e-12, or B is not finite or E negative at one of the 9 x 9 points tested on each face (raise B's mean, or
+    /// lower rho); NotConverged if 24 nodes per panel do not suffice, as for a B that is not smooth.
     ManufacturedBox(const Vec3& size, double rho, Radiosity radiosity, double tolerance = 1e-8);
 
-    /// B = mean + amplitude cos(pi waves x/a) cos(pi waves y/b) cos(pi waves z/c), continuous over the edges. Its
-    /// E is not negative if mean (1 - rho) >= |amplitude| (1 + rho), since K takes averages.
+    /// B = mean + amplitude cos(pi waves x/a) cos(pi waves y/b) cos(pi waves z/c), continuous across the edges. Its E
+    /// is non-negative if mean (1 - rho) >= |amplitude| (1 + rho), since K takes averages.
     static Radiosity waves(const Vec3& size, double mean, double amplitude, double waves);
 
-    /// On the face whose inward normal is closest to n, at the point of it closest to x. H_direct is not known. Throws
+    /// On the face whose inward normal is closest to n, at its point closest to x. H_direct is unknown. Throws
     /// UsageError if x is farther from that face than a millionth of the box's largest size.
     ReferenceLight at(const Vec3& x, const Vec3& n) const override;
 
-    /// What was found at the places tried: largest error of K B, W/m², and least E.
+    /// Results at the points tested: largest error of K B, W/m², and smallest E.
     double error_estimate() const { return error_; }
     double least_emission() const { return least_emission_; }
 

@@ -52,7 +52,7 @@ Plates::Missing Plates::missing_in_the_middle(int plate, double side) const {
     for (double k = 1.0;; k += 1.0) {
         const double next = w * (std::fmod(k, 2.0) == 1.0 ? other : own), t = half / k, q = k / (1.0 + t * t);
         if (q >= 1.0) {
-            sum += w; // from here on the sum is that of w_k - w_{k+1}
+            sum += w; // from here on the sum of w_k - w_{k+1}
             break;
         }
         sum += (w - next) * q;

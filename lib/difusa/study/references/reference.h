@@ -1,4 +1,4 @@
-// What every scene with an exact answer tells about a point of its surface.
+// Interface of every scene with an exact solution: the light at a point of its surface.
 #pragma once
 
 #include <difusa/core/types.h>
@@ -7,17 +7,17 @@
 
 namespace difusa {
 
-/// One channel of light at a point of a surface, W/m²: B = E + rho H, H = H_direct + H_indirect.
+/// One channel of light at a surface point, W/m²: B = E + rho H, H = H_direct + H_indirect.
 struct ReferenceLight {
     double E = 0.0;                 ///< emitted radiosity
     double rho = 0.0;               ///< reflectance
     double H = 0.0;                 ///< irradiance
-    std::optional<double> H_direct; ///< the part of H that comes straight from the sun or from E; absent if unknown
+    std::optional<double> H_direct; ///< the part of H directly from the sun or from E; absent if unknown
 
     double B() const { return E + rho * H; }
 };
 
-/// A scene whose radiosity is known. The header of each says where its surfaces lie.
+/// A scene with known radiosity. The header of each says where its surfaces are.
 class Reference {
   public:
     Reference() = default;
@@ -27,7 +27,7 @@ class Reference {
     Reference& operator=(Reference&&) = default;
     virtual ~Reference() = default;
 
-    /// At the point of the surface that x, a point on or near it with unit normal n, stands for.
+    /// At the surface point represented by x, a point on or near it with unit normal n.
     virtual ReferenceLight at(const Vec3& x, const Vec3& n) const = 0;
 };
 

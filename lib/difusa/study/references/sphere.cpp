@@ -51,13 +51,13 @@ InsideOfSphere::InsideOfSphere(double rho, std::function<double(const Vec3&)> em
         }
         previous = mean_;
     }
-    throw NotConverged("inside of a sphere: the mean of the emission does not settle; is it smooth? Give its mean");
+    throw NotConverged("inside of a sphere: the mean of the emission does not converge; is it smooth? Give its mean");
 }
 
 ReferenceLight InsideOfSphere::at(const Vec3& x, const Vec3& /*n*/) const {
     const double length = x.norm();
     if (!(length > 0.0)) {
-        throw UsageError("inside of a sphere: the origin is no point of it");
+        throw UsageError("inside of a sphere: the origin is not on it");
     }
     return {checked(emission_(x / length)), rho_, mean_ / (1.0 - rho_), mean_};
 }
