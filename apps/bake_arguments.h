@@ -20,7 +20,14 @@ inline constexpr const char* mesh_help = "mesh or scene: .off .obj .ply .stl .gl
 
 /// --basis --sampler --spacing --sites --neighbours, of a BakeOptions or InspectOptions.
 template <class Options> void add_site_arguments(CLI::App& app, Options& options, const std::string& group) {
-    app.add_option("--basis", options.basis, "finite elements")->group(group)->type_name("NAME")->capture_default_str();
+    CLI::Option* const basis = app.add_option("--basis", options.basis, "finite elements")
+                                   ->group(group)
+                                   ->type_name("NAME")
+                                   ->capture_default_str();
+    if (options.basis.empty()) {
+        basis->description("finite elements (default: moving-least-squares; normalized-radial for pairwise transport, "
+                           "or if bounces do not die out otherwise)");
+    }
     app.add_option("--sampler", options.sampler, "how the sites are placed")
         ->group(group)
         ->type_name("NAME")

@@ -14,6 +14,9 @@
 #include <difusa/transport/pairwise.h>
 
 #include <cmath>
+#include <memory>
+#include <optional>
+#include <utility>
 
 namespace difusa {
 
@@ -38,7 +41,7 @@ void check_constants(BakeResult& result, const Discretisation& discretisation, c
     result.constant_error = std::sqrt((values.array() - 1.0).square().mean());
     const std::string miss = text_of(100.0 * result.constant_error) + " % (rms)";
     if (!(result.constant_error < 0.25)) {
-        throw NotConverged("the basis " + result.options.basis + " misses a constant by " + miss +
+        throw NotConverged("the basis misses a constant by " + miss +
                            " between its sites: its coefficients oscillate. Give it another width, or use "
                            "--basis normalized-radial or shepard");
     }
@@ -110,22 +113,52 @@ LightingOptions lighting_options(const BakeResult& result, const Choices& choice
     return options;
 }
 
-/// The steps that follow once the scene exists.
-void finish(BakeResult& result, Choices& choices, const Execution& execution) {
-    const Tracer tracer(result.scene->mesh, *choices.engine);
-    const Placed placed = build_and_place(result, choices, tracer, execution, false);
-    Discretisation discretisation = discretise(result.scene->mesh, placed.sites, choices.basis, choices.projection,
-                                               choices.neighbour_areas, result.options.seed, execution);
+/// Enters these elements into the list of plugins.
+void name_elements(BakeResult& result, const ElementChoice& elements) {
+    std::erase_if(result.plugins,
+                  [](const auto& plugin) { return plugin.first == "basis" || plugin.first == "projection"; });
+    result.plugins.emplace_back("basis", elements.basis_text);
+    result.plugins.emplace_back("projection", elements.projection_text);
+}
+
+/// The system of these elements and its solution. `transport`: that of other elements on the same sites, if any.
+void solve_with(BakeResult& result, const ElementChoice& elements, const Choices& choices, const Tracer& tracer,
+                const Placed& placed, std::optional<LightTransport>& transport, const Execution& execution) {
+    name_elements(result, elements);
+    Discretisation discretisation =
+        discretise(result.scene->mesh, std::make_shared<SiteSet>(*placed.sites), elements.basis, elements.projection,
+                   choices.neighbour_areas, result.options.seed, execution);
+    result.sites = discretisation.sites;
     check_constants(result, discretisation, execution);
-    LightTransport transport = transport_between(result, choices, tracer, discretisation, execution);
-    check_coverage(result, discretisation, transport, placed.dark_area, execution);
-    result.system = std::make_shared<RadiositySystem>(SystemParts{result.scene, choices.engine, choices.directions,
-                                                                  choices.solver, std::move(discretisation),
-                                                                  std::move(transport), result.options.seed});
+    if (!transport) {
+        transport = transport_between(result, choices, tracer, discretisation, execution);
+        check_coverage(result, discretisation, *transport, placed.dark_area, execution);
+    }
+    result.system =
+        std::make_shared<RadiositySystem>(SystemParts{result.scene, choices.engine, choices.directions, choices.solver,
+                                                      std::move(discretisation), *transport, result.options.seed});
     try {
         result.solution = result.system->solve(result.scene, lighting_options(result, choices), execution);
     } catch (const InputError& error) {
         throw InputError(result.file + ": " + error.what());
+    }
+}
+
+/// The steps after the scene is there.
+void finish(BakeResult& result, Choices& choices, const Execution& execution) {
+    const Tracer tracer(result.scene->mesh, *choices.engine);
+    const Placed placed = build_and_place(result, choices, tracer, execution, false);
+    std::optional<LightTransport> transport;
+    try {
+        solve_with(result, choices.elements, choices, tracer, placed, transport, execution);
+    } catch (const NotConverged&) {
+        if (!choices.fallback) {
+            throw;
+        }
+        execution.note("with --basis " + choices.elements.basis_text +
+                       ", the default, the bounces do not die out: normalized-radial is used, with which they do "
+                       "unless the surfaces absorb nothing");
+        solve_with(result, *choices.fallback, choices, tracer, placed, transport, execution);
     }
     estimate_error_of(result, execution);
     evaluate_output(result, execution);
@@ -141,6 +174,7 @@ BakeResult run(const Registry& registry, const BakeOptions& options, const Execu
     result.threads = execution.threads;
     result.options.visibility = choices.visibility;
     result.plugins = choices.plugins;
+    name_elements(result, choices.elements);
     Journal journal;
     const Execution own{execution.threads, execution.progress, &journal};
     for (const std::string& note : choices.notes) {

@@ -25,7 +25,7 @@ TEST(SpectralRadius, IsThatOfTheDenseMatrix) {
             r = random.uniform();
         }
         const double exact = test::exact_spectral_radius(K * Eigen::VectorXd(rho.col(0)).asDiagonal());
-        EXPECT_NEAR(spectral_radius(DenseOperator(K, rho), 40, Execution{}), exact, 1e-9 * exact + 1e-12) << n;
+        EXPECT_NEAR(spectral_radius(DenseOperator(K, rho), 40, 0.0, Execution{}), exact, 1e-9 * exact + 1e-12) << n;
     }
 }
 
@@ -34,26 +34,33 @@ TEST(SpectralRadius, OfAClosedSceneIsOne) {
     RandomStream random(1, "matrix");
     Eigen::MatrixXd K = test::random_nonnegative(80, 0.3, random);
     K.array().colwise() /= K.rowwise().sum().array().eval();
-    EXPECT_NEAR(spectral_radius(DenseOperator(K), 40, Execution{}), 1.0, 1e-14);
-    EXPECT_NEAR(spectral_radius(DenseOperator(K, Values::Constant(80, 1, 0.25)), 40, Execution{}), 0.25, 1e-14);
+    EXPECT_NEAR(spectral_radius(DenseOperator(K), 40, 0.0, Execution{}), 1.0, 1e-14);
+    EXPECT_NEAR(spectral_radius(DenseOperator(K, Values::Constant(80, 1, 0.25)), 40, 0.0, Execution{}), 0.25, 1e-14);
 }
 
 TEST(SpectralRadius, OfSeparateRoomsIsThatOfTheWorst) {
     Eigen::MatrixXd K = Eigen::MatrixXd::Zero(30, 30);
     K.topLeftCorner(28, 28).setConstant(0.5 / 28);
     K.bottomRightCorner(2, 2) << 0.0, 1.3, 1.3, 0.0;
-    EXPECT_NEAR(spectral_radius(DenseOperator(K), 40, Execution{}), 1.3, 1e-12);
+    EXPECT_NEAR(spectral_radius(DenseOperator(K), 40, 0.0, Execution{}), 1.3, 1e-12);
+}
+
+TEST(SpectralRadius, EndsEarlyWhereTheEstimateHasSettled) {
+    RandomStream random(2, "matrix");
+    const Eigen::MatrixXd K = test::random_nonnegative(200, 0.5, random);
+    const double exact = test::exact_spectral_radius(K);
+    EXPECT_NEAR(spectral_radius(DenseOperator(K), 40, 1e-5, Execution{}), exact, 1e-5 * exact);
 }
 
 TEST(SpectralRadius, OfNothingIsNothing) {
-    EXPECT_EQ(spectral_radius(DenseOperator(Eigen::MatrixXd::Zero(5, 5)), 40, Execution{}), 0.0);
-    EXPECT_EQ(spectral_radius(DenseOperator(Eigen::MatrixXd::Ones(5, 5), Values::Zero(5, 1)), 40, Execution{}), 0.0);
+    EXPECT_EQ(spectral_radius(DenseOperator(Eigen::MatrixXd::Zero(5, 5)), 40, 0.0, Execution{}), 0.0);
+    EXPECT_EQ(spectral_radius(DenseOperator(Eigen::MatrixXd::Ones(5, 5), Values::Zero(5, 1)), 40, 0.0, Execution{}), 0.0);
     // Light that passes through a chain once: nilpotent.
     Eigen::MatrixXd chain = Eigen::MatrixXd::Zero(6, 6);
     for (Eigen::Index i = 0; i + 1 < 6; ++i) {
         chain(i, i + 1) = 1.0;
     }
-    EXPECT_LT(spectral_radius(DenseOperator(chain), 40, Execution{}), 0.01);
+    EXPECT_LT(spectral_radius(DenseOperator(chain), 40, 0.0, Execution{}), 0.01);
 }
 
 } // namespace

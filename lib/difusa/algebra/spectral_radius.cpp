@@ -5,17 +5,30 @@
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 namespace difusa {
 
-double spectral_radius(const LinearOperator& T, int steps, const Execution& execution) {
+namespace {
+
+constexpr Eigen::Index agreeing = 3; ///< further steps that must confirm an estimate
+
+double largest_eigenvalue(const Eigen::MatrixXd& H, Eigen::Index size) {
+    const Eigen::VectorXcd values = H.topLeftCorner(size, size).eigenvalues();
+    return values.cwiseAbs().maxCoeff();
+}
+
+} // namespace
+
+double spectral_radius(const LinearOperator& T, int steps, double tolerance, const Execution& execution) {
     DIFUSA_REQUIRE(T.rows() == T.columns());
     const auto n = static_cast<Eigen::Index>(T.rows());
     const auto m = std::min<Eigen::Index>(steps, n);
     std::vector<Eigen::VectorXd> V{Eigen::VectorXd::Ones(n).normalized()};
     Eigen::MatrixXd H = Eigen::MatrixXd::Zero(m + 1, m);
-    Eigen::Index size = 0;
+    Eigen::Index agreed = 0;
+    double radius = 0.0;
     for (Eigen::Index k = 0; k < m; ++k) {
         execution.check();
         Values y;
@@ -29,15 +42,19 @@ double spectral_radius(const LinearOperator& T, int steps, const Execution& exec
                 w -= overlap * V[static_cast<std::size_t>(i)];
             }
         }
-        size = k + 1;
         H(k + 1, k) = w.norm();
+        const double before_last = radius;
+        radius = largest_eigenvalue(H, k + 1);
+        agreed = std::abs(radius - before_last) <= tolerance * radius ? agreed + 1 : 0;
+        if (agreed == agreeing) {
+            break;
+        }
         if (H(k + 1, k) <= 1e-14 * before) {
             break; // the space is invariant: its eigenvalues are exact
         }
         V.emplace_back(w / H(k + 1, k));
     }
-    const Eigen::VectorXcd values = H.topLeftCorner(size, size).eigenvalues();
-    return values.cwiseAbs().maxCoeff();
+    return radius;
 }
 
 } // namespace difusa

@@ -6,6 +6,18 @@
 
 namespace difusa {
 
+namespace {
+
+ElementChoice make_elements(const Registry& registry, const std::string& basis, const std::string& projection) {
+    ElementChoice elements;
+    elements.basis = registry.create<Basis>(basis);
+    elements.basis_text = registry.describe("basis", basis);
+    elements.projection = projection_for(*elements.basis, projection, elements.projection_text);
+    return elements;
+}
+
+} // namespace
+
 Choices make_choices(const Registry& registry, const BakeOptions& options) {
     check_options(options);
     Choices choices;
@@ -28,7 +40,12 @@ Choices make_choices(const Registry& registry, const BakeOptions& options) {
         parse_choice("direct", options.direct, {{"exact", {}}, {"interpolated", {}}}).name == "interpolated";
 
     make(choices.sampler, options.sampler);
-    make(choices.basis, options.basis);
+    const std::string sure = "normalized-radial", accurate = "moving-least-squares";
+    const std::string basis = !options.basis.empty() ? options.basis : choices.pairwise ? sure : accurate;
+    choices.elements = make_elements(registry, basis, options.projection);
+    if (options.basis.empty() && !choices.pairwise) {
+        choices.fallback = make_elements(registry, sure, options.projection);
+    }
     choices.visibility = choose_visibility(registry, options.visibility, choices.notes);
     make(choices.engine, choices.visibility);
     make(choices.directions, options.directions);
@@ -41,11 +58,8 @@ Choices make_choices(const Registry& registry, const BakeOptions& options) {
                          ": rays need no form-factor kernel; omit it, or use "
                          "--transport pairwise");
     }
-    std::string projection;
-    choices.projection = projection_for(*choices.basis, options.projection, projection);
-    choices.plugins.emplace_back("projection", projection);
-    if (choices.pairwise && (choices.projection.kind == ProjectionKind::least_squares ||
-                             choices.projection.kind == ProjectionKind::galerkin)) {
+    const ProjectionKind projection = choices.elements.projection.kind;
+    if (choices.pairwise && (projection == ProjectionKind::least_squares || projection == ProjectionKind::galerkin)) {
         throw UsageError("--projection " + options.projection +
                          ": needs light at more points than the sites, which pairwise transport does not compute; use "
                          "--transport gather, or another projection");

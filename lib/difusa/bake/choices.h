@@ -11,26 +11,34 @@
 #include <difusa/transport/kernel.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace difusa {
 
-struct Choices {
+/// A basis with its projection.
+struct ElementChoice {
     std::shared_ptr<Basis> basis;
+    ProjectionChoice projection;
+    std::string basis_text, projection_text; ///< with all parameters
+};
+
+struct Choices {
+    ElementChoice elements;
+    std::optional<ElementChoice> fallback; ///< if bounces do not die out with these
     std::shared_ptr<Sampler> sampler;
     std::shared_ptr<Visibility> engine;
     std::shared_ptr<Directions> directions;
     std::shared_ptr<Kernel> kernel; ///< null unless pairwise
     std::shared_ptr<Solver> solver;
-    ProjectionChoice projection;
     bool pairwise = false;
     bool neighbour_areas = false;                             ///< for pairwise transport
     bool direct_in_basis = false;                             ///< BakeOptions::direct is "interpolated"
     std::string visibility;                                   ///< the engine chosen by "auto"
     std::vector<std::string> notes;                           ///< about choices that were not available
-    std::vector<std::pair<std::string, std::string>> plugins; ///< kind, and choice with all parameters
+    std::vector<std::pair<std::string, std::string>> plugins; ///< kind, and choice with all parameters, of the others
 };
 
 /// Throws UsageError for anything unknown, contradictory or without effect.

@@ -50,7 +50,7 @@ double surfels_of(const Mesh& mesh, double edge) {
 /// Visibility segments of a bake up to its field.
 std::size_t segments_for(std::size_t sites, const BakeResult& result, const Choices& choices, const DirectLight& lights,
                          const ShadowRays& needed) {
-    const std::size_t points = gather_points(choices.projection, sites);
+    const std::size_t points = gather_points(choices.elements.projection, sites);
     const double on_surfels = surfels_of(result.scene->mesh, Discretisation::surfel_edge(result.options.spacing)) *
                               needed.samples * static_cast<double>(lights.rays_per_point(1));
     std::size_t segments =
@@ -75,7 +75,7 @@ std::size_t error_points(const BakeOptions& options, std::size_t sites) {
 BakeEstimate estimate_cost(const BakeResult& result, const Choices& choices, const DirectLight& lights,
                            std::size_t sites, const Execution& execution) {
     BakeEstimate estimate;
-    const std::size_t points = gather_points(choices.projection, sites);
+    const std::size_t points = gather_points(choices.elements.projection, sites);
     const auto n = static_cast<double>(sites), rays = static_cast<double>(result.options.rays);
     estimate.rays = points * result.options.rays;
     estimate.segments = segments_for(sites, result, choices, lights, most);

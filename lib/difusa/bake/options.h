@@ -19,10 +19,11 @@ struct ListedPoint {
 
 /// What a user may choose. Plugins are named as on the command line, "name" or "name:parameter=value,...".
 struct BakeOptions {
-    std::string basis = "normalized-radial";
+    /// Empty: "moving-least-squares", or "normalized-radial" if bounces do not die out with it, or for "pairwise".
+    std::string basis;
     std::string sampler = "poisson-disk";
     std::string transport = "gather"; ///< "gather", or "pairwise" with the parameter areas=integral|neighbours
-    std::string directions = "low-discrepancy";
+    std::string directions = "fibonacci";
     std::string kernel;              ///< of pairwise transport; empty: "disc" there
     std::string visibility = "auto"; ///< rays/visibility_choice.h
     std::string solver = "krylov";
@@ -35,7 +36,7 @@ struct BakeOptions {
     double spacing = 0.0;                    ///< unit of the scene; 0: from `sites`
     std::size_t sites = 0;                   ///< wanted number; 0: 5000
     int neighbours = 10;                     ///< m
-    std::size_t rays = 1024;                 ///< a site
+    std::size_t rays = 512;                  ///< a site
     SolveOptions solve;                      ///< tolerance, iterations
     std::size_t final_gather = 0;            ///< rays from each output vertex; 0: the basis is evaluated
     std::optional<std::size_t> error_points; ///< of the error estimate; 0: none; absent: #S / 8 in 128..4096

@@ -237,9 +237,11 @@ ProjectionChoice parse_projection(std::string_view choice, std::string& text) {
 
 ProjectionChoice projection_for(const Basis& basis, std::string_view choice, std::string& text) {
     const bool smooths = basis.coefficients_are_values() && !basis.interpolates();
-    const ProjectionChoice result = parse_projection(!choice.empty() ? choice
-                                                     : smooths       ? "corrected"
-                                                                     : "natural",
+    // A partition of unity is sure to converge with its own coefficients: that is worth more than accuracy.
+    const ProjectionChoice result = parse_projection(!choice.empty()              ? choice
+                                                     : !smooths                   ? "natural"
+                                                     : basis.partition_of_unity() ? "corrected"
+                                                                                  : "corrected:in=equation",
                                                      text);
     if (result.kind == ProjectionKind::corrected) {
         if (basis.interpolates()) {

@@ -18,6 +18,7 @@ namespace {
 /// A spectral radius within rounding of 1 counts as 1.
 constexpr double contraction = 1.0 - 1e-9;
 constexpr int arnoldi_steps = 40;
+constexpr double arnoldi_tolerance = 1e-5;
 
 /// The rows of D and Y as lists of bins with weights.
 class Rows {
@@ -179,15 +180,17 @@ class Solving {
             result_.spectral_radius_is_bound = true;
         }
         if (!result_.spectral_radius_is_bound || !(result_.spectral_radius < contraction)) {
-            result_.spectral_radius = 0.0;
-            for (Eigen::Index c = 0; c < rho.cols(); ++c) {
-                if (c > 0 && rho.col(c) == rho.col(0)) {
-                    continue;
-                }
-                const Values channel = rho.col(c);
+            const auto radius_of = [&](const Values& channel) {
                 const ReflectedTransport one(discretisation_, transport_, channel);
-                result_.spectral_radius =
-                    std::max(result_.spectral_radius, spectral_radius(one, arnoldi_steps, execution_));
+                return spectral_radius(one, arnoldi_steps, arnoldi_tolerance, execution_);
+            };
+            // More reflectance, more light: the largest of all channels everywhere stands for each of them.
+            result_.spectral_radius = radius_of(rho.rowwise().maxCoeff());
+            if (!(result_.spectral_radius < contraction) && rho.cols() > 1) {
+                result_.spectral_radius = 0.0;
+                for (Eigen::Index c = 0; c < rho.cols(); ++c) {
+                    result_.spectral_radius = std::max(result_.spectral_radius, radius_of(rho.col(c)));
+                }
             }
             result_.spectral_radius_is_bound = false;
         }
