@@ -33,8 +33,9 @@ class Jacobi final : public difusa::Solver {
                 summary.residual = r_c <= summary.residual ? summary.residual : r_c;
             }
             first = summary.iterations == 0 ? summary.residual : first;
+            const double rounding = difusa::rounding_of_residual * summary.h.cwiseAbs().maxCoeff();
             if (summary.residual <= options.tolerance ||
-                r.cwiseAbs().maxCoeff() <= difusa::rounding_of_residual * summary.h.cwiseAbs().maxCoeff()) {
+                (std::isfinite(summary.residual) && r.cwiseAbs().maxCoeff() <= rounding)) {
                 summary.reason = SolveSummary::Reason::converged;
                 return summary;
             }

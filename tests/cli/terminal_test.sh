@@ -23,7 +23,7 @@ if "$bake" --list-plugins | grep -q '^  embree '; then
     engine=embree
 fi
 expect_exit 0 "$bake" "$box" out.vtp $small --verbose
-expect_text stdout "basis: normalized-radial:width=1" "visibility: $engine" "time, transport: " "residuals, channel 2: "
+expect_text stdout "basis: moving-least-squares:width=1" "visibility: $engine" "time, transport: " "residuals, channel 2: "
 
 # On a terminal: one line, rewritten, wiped at the end. With as many rays as it takes to see some progress.
 for rays in 128 1024 8192; do

@@ -19,6 +19,7 @@ Measurement made_up(const std::string& basis, double spacing, double error) {
     m.case_name = "sphere";
     m.options.basis = basis;
     m.options.spacing = spacing;
+    m.options.rays = 1024;
     m.sites = 100;
     m.seconds = 1.5;
     m.seconds_output = 0.5;

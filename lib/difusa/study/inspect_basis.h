@@ -17,7 +17,7 @@ namespace difusa {
 
 /// Options; as in a bake (BakeOptions), so that the same options show exactly the basis of that bake.
 struct InspectOptions {
-    std::string basis = "normalized-radial";
+    std::string basis = "moving-least-squares";
     std::string sampler = "poisson-disk";
     std::string visibility = "auto";          ///< for samplers that cast rays
     double spacing = 0.0;                     ///< unit of the mesh; 0: from `sites`
