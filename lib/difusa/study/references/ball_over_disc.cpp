@@ -1,6 +1,6 @@
 #include <difusa/study/references/ball_over_disc.h>
 
-#include <difusa/core/error.h>
+#include <difusa/study/references/check_parameter.h>
 
 #include <Eigen/LU>
 
@@ -15,7 +15,7 @@ namespace difusa {
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr std::size_t most_unknowns = 4000;
 
 /// The latitude on a ball of radius r, centred one unit of length above a plane, whose tangent plane touches the circle
@@ -23,12 +23,6 @@ constexpr std::size_t most_unknowns = 4000;
 /// side (-1, all of it is visible below).
 double tangent_latitude(double r, double v, double sign) {
     return sign * std::atan(v) - std::asin(r / std::sqrt(1.0 + v * v));
-}
-
-void check(bool holds, const char* what, double value) {
-    if (!holds) {
-        throw UsageError("ball over disc: " + std::string(what) + ", not " + std::to_string(value));
-    }
 }
 
 /// Sorted, without duplicates.
@@ -70,13 +64,14 @@ double BallOverDisc::Row::of(const std::vector<double>& H) const {
 BallOverDisc::BallOverDisc(const BallOverDiscParameters& parameters, double tolerance)
     : parameters_(parameters), R_(parameters.R / parameters.h), r_(parameters.r / parameters.h) {
     const auto& [R, r, h, beta, delta, mu] = parameters;
-    check(std::isfinite(R) && R > 0.0, "the disc's radius must be positive", R);
-    check(std::isfinite(r) && r > 0.0, "the ball's radius must be positive", r);
-    check(std::isfinite(h) && h > r, "the ball's centre must be higher than its radius", h);
-    check(beta >= 0.0 && beta <= 1.0, "the ball's reflectance must be in [0,1]", beta);
-    check(delta >= 0.0 && delta <= 1.0, "the disc's reflectance must be in [0,1]", delta);
-    check(std::isfinite(mu) && mu > 0.0, "the sun's irradiance must be positive", mu);
-    check(tolerance >= 1e-12 && tolerance < 1.0, "the tolerance must be in [1e-12, 1)", tolerance);
+    check_parameter("ball over disc", std::isfinite(R) && R > 0.0, "the disc's radius must be positive", R);
+    check_parameter("ball over disc", std::isfinite(r) && r > 0.0, "the ball's radius must be positive", r);
+    check_parameter("ball over disc", std::isfinite(h) && h > r, "the ball's centre must be higher than its radius", h);
+    check_parameter("ball over disc", beta >= 0.0 && beta <= 1.0, "the ball's reflectance must be in [0,1]", beta);
+    check_parameter("ball over disc", delta >= 0.0 && delta <= 1.0, "the disc's reflectance must be in [0,1]", delta);
+    check_parameter("ball over disc", std::isfinite(mu) && mu > 0.0, "the sun's irradiance must be positive", mu);
+    check_parameter("ball over disc", tolerance >= 1e-12 && tolerance < 1.0, "the tolerance must be in [1e-12, 1)",
+                    tolerance);
 
     // Where the irradiances are not smooth.
     std::vector<double> on_ball{-pi / 2.0, 0.0, tangent_latitude(r_, R_, 1.0), tangent_latitude(r_, R_, -1.0),
@@ -259,13 +254,14 @@ void BallOverDisc::solve(std::size_t nodes) {
 }
 
 ReferenceLight BallOverDisc::ball(double alpha) const {
-    check(std::abs(alpha) <= pi / 2.0, "the latitude must be in [-pi/2, pi/2]", alpha);
+    check_parameter("ball over disc", std::abs(alpha) <= pi / 2.0, "the latitude must be in [-pi/2, pi/2]", alpha);
     const double direct = direct_ball(alpha);
     return {0.0, parameters_.beta, direct + from_disc(alpha).of(disc_.H), direct};
 }
 
 ReferenceLight BallOverDisc::disc(double u) const {
-    check(u >= 0.0 && u <= parameters_.R, "the distance from the disc's centre must be in [0, R]", u);
+    check_parameter("ball over disc", u >= 0.0 && u <= parameters_.R,
+                    "the distance from the disc's centre must be in [0, R]", u);
     const double scaled = u / parameters_.h, direct = u > parameters_.r ? parameters_.mu : 0.0;
     return {0.0, parameters_.delta, direct + from_ball(scaled).of(ball_.H), direct};
 }
@@ -276,7 +272,7 @@ ReferenceLight BallOverDisc::at(const Vec3& x, const Vec3& n) const {
     if (std::abs(from_centre.norm() - parameters_.r) < std::hypot(outside, x.z())) {
         return ball(std::atan2(from_centre.z(), u));
     }
-    check(n.z() > 0.0, "the disc is known from above only; the normal must look up", n.z());
+    check_parameter("ball over disc", n.z() > 0.0, "the disc is known from above only; the normal must look up", n.z());
     return disc(std::min(u, parameters_.R));
 }
 

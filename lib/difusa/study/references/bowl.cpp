@@ -1,6 +1,6 @@
 #include <difusa/study/references/bowl.h>
 
-#include <difusa/core/error.h>
+#include <difusa/study/references/check_parameter.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,26 +10,19 @@
 
 namespace difusa {
 
-namespace {
-
-void check(bool holds, const char* what, double value) {
-    if (!holds) {
-        throw UsageError("bowl: " + std::string(what) + ", not " + std::to_string(value));
-    }
-}
-
-} // namespace
-
 Bowl::Bowl(const BowlParameters& parameters) : parameters_(parameters) {
     const auto& [beta, rho, s, sun, sky] = parameters;
-    check(beta > 0.0 && beta < std::numbers::pi, "the half-angle must be between 0 and pi", beta);
-    check(rho >= 0.0 && rho <= 1.0, "the reflectance must be in [0,1]", rho);
-    check(std::abs(s.norm() - 1.0) <= 8.0 * std::numeric_limits<double>::epsilon(),
-          "the direction towards the sun must have unit length", s.norm());
-    check(s.z() > 0.0, "the sun must be above the horizon for its light to enter; its direction's z must be positive",
-          s.z());
-    check(sun >= 0.0 && std::isfinite(sun), "the sun's irradiance must be finite and not negative", sun);
-    check(sky >= 0.0 && std::isfinite(sky), "the sky's irradiance must be finite and not negative", sky);
+    check_parameter("bowl", beta > 0.0 && beta < std::numbers::pi, "the half-angle must be between 0 and pi", beta);
+    check_parameter("bowl", rho >= 0.0 && rho <= 1.0, "the reflectance must be in [0,1]", rho);
+    check_parameter("bowl", std::abs(s.norm() - 1.0) <= 8.0 * std::numeric_limits<double>::epsilon(),
+                    "the direction towards the sun must have unit length", s.norm());
+    check_parameter("bowl", s.z() > 0.0,
+                    "the sun must be above the horizon for its light to enter; its direction's z must be positive",
+                    s.z());
+    check_parameter("bowl", sun >= 0.0 && std::isfinite(sun), "the sun's irradiance must be finite and not negative",
+                    sun);
+    check_parameter("bowl", sky >= 0.0 && std::isfinite(sky), "the sky's irradiance must be finite and not negative",
+                    sky);
 }
 
 double Bowl::share() const {

@@ -1,6 +1,6 @@
 #include <difusa/study/references/cylinder.h>
 
-#include <difusa/core/error.h>
+#include <difusa/study/references/check_parameter.h>
 #include <difusa/study/references/form_factors.h>
 
 #include <cmath>
@@ -9,12 +9,6 @@
 namespace difusa {
 
 namespace {
-
-void check(bool holds, const char* what, double value) {
-    if (!holds) {
-        throw UsageError("inside of a cylinder: " + std::string(what) + ", not " + std::to_string(value));
-    }
-}
 
 /// Eigenvalue of K for cos(n theta).
 double lambda(int n) {
@@ -25,24 +19,27 @@ double lambda(int n) {
 
 InsideOfCylinder::InsideOfCylinder(const CylinderParameters& parameters) : parameters_(parameters) {
     const auto& [radius, rho, constant, amplitude, waves] = parameters;
-    check(radius > 0.0 && std::isfinite(radius), "the radius must be positive", radius);
-    check(rho >= 0.0 && rho < 1.0, "the reflectance must be in [0,1)", rho);
-    check(constant >= 0.0 && std::isfinite(constant), "the constant part of the emission must not be negative",
-          constant);
-    check(std::abs(amplitude) <= constant, "the emission would be negative: its amplitude must be at most the constant",
-          amplitude);
-    check(waves >= 1, "the number of waves must be at least 1", waves);
+    check_parameter("inside of a cylinder", radius > 0.0 && std::isfinite(radius), "the radius must be positive",
+                    radius);
+    check_parameter("inside of a cylinder", rho >= 0.0 && rho < 1.0, "the reflectance must be in [0,1)", rho);
+    check_parameter("inside of a cylinder", constant >= 0.0 && std::isfinite(constant),
+                    "the constant part of the emission must not be negative", constant);
+    check_parameter("inside of a cylinder", std::abs(amplitude) <= constant,
+                    "the emission would be negative: its amplitude must be at most the constant", amplitude);
+    check_parameter("inside of a cylinder", waves >= 1, "the number of waves must be at least 1", waves);
 }
 
 ReferenceLight InsideOfCylinder::at(const Vec3& x, const Vec3& /*n*/) const {
-    check(std::hypot(x.x(), x.y()) > 0.0, "the axis is not on its surface; the distance from it must be positive", 0.0);
+    check_parameter("inside of a cylinder", std::hypot(x.x(), x.y()) > 0.0,
+                    "the axis is not on its surface; the distance from it must be positive", 0.0);
     const auto& [radius, rho, constant, amplitude, waves] = parameters_;
     const double wave = amplitude * std::cos(waves * std::atan2(x.y(), x.x())), l = lambda(waves);
     return {constant + wave, rho, constant / (1.0 - rho) + wave * l / (1.0 - rho * l), constant + l * wave};
 }
 
 InsideOfCylinder::Missing InsideOfCylinder::missing_in_the_middle(double length) const {
-    check(length > 0.0 && std::isfinite(length), "the length must be positive", length);
+    check_parameter("inside of a cylinder", length > 0.0 && std::isfinite(length), "the length must be positive",
+                    length);
     const auto& [radius, rho, constant, amplitude, waves] = parameters_;
     const double mean = constant / (1.0 - rho), wave = std::abs(amplitude) / (1.0 - rho * lambda(waves));
     double sum = 0.0, w = rho;

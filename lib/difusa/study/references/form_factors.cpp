@@ -16,7 +16,7 @@ namespace difusa {
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 void require_positive(std::initializer_list<std::pair<const char*, double>> lengths) {
     for (const auto& [name, length] : lengths) {

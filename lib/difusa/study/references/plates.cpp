@@ -1,6 +1,6 @@
 #include <difusa/study/references/plates.h>
 
-#include <difusa/core/error.h>
+#include <difusa/study/references/check_parameter.h>
 #include <difusa/study/references/form_factors.h>
 
 #include <algorithm>
@@ -9,26 +9,18 @@
 
 namespace difusa {
 
-namespace {
-
-void check(bool holds, const char* what, double value) {
-    if (!holds) {
-        throw UsageError("parallel plates: " + std::string(what) + ", not " + std::to_string(value));
-    }
-}
-
-} // namespace
-
 Plates::Plates(const PlatesParameters& parameters) : parameters_(parameters) {
     const auto& [E1, E2, rho1, rho2, gap] = parameters;
     for (const double E : {E1, E2}) {
-        check(E >= 0.0 && std::isfinite(E), "the emission must be finite and not negative", E);
+        check_parameter("parallel plates", E >= 0.0 && std::isfinite(E), "the emission must be finite and not negative",
+                        E);
     }
     for (const double rho : {rho1, rho2}) {
-        check(rho >= 0.0 && rho <= 1.0, "the reflectance must be in [0,1]", rho);
+        check_parameter("parallel plates", rho >= 0.0 && rho <= 1.0, "the reflectance must be in [0,1]", rho);
     }
-    check(rho1 * rho2 < 1.0, "the product of the reflectances must be less than 1", rho1 * rho2);
-    check(gap > 0.0 && std::isfinite(gap), "the gap must be positive", gap);
+    check_parameter("parallel plates", rho1 * rho2 < 1.0, "the product of the reflectances must be less than 1",
+                    rho1 * rho2);
+    check_parameter("parallel plates", gap > 0.0 && std::isfinite(gap), "the gap must be positive", gap);
 }
 
 double Plates::B(int plate) const {
@@ -42,8 +34,8 @@ ReferenceLight Plates::at(const Vec3& /*x*/, const Vec3& n) const {
 }
 
 Plates::Missing Plates::missing_in_the_middle(int plate, double side) const {
-    check(plate == 1 || plate == 2, "plates are numbered 1 and 2", plate);
-    check(side > 0.0 && std::isfinite(side), "the side must be positive", side);
+    check_parameter("parallel plates", plate == 1 || plate == 2, "plates are numbered 1 and 2", plate);
+    check_parameter("parallel plates", side > 0.0 && std::isfinite(side), "the side must be positive", side);
     const double own = plate == 1 ? parameters_.rho1 : parameters_.rho2,
                  other = plate == 1 ? parameters_.rho2 : parameters_.rho1;
     const double half = 0.5 * side / parameters_.gap; // gap 1 from here on
