@@ -253,9 +253,9 @@ check_tidy() {
                 printf '%s\t%s\n' "$options" "$file"
             fi
         done |
-        # Neighbours, which use the same names, go into different piles of at most 12.
+        # Neighbours, which use the same names, go into different piles of at most 20.
         awk -F '\t' 'function deal(  piles, i, k) {
-                         piles = int((n + 11) / 12)
+                         piles = int((n + 19) / 20)
                          for (k = 0; k < piles; k++) {
                              for (i = k; i < n; i += piles) {
                                  printf "%s%s", (i > k ? "\t" : ""), file[i]

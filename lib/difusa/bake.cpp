@@ -87,22 +87,42 @@ struct Placed {
     double dark_area = 0.0;
 };
 
-Placed build_and_place(BakeResult& result, const Choices& choices, const Tracer& tracer, const Execution& execution,
-                       bool timed) {
+void build_visibility(const BakeResult& result, const Choices& choices, const Execution& execution) {
     execution.phase("build visibility");
     choices.engine->build(result.scene->mesh);
+}
+
+/// Refuses what may be refused before time is spent, and estimates the cost.
+void check_request(BakeResult& result, const Choices& choices, const DirectLight& lights, std::size_t sites,
+                   const Execution& execution) {
+    check_output(result);
+    find_listed(result, execution);
+    result.estimate = estimate_cost(result, choices, lights, sites, execution);
+}
+
+Placed build_and_place(BakeResult& result, const Choices& choices, const Tracer& tracer, const Execution& execution) {
+    build_visibility(result, choices, execution);
     const DirectLight lights(*result.scene, tracer);
     const LitSurface lit = lit_surface(result, lights, tracer, execution);
     Placed placed{place_sites(result, choices, lit, execution), lit.dark_area};
     result.sites = placed.sites;
-    // What may be refused is refused before the time is spent.
-    check_output(result);
-    find_listed(result, execution);
-    result.estimate = estimate_cost(result, choices, lights, placed.sites->size(), execution);
-    if (timed) {
-        time_sample(result.estimate, result, choices, lights, *placed.sites, execution);
-    }
+    check_request(result, choices, lights, placed.sites->size(), execution);
     return placed;
+}
+
+/// Estimates the cost, placing sites only where that is cheap.
+void forecast(BakeResult& result, const Choices& choices, const Execution& execution) {
+    const Tracer tracer(result.scene->mesh, *choices.engine);
+    build_visibility(result, choices, execution);
+    const DirectLight lights(*result.scene, tracer);
+    const LitSurface lit = lit_surface(result, lights, tracer, execution);
+    const std::optional<std::size_t> many = forecast_sites(result, choices, lit, execution);
+    if (!many) {
+        result.sites = place_sites(result, choices, lit, execution);
+    }
+    check_request(result, choices, lights, many ? *many : result.sites->size(), execution);
+    result.estimate.predicted = many.has_value();
+    time_sample(result.estimate, result, choices, lights, execution);
 }
 
 LightingOptions lighting_options(const BakeResult& result, const Choices& choices) {
@@ -147,7 +167,7 @@ void solve_with(BakeResult& result, const ElementChoice& elements, const Choices
 /// The steps after the scene is there.
 void finish(BakeResult& result, Choices& choices, const Execution& execution) {
     const Tracer tracer(result.scene->mesh, *choices.engine);
-    const Placed placed = build_and_place(result, choices, tracer, execution, false);
+    const Placed placed = build_and_place(result, choices, tracer, execution);
     std::optional<LightTransport> transport;
     try {
         solve_with(result, choices.elements, choices, tracer, placed, transport, execution);
@@ -219,7 +239,7 @@ BakeResult dry_run(const Registry& registry, const std::filesystem::path& file, 
                    const Execution& execution) {
     return run(registry, options, execution, [&](BakeResult& result, Choices& choices, const Execution& own) {
         read_into(result, registry, file, own);
-        build_and_place(result, choices, Tracer(result.scene->mesh, *choices.engine), own, true);
+        forecast(result, choices, own);
         result.dry_run = true;
     });
 }

@@ -32,6 +32,12 @@ for choice in "" "--basis shepard" "--basis radial" "--transport pairwise --sky 
     esac
 done
 
+# Of very many sites the number is predicted: nothing as large as they are is made.
+expect_exit 0 "$bake" "$box" out.vtp --sites 2000000 --rays 16 --dry-run --report dry.json
+expect_text stdout "sites: about "
+sites=$(sed -n 's/^sites: about \([0-9]*\) .*/\1/p' stdout)
+[ "$sites" -gt 1900000 ] && [ "$sites" -lt 2100000 ] || fail "$sites of 2000000 sites"
+
 # Without an output file, and without any file.
 rm -f ./*
 expect_exit 0 "$bake" "$box" $small --dry-run

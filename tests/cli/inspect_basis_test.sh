@@ -53,7 +53,7 @@ grep '^sites:' stdout >baked
 cmp -s inspected baked || fail "a bake has other sites: $(cat inspected baked)"
 
 # What is said of the elements.
-expect_exit 0 "$inspect" "$box" basis.vtp $few --element 3 --near 0,0,0 --element 3 --near=-5,0.1,1e-1 \
+expect_exit 0 "$inspect" "$box" basis.vtp $few --basis normalized-radial --element 3 --near 0,0,0 --element 3 --near=-5,0.1,1e-1 \
     --sites-output sites.vtp
 expect_text basis.vtp 'Name="element"' 'Name="sum"' 'Name="overlap"' 'Name="lebesgue"' 'Name="nearest_site"' \
     'Name="Normals"' 'Name="original_face_id"'

@@ -4,6 +4,7 @@
 #include <difusa/core/error.h>
 
 #include <scratch_directory.h>
+#include <support/lit_scenes.h>
 #include <support/plugins.h>
 #include <support/rooms.h>
 #include <support/surface_sampling.h>
@@ -90,6 +91,62 @@ BakeOptions small_bake(double spacing) {
 
 BakeResult baked(const std::filesystem::path& file, const BakeOptions& options, unsigned threads = 1) {
     return bake(test::registry(), file, options, Execution{threads, nullptr});
+}
+
+Scene lit_room() {
+    Scene scene = test::uniform_scene(test::room_with_block(), 0.5, 0.0);
+    scene.point_lights = {{Vec3(0.1, 0.2, 0.3), Rgb::Ones()}};
+    return scene;
+}
+
+TEST(Bake, WritesIntoTheJournalOfItsCaller) {
+    Journal journal;
+    journal.note("before");
+    const Execution execution{1, nullptr, &journal};
+    const BakeResult result = bake(test::registry(), lit_room(), "room", small_bake(0.3), execution);
+    EXPECT_EQ(journal.seconds().size(), result.journal.seconds().size());
+    EXPECT_EQ(journal.notes().size(), result.journal.notes().size() + 1);
+    EXPECT_EQ(journal.count_of("rays"), result.journal.count_of("rays"));
+    BakeOptions endless = small_bake(0.3);
+    endless.solve.max_iterations = 0;
+    EXPECT_THROW(bake(test::registry(), lit_room(), "room", endless, execution), NotConverged);
+    EXPECT_GT(journal.seconds().size(), result.journal.seconds().size());
+}
+
+/// Every wall is met, whichever way it faces, also those that lie along a diagonal.
+TEST(Bake, AListedPointWithoutANormalIsOnTheNearestSurface) {
+    const Vec3 along = Vec3(0.36, 0.48, 0.8).normalized();
+    for (const Vec3& n : {Vec3(0.8, -0.6, 0.0), along, Vec3(0, 0, 1)}) {
+        const Vec3 a = n.unitOrthogonal(), b = n.cross(a);
+        Scene scene = lit_room();
+        scene.mesh = test::together(scene.mesh, test::make_mesh({5 * n, 5 * n + a, 5 * n + b}, {{0, 1, 2}}));
+        scene.sky = Rgb::Ones();
+        BakeOptions options = small_bake(0.3);
+        options.at = {{5 * n + 0.25 * (a + b) + 0.01 * n, std::nullopt},
+                      {5 * n + 0.25 * (a + b) - 0.01 * n, std::nullopt}};
+        const BakeResult result = bake(test::registry(), scene, "room", options, Execution{});
+        for (std::size_t i = 0; i < 2; ++i) {
+            EXPECT_EQ(result.listed[i].face, scene.mesh.triangles.size() - 1);
+            EXPECT_NEAR(result.listed_distance[i], 0.01, 1e-12);
+        }
+    }
+}
+
+TEST(Bake, RefusesVertexColoursThatAreNoReflectances) {
+    Scene scene = lit_room();
+    scene.materials[0].vertex_colours = true;
+    scene.mesh.corner_reflectance.assign(scene.mesh.triangles.size(), {Rgb::Ones(), Rgb::Ones(), Rgb::Ones()});
+    scene.mesh.corner_reflectance[7][1][2] = 1.5;
+    EXPECT_THROW(bake(test::registry(), scene, "room", small_bake(0.3), Execution{}), InputError);
+}
+
+/// What geometry alone decides is refused before rays are cast.
+TEST(Bake, RefusesTooFineAnOutputFirst) {
+    BakeOptions options = small_bake(0.3);
+    options.output_spacing = 1e-9;
+    Journal journal;
+    EXPECT_THROW(bake(test::registry(), lit_room(), "room", options, Execution{1, nullptr, &journal}), ResourceError);
+    EXPECT_EQ(journal.count_of("rays"), 0U);
 }
 
 TEST(Bake, HasTheSameBitsForAnyNumberOfThreads) {

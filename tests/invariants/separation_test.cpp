@@ -299,5 +299,43 @@ TEST(Separation, AnotherSurfaceIsRefused) {
     EXPECT_THROW(result.system->solve(other, {all_lights(*other)}, Execution{}), UsageError);
 }
 
+TEST(Separation, AllLightsAreTheDefaultAndOthersAreRefused) {
+    const auto scenes = lightings();
+    const BakeResult first = baked(scenes.front().second, options_for("gather"));
+    for (const auto& [name, scene] : scenes) {
+        const auto shared = std::make_shared<Scene>(scene);
+        EXPECT_EQ(first.system->solve(shared, {}, Execution{}).irradiance,
+                  first.system->solve(shared, {all_lights(*shared)}, Execution{}).irradiance)
+            << name;
+        LightingOptions others{all_lights(*shared)};
+        others.sets.sun.push_back(0);
+        EXPECT_THROW(first.system->solve(shared, others, Execution{}), UsageError) << name;
+    }
+}
+
+/// A block beside a closed room, which is lit inside: the block sees nothing but the backs of the room's walls.
+TEST(Separation, LightOnSurfacesWithoutSitesIsRefused) {
+    const Mesh room = test::box(1.0, 1, true);
+    Scene scene = test::uniform_scene(test::together(room, test::moved(test::box(1.0), 1.0, Vec3(3, 0, 0))), 0.5, 0.0);
+    scene.point_lights = {{Vec3(0.5, 0.5, 0.5), Rgb::Ones()}};
+    for (const bool every_surface : {false, true}) {
+        BakeOptions options = options_for("gather");
+        options.every_surface = every_surface;
+        const BakeResult result = baked(scene, options);
+        const auto brighter = std::make_shared<Scene>(scene), other = std::make_shared<Scene>(scene),
+                   sky = std::make_shared<Scene>(scene);
+        brighter->point_lights[0].intensity = Rgb::Constant(2.0);
+        other->point_lights[0].position += Vec3(3, 0, 2);
+        sky->sky = Rgb::Ones();
+        EXPECT_EQ(result.system->solve(brighter, {}, Execution{}).irradiance, Values(2.0 * result.solution.irradiance));
+        if (every_surface) {
+            EXPECT_GT(result.system->solve(other, {}, Execution{}).irradiance.maxCoeff(), 0.0);
+        } else {
+            EXPECT_THROW(result.system->solve(other, {}, Execution{}), UsageError);
+            EXPECT_THROW(result.system->solve(sky, {}, Execution{}), UsageError);
+        }
+    }
+}
+
 } // namespace
 } // namespace difusa::separation_test

@@ -65,13 +65,15 @@ std::vector<Integral> integrals() {
             {[](const Vec3& w) { return std::pow(w.x(), 4); }, 1.0 / 8.0}};
 }
 
-TEST(LowDiscrepancy, ConvergesInTheFirstOrderForSmoothIntegrands) {
+class EvenDirections : public testing::TestWithParam<std::string> {};
+
+TEST_P(EvenDirections, ConvergeInTheFirstOrderForSmoothIntegrands) {
     for (std::size_t k = 0; k < integrals().size(); ++k) {
         const Integral integral = integrals()[k];
         const auto rms = [&](std::size_t count) {
             double sum = 0.0;
             for (std::uint64_t s = 0; s < 48; ++s) {
-                const double error = mean(make("low-discrepancy", count, s), integral.f) - integral.value;
+                const double error = mean(make(GetParam(), count, s), integral.f) - integral.value;
                 sum += error * error;
             }
             return std::sqrt(sum / 48.0);
@@ -83,13 +85,13 @@ TEST(LowDiscrepancy, ConvergesInTheFirstOrderForSmoothIntegrands) {
     }
 }
 
-TEST(LowDiscrepancy, IsRightInTheMean) {
+TEST_P(EvenDirections, AreRightInTheMean) {
     constexpr int scrambles = 400;
     for (const std::size_t count : {1U, 5U, 16U}) {
         for (const Integral& integral : integrals()) {
             double sum = 0.0, squares = 0.0;
             for (std::uint64_t s = 0; s < scrambles; ++s) {
-                const double value = mean(make("low-discrepancy", count, s), integral.f);
+                const double value = mean(make(GetParam(), count, s), integral.f);
                 sum += value;
                 squares += value * value;
             }
@@ -145,10 +147,36 @@ TEST(LowDiscrepancy, PutsOneDirectionIntoEveryElementaryInterval) {
     }
 }
 
-TEST(LowDiscrepancy, ScramblesAreIndependent) {
-    const DirectionSet a = make("low-discrepancy", 64, 1), b = make("low-discrepancy", 64, 2);
+TEST_P(EvenDirections, DrawnTwiceDiffer) {
+    const DirectionSet a = make(GetParam(), 64, 1), b = make(GetParam(), 64, 2);
     for (std::size_t d = 0; d < 64; ++d) {
         EXPECT_NE(a.direction[d], b.direction[d]);
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, EvenDirections, testing::ValuesIn(test::plugin_names<Directions>()),
+                         [](const auto& which) { return which.param == "fibonacci" ? "fibonacci" : "lowdiscrepancy"; });
+
+/// One in each ring of equal area around the normal; neighbours in that order a golden angle apart.
+TEST(Fibonacci, IsASpiralOfGoldenAngles) {
+    for (const std::size_t count : {1U, 7U, 100U, 4096U}) {
+        const DirectionSet set = make("fibonacci", count, 3);
+        ASSERT_EQ(set.direction.size(), count);
+        const auto n = static_cast<double>(count);
+        for (std::size_t i = 0; i < count; ++i) {
+            const Vec3& w = set.direction[i];
+            const double ring = n * (w.x() * w.x() + w.y() * w.y()) - static_cast<double>(i);
+            // The squares round to 2 eps of 1, a ring is 1/n of it.
+            EXPECT_GE(ring, -4.0 * n * eps) << i;
+            EXPECT_LE(ring, 1.0 + 4.0 * n * eps) << i;
+            if (i > 0) {
+                const Vec3& v = set.direction[i - 1];
+                const double turn =
+                    std::atan2(v.x() * w.y() - v.y() * w.x(), v.x() * w.x() + v.y() * w.y()) / (2.0 * pi);
+                // Turns are of the size of i, of which rounding leaves i eps; near the centre it is worth more angle.
+                EXPECT_NEAR(std::abs(turn), 2.0 - std::numbers::phi, 16.0 * eps * (n + std::sqrt(n))) << i;
+            }
+        }
     }
 }
 

@@ -154,6 +154,16 @@ TEST(Solvers, DoNotDependOnTheUnitOfLight) {
     }
 }
 
+TEST(Solvers, AcceptAResidualOfMereRounding) {
+    for (const std::string& name : test::plugin_names<Solver>()) {
+        const Problem p(40, 1.0, 0.5, 5);
+        SolveOptions options;
+        options.tolerance = 1e-30;
+        options.max_iterations = 200;
+        EXPECT_TRUE(solve(name, p.problem(), options).converged()) << name;
+    }
+}
+
 TEST(Solvers, NeverCallNonsenseConverged) {
     for (const std::string& name : test::plugin_names<Solver>()) {
         SCOPED_TRACE(name);

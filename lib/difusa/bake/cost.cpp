@@ -3,6 +3,7 @@
 #include <difusa/core/memory.h>
 #include <difusa/discretisation/discretisation.h>
 #include <difusa/mesh/output_mesh.h>
+#include <difusa/mesh/surface_sampling.h>
 #include <difusa/rays/tracer.h>
 
 #include <algorithm>
@@ -75,6 +76,7 @@ std::size_t error_points(const BakeOptions& options, std::size_t sites) {
 BakeEstimate estimate_cost(const BakeResult& result, const Choices& choices, const DirectLight& lights,
                            std::size_t sites, const Execution& execution) {
     BakeEstimate estimate;
+    estimate.sites = sites;
     const std::size_t points = gather_points(choices.elements.projection, sites);
     const auto n = static_cast<double>(sites), rays = static_cast<double>(result.options.rays);
     estimate.rays = points * result.options.rays;
@@ -96,28 +98,36 @@ BakeEstimate estimate_cost(const BakeResult& result, const Choices& choices, con
 }
 
 void time_sample(BakeEstimate& estimate, const BakeResult& result, const Choices& choices, const DirectLight& lights,
-                 const SiteSet& sites, const Execution& execution) {
+                 const Execution& execution) {
     execution.phase("time a sample of rays");
     const BakeOptions& options = result.options;
     const DirectionPool pool(*choices.directions, std::min<std::size_t>(options.rays, 1024), options.seed);
-    const std::size_t sample = std::min<std::size_t>(sites.size(), 64);
+    std::vector<SurfacePoint> points;
+    if (result.sites) {
+        const std::size_t sample = std::min<std::size_t>(estimate.sites, 64);
+        for (std::size_t i = 0; i < sample; ++i) {
+            points.push_back(result.sites->points[i * estimate.sites / sample]);
+        }
+    } else {
+        points = even_points(result.scene->mesh, 64, RandomStream(options.seed, "sample of rays"));
+    }
     Hemisphere around(Tracer(result.scene->mesh, *choices.engine), pool);
     const auto begin = std::chrono::steady_clock::now();
-    for (std::size_t i = 0; i < sample; ++i) {
-        const std::size_t j = i * sites.size() / sample;
-        around.look(sites.points[j], j);
+    for (std::size_t j = 0; j < points.size(); ++j) {
+        around.look(points[j], j);
     }
     const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-    const double each = took.count() / static_cast<double>(sample * pool.count() * execution.threads) * other_work;
+    const double each =
+        took.count() / static_cast<double>(points.size() * pool.count() * execution.threads) * other_work;
     estimate.seconds =
-        each * static_cast<double>(estimate.rays + segments_for(sites.size(), result, choices, lights, usual));
-    const auto gathered_twice = [&](std::size_t points, std::size_t half) {
+        each * static_cast<double>(estimate.rays + segments_for(estimate.sites, result, choices, lights, usual));
+    const auto gathered_twice = [&](std::size_t at, std::size_t half) {
         const std::size_t shadow = lights.rays_per_point(1);
-        estimate.further_rays += 2 * points * half;
-        estimate.further_seconds += each * 2.0 * static_cast<double>(points) *
-                                    static_cast<double>(half * (1 + shadow) + lights.rays_per_point(64));
+        estimate.further_rays += 2 * at * half;
+        estimate.further_seconds +=
+            each * 2.0 * static_cast<double>(at) * static_cast<double>(half * (1 + shadow) + lights.rays_per_point(64));
     };
-    gathered_twice(error_points(options, sites.size()), std::max<std::size_t>(1, options.rays / 2));
+    gathered_twice(error_points(options, estimate.sites), std::max<std::size_t>(1, options.rays / 2));
     if (options.final_gather > 0) {
         const OutputMesh output = refine(result.scene->mesh, options.output_spacing, options.crease_angle,
                                          available_memory() / 500, execution);

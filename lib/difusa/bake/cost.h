@@ -17,8 +17,8 @@ std::size_t error_points(const BakeOptions& options, std::size_t sites);
 BakeEstimate estimate_cost(const BakeResult& result, const Choices& choices, const DirectLight& lights,
                            std::size_t sites, const Execution& execution);
 
-/// Casts the rays of a few sites to estimate the time for all. Phase "time a sample of rays".
+/// Casts the rays of a few surface points to estimate the time for all sites. Phase "time a sample of rays".
 void time_sample(BakeEstimate& estimate, const BakeResult& result, const Choices& choices, const DirectLight& lights,
-                 const SiteSet& sites, const Execution& execution);
+                 const Execution& execution);
 
 } // namespace difusa

@@ -3,6 +3,7 @@
 #include <difusa/core/error.h>
 #include <difusa/core/memory.h>
 #include <difusa/core/text.h>
+#include <difusa/discretisation/predict_sites.h>
 #include <difusa/lighting/dark_regions.h>
 
 #include <algorithm>
@@ -30,6 +31,22 @@ double spacing_for(const BakeResult& result, const Choices& choices, const LitSu
     const double count = std::min(static_cast<double>(limit), more * static_cast<double>(wanted));
     return spacing_for_count(*choices.sampler, mesh, choices.engine.get(), static_cast<std::size_t>(count),
                              result.options.seed, execution);
+}
+
+std::size_t most_sites_now() {
+    return std::min(most_sites, available_memory() / bytes_of_site);
+}
+
+/// Fills in BakeOptions::spacing, and the output's, unless they are given.
+void choose_spacing(BakeResult& result, const Choices& choices, const LitSurface& lit, const Execution& execution) {
+    BakeOptions& options = result.options;
+    if (options.spacing == 0.0) {
+        options.sites = options.sites == 0 ? default_sites : options.sites;
+        options.spacing = spacing_for(result, choices, lit, most_sites_now(), execution);
+    }
+    if (options.output_spacing == 0.0) {
+        options.output_spacing = options.spacing;
+    }
 }
 
 } // namespace
@@ -66,16 +83,26 @@ LitSurface lit_surface(const BakeResult& result, const DirectLight& lights, cons
     return lit;
 }
 
+std::optional<std::size_t> forecast_sites(BakeResult& result, const Choices& choices, const LitSurface& lit,
+                                          const Execution& execution) {
+    execution.phase("predict sites");
+    choose_spacing(result, choices, lit, execution);
+    if (choices.sampler->needs_visibility()) {
+        return std::nullopt;
+    }
+    const Mesh& mesh = result.scene->mesh;
+    const std::optional<double> all =
+        predict_sites(*choices.sampler, mesh, result.options.spacing, result.options.seed, execution);
+    return all ? std::optional(static_cast<std::size_t>(*all * (1.0 - lit.dark_area / mesh.area))) : std::nullopt;
+}
+
 std::shared_ptr<SiteSet> place_sites(BakeResult& result, const Choices& choices, const LitSurface& lit,
                                      const Execution& execution) {
     execution.phase("place sites");
     const Mesh& mesh = result.scene->mesh;
     BakeOptions& options = result.options;
-    const auto limit = std::min(most_sites, available_memory() / bytes_of_site);
-    if (options.spacing == 0.0) {
-        options.sites = options.sites == 0 ? default_sites : options.sites;
-        options.spacing = spacing_for(result, choices, lit, limit, execution);
-    }
+    choose_spacing(result, choices, lit, execution);
+    const std::size_t limit = most_sites_now();
     std::vector<SurfacePoint> points = choices.sampler->sample(mesh, choices.engine.get(), options.spacing, limit,
                                                                RandomStream(options.seed, "sites"), execution);
     const std::size_t all = points.size();
@@ -94,9 +121,6 @@ std::shared_ptr<SiteSet> place_sites(BakeResult& result, const Choices& choices,
         make_site_set(mesh, std::move(points), options.spacing, options.neighbours, execution));
     if (lit.dark_area > 0.0) {
         sites->dark = lit.dark;
-    }
-    if (options.output_spacing == 0.0) {
-        options.output_spacing = options.spacing;
     }
     return sites;
 }

@@ -20,6 +20,8 @@ namespace difusa {
 
 /// The cost of a bake.
 struct BakeEstimate {
+    std::size_t sites = 0;
+    bool predicted = false; ///< the sites have not been placed: their number is predicted to about 1 %
     std::size_t rays = 0, segments = 0;
     double transport_bytes = 0.0; ///< upper estimate
     double seconds = 0.0;         ///< of the whole bake up to its field, from a sample of rays; 0 if not measured
@@ -31,7 +33,7 @@ struct BakeResult {
     Diagnosis diagnosis;
     std::string file;
     std::shared_ptr<Scene> scene;
-    std::shared_ptr<const SiteSet> sites;
+    std::shared_ptr<const SiteSet> sites;                     ///< null in a dry run that predicts their number
     BakeOptions options;                                      ///< with defaults filled in
     std::vector<std::pair<std::string, std::string>> plugins; ///< kind and choice with all parameters
     bool dry_run = false;                                     ///< nothing below `estimate` is filled in

@@ -193,7 +193,7 @@ std::string report_of(const BakeResult& result) {
     report["notes"] = result.journal.notes();
 
     report["options"] = options_of(result);
-    report["sites"] = {{"count", result.sites->size()}, {"spacing", result.sites->spacing}};
+    report["sites"] = {{"count", result.estimate.sites}, {"spacing", result.options.spacing}};
     report["transport"] = transport_of(result);
     if (baked) {
         add_outcome(result, report);

@@ -91,6 +91,17 @@ class Gatherer {
     std::vector<Rgb> sharp_;
 };
 
+/// Light is not negative, but a basis with negative weights may undershoot at edges: where the sum of all sets does, all
+/// of them become 0, so that they still add up to the total.
+void raise_to_zero(Values& H, int channels) {
+    const Values sum = sum_of_parts(H, channels);
+    for (Eigen::Index i = 0; i < H.rows(); ++i) {
+        for (Eigen::Index c = 0; c < H.cols(); ++c) {
+            H(i, c) = sum(i, c % channels) < 0.0 ? 0.0 : H(i, c);
+        }
+    }
+}
+
 } // namespace
 
 Irradiance Field::evaluate(std::span<const SurfacePoint> x, std::uint64_t seed, std::string_view purpose,
@@ -177,6 +188,8 @@ PointValues Field::at(std::span<const SurfacePoint> x, std::size_t final_gather,
         H.segments += other.segments;
         H.clear += other.clear;
     }
+    raise_to_zero(H.direct, channels());
+    raise_to_zero(H.indirect, channels());
     values.rays = H.rays;
     values.segments = H.segments;
     values.clear = H.clear;
