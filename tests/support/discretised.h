@@ -69,7 +69,8 @@ inline Eigen::MatrixXd dense(const LinearOperator& A) {
     return columns;
 }
 
-/// D, the columns of W that belong to the surfels, and the sum of those of the sky's parts: there are thousands of these.
+/// D, the columns of W that belong to the surfels, and the sum of those of the sky's parts: there are thousands of
+/// these.
 inline Eigen::MatrixXd dense_with_sky_summed(const LightTransport& transport) {
     const auto m = static_cast<Eigen::Index>(transport.surfels);
     Values x = Values::Zero(static_cast<Eigen::Index>(transport.W->columns()), m + 1), columns;

@@ -54,7 +54,8 @@ TEST(SpectralRadius, EndsEarlyWhereTheEstimateHasSettled) {
 
 TEST(SpectralRadius, OfNothingIsNothing) {
     EXPECT_EQ(spectral_radius(DenseOperator(Eigen::MatrixXd::Zero(5, 5)), 40, 0.0, Execution{}), 0.0);
-    EXPECT_EQ(spectral_radius(DenseOperator(Eigen::MatrixXd::Ones(5, 5), Values::Zero(5, 1)), 40, 0.0, Execution{}), 0.0);
+    EXPECT_EQ(spectral_radius(DenseOperator(Eigen::MatrixXd::Ones(5, 5), Values::Zero(5, 1)), 40, 0.0, Execution{}),
+              0.0);
     // Light that passes through a chain once: nilpotent.
     Eigen::MatrixXd chain = Eigen::MatrixXd::Zero(6, 6);
     for (Eigen::Index i = 0; i + 1 < 6; ++i) {

@@ -91,8 +91,8 @@ class Gatherer {
     std::vector<Rgb> sharp_;
 };
 
-/// Light is not negative, but a basis with negative weights may undershoot at edges: where the sum of all sets does, all
-/// of them become 0, so that they still add up to the total.
+/// Light is not negative, but a basis with negative weights may undershoot at edges: where the sum of all sets does,
+/// all of them become 0, so that they still add up to the total.
 void raise_to_zero(Values& H, int channels) {
     const Values sum = sum_of_parts(H, channels);
     for (Eigen::Index i = 0; i < H.rows(); ++i) {

@@ -89,8 +89,8 @@ class Field {
     /// E + rho H for the irradiance H of each set, summed over the sets: #x by #channels.
     Values radiosity(std::span<const SurfacePoint> x, const Values& H) const;
 
-    /// Everything at points, with no sum of irradiances below 0. `final_gather` rays from each (an even number), in two independent halves whose difference
-    /// gives the noise; 0: the basis is evaluated.
+    /// Everything at points, with no sum of irradiances below 0. `final_gather` rays from each (an even number), in two
+    /// independent halves whose difference gives the noise; 0: the basis is evaluated.
     PointValues at(std::span<const SurfacePoint> x, std::size_t final_gather, std::uint64_t seed,
                    const std::string& purpose, const Execution& execution) const;
 
