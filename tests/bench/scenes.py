@@ -123,7 +123,7 @@ def main():
     parser.add_argument("options", nargs="*", default=[""])
     # An argument with a space is one of ours, whatever it begins with.
     words = [" " + word if " " in word or word == "" else word for word in sys.argv[1:]]
-    arguments = parser.parse_args(words)
+    arguments = parser.parse_intermixed_args(words)
     program = arguments.bin / "bake_radiosity"
     print("| scene | options | error, % | processor time, s |\n|---|---|---|---|")
     for name in arguments.scene or sorted(SCENES):

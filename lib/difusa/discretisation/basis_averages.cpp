@@ -17,20 +17,18 @@ namespace {
 constexpr double unit = 0x1p-28;
 constexpr std::size_t block = 1024;
 constexpr std::size_t points_of_cluster = 4;
-constexpr std::size_t points_of_swinging = 16; ///< of a surfel, if functions of the basis swing
 
 /// Sample points that represent the surfel.
-void representatives(const Surfels& surfels, Index s, bool swinging, std::vector<Surfels::Piece>& pieces,
+void representatives(const Surfels& surfels, Index s, std::vector<Surfels::Piece>& pieces,
                      std::vector<SurfacePoint>& points) {
     points.clear();
     points.push_back(surfels.centre(s, pieces));
-    if (pieces.size() == 1 && !swinging) {
+    if (pieces.size() == 1) {
         return;
     }
     points.clear();
-    const std::size_t count = swinging ? points_of_swinging : points_of_cluster;
-    for (std::size_t i = 0; i < count; ++i) {
-        const double share = (static_cast<double>(i) + 0.5) / static_cast<double>(count);
+    for (std::size_t i = 0; i < points_of_cluster; ++i) {
+        const double share = (static_cast<double>(i) + 0.5) / points_of_cluster;
         points.push_back(surfels.point_on(pieces, share, fraction(0.5 + static_cast<double>(i) * even_steps<2>[0])));
     }
 }
@@ -48,7 +46,7 @@ BasisAverages::BasisAverages(const Basis& basis, const Surfels& surfels, const E
         std::vector<std::pair<Index, double>> sums;
         for (std::size_t b = begin; b < end; ++b) {
             for (std::size_t s = b * block; s < std::min((b + 1) * block, surfels.size()); ++s) {
-                representatives(surfels, static_cast<Index>(s), !basis.sums_to_one(), pieces, points);
+                representatives(surfels, static_cast<Index>(s), pieces, points);
                 rows.resize(points.size());
                 basis.evaluate(points, rows);
                 sums.clear();

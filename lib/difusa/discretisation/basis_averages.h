@@ -13,8 +13,7 @@ namespace difusa {
 
 /// #surfels by #S, stored in 8 bytes per entry: weights are multiples of 2^-28, and if the basis sums to one its rows
 /// do so exactly, so that constants are reproduced without rounding. A planar surfel is represented by its centroid
-/// (exact for functions linear over it), one of many triangles by a few points of equal area. A basis that does not sum
-/// to one swings between its sites: then every surfel has 16 points.
+/// (exact for functions linear over it), one of many triangles by a few points of equal area.
 class BasisAverages final : public LinearOperator {
   public:
     BasisAverages(const Basis& basis, const Surfels& surfels, const Execution& execution);

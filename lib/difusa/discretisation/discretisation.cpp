@@ -48,8 +48,7 @@ Discretisation discretise(const Mesh& mesh, std::shared_ptr<SiteSet> sites, std:
         return std::make_shared<Projection>(*basis, *sites, choice, result.points, result.integrals, execution);
     };
     ProjectionChoice equation = projection;
-    result.corrected = projection.kind == ProjectionKind::corrected;
-    if (result.corrected && !projection.in_equation) {
+    if (projection.kind == ProjectionKind::corrected && !projection.in_equation) {
         equation.kind = ProjectionKind::natural;
     }
     result.projection = project(equation);

@@ -23,7 +23,6 @@ struct Discretisation {
     std::vector<SurfacePoint> points;              ///< where light is gathered; the sites first
     std::shared_ptr<const Projection> projection;  ///< irradiance at the points to coefficients, in the equation
     std::shared_ptr<const Projection> evaluation;  ///< likewise, for the field that is evaluated
-    bool corrected = false; ///< the latter's coefficients are corrected ones, which may overshoot at edges (`limited`)
 
     /// The side of surfels for sites at a spacing: this gives about six per site.
     static double surfel_edge(double spacing) { return 0.5 * spacing; }

@@ -242,7 +242,7 @@ class Solving {
     /// Coefficients of the field to evaluate, from values at the points.
     Values coefficients(const Values& values) const {
         const Values own = discretisation_.evaluation->coefficients(values);
-        if (!options_.limit || !discretisation_.corrected) {
+        if (!options_.limit || discretisation_.evaluation == discretisation_.projection) {
             return own;
         }
         return limited_parts(*discretisation_.basis, *discretisation_.sites, values, own, channels_, execution_);
