@@ -145,10 +145,8 @@ void name_elements(BakeResult& result, const ElementChoice& elements) {
 void solve_with(BakeResult& result, const ElementChoice& elements, const Choices& choices, const Tracer& tracer,
                 const Placed& placed, std::optional<LightTransport>& transport, const Execution& execution) {
     name_elements(result, elements);
-    Discretisation discretisation =
-        discretise(result.scene->mesh, std::make_shared<SiteSet>(*placed.sites), elements.basis, elements.projection,
-                   choices.neighbour_areas, result.options.seed, execution);
-    result.sites = discretisation.sites;
+    Discretisation discretisation = discretise(result.scene->mesh, placed.sites, elements.basis, elements.projection,
+                                               choices.neighbour_areas, result.options.seed, execution);
     check_constants(result, discretisation, execution);
     if (!transport) {
         transport = transport_between(result, choices, tracer, discretisation, execution);
@@ -171,7 +169,7 @@ void finish(BakeResult& result, Choices& choices, const Execution& execution) {
     std::optional<LightTransport> transport;
     try {
         solve_with(result, choices.elements, choices, tracer, placed, transport, execution);
-    } catch (const NotConverged&) {
+    } catch (const BouncesDoNotDieOut&) {
         if (!choices.fallback) {
             throw;
         }

@@ -33,9 +33,13 @@ class Jacobi final : public difusa::Solver {
                 summary.residual = r_c <= summary.residual ? summary.residual : r_c;
             }
             first = summary.iterations == 0 ? summary.residual : first;
-            const double rounding = difusa::rounding_of_residual * summary.h.cwiseAbs().maxCoeff();
-            if (summary.residual <= options.tolerance ||
-                (std::isfinite(summary.residual) && r.cwiseAbs().maxCoeff() <= rounding)) {
+            bool converged = true;
+            for (Eigen::Index c = 0; c < r.cols(); ++c) {
+                const double largest = r.col(c).cwiseAbs().maxCoeff(), h = summary.h.col(c).cwiseAbs().maxCoeff();
+                converged = converged && (relative[static_cast<std::size_t>(c)] <= options.tolerance ||
+                                          difusa::is_rounding(largest, h));
+            }
+            if (converged) {
                 summary.reason = SolveSummary::Reason::converged;
                 return summary;
             }

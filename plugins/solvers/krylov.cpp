@@ -144,7 +144,7 @@ class Column {
         }
         using Reason = SolveSummary::Reason;
         done_ = true;
-        if (now <= options_.tolerance || largest(r) <= difusa::rounding_of_residual * largest(h_)) {
+        if (now <= options_.tolerance || difusa::is_rounding(largest(r), largest(h_))) {
             reason_ = Reason::converged;
         } else if (!std::isfinite(now)) {
             reason_ = Reason::diverged;

@@ -3,6 +3,7 @@
 
 #include <difusa/algebra/linear_operator.h>
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,12 @@ struct SolveProblem {
 
 /// A residual of this fraction of max|h| is rounding: of sums over the rays of a point, of which there may be hundreds.
 inline constexpr double rounding_of_residual = 0x1p-46;
+
+/// Whether a residual with the largest entry max|r| is mere rounding of a solution with max|h|. False unless both are
+/// finite.
+inline bool is_rounding(double largest_residual, double largest_solution) {
+    return std::isfinite(largest_solution) && largest_residual <= rounding_of_residual * largest_solution;
+}
 
 struct SolveOptions {
     double tolerance = 1e-6; ///< on max|g + T h - h| / max|g|, per column; a residual within rounding is also accepted

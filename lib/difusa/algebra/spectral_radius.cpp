@@ -43,9 +43,9 @@ double spectral_radius(const LinearOperator& T, int steps, double tolerance, con
             }
         }
         H(k + 1, k) = w.norm();
-        const double before_last = radius;
+        const double previous = radius;
         radius = largest_eigenvalue(H, k + 1);
-        agreed = std::abs(radius - before_last) <= tolerance * radius ? agreed + 1 : 0;
+        agreed = std::abs(radius - previous) <= tolerance * radius ? agreed + 1 : 0;
         if (agreed == agreeing) {
             break;
         }

@@ -69,6 +69,11 @@ std::size_t gather_points(const ProjectionChoice& projection, std::size_t sites)
     return more ? sites + static_cast<std::size_t>((projection.points - 1.0) * static_cast<double>(sites)) : sites;
 }
 
+std::size_t most_output_triangles() {
+    constexpr std::size_t bytes = 500; // of a triangle, including its share of vertices and arrays
+    return available_memory() / bytes;
+}
+
 std::size_t error_points(const BakeOptions& options, std::size_t sites) {
     return options.error_points.value_or(std::clamp<std::size_t>(sites / 8, 128, 4096));
 }
@@ -130,7 +135,7 @@ void time_sample(BakeEstimate& estimate, const BakeResult& result, const Choices
     gathered_twice(error_points(options, estimate.sites), std::max<std::size_t>(1, options.rays / 2));
     if (options.final_gather > 0) {
         const OutputMesh output = refine(result.scene->mesh, options.output_spacing, options.crease_angle,
-                                         available_memory() / 500, execution);
+                                         most_output_triangles(), execution);
         gathered_twice(output.vertices.size(), (options.final_gather + 1) / 2);
     }
 }

@@ -2,7 +2,6 @@
 
 #include <difusa/bake/cost.h>
 #include <difusa/core/error.h>
-#include <difusa/core/memory.h>
 #include <difusa/core/text.h>
 #include <difusa/mesh/nearest_surface.h>
 #include <difusa/mesh/output_mesh.h>
@@ -12,8 +11,6 @@
 namespace difusa {
 
 namespace {
-
-constexpr std::size_t bytes_of_triangle = 500; ///< of the output, including its share of vertices and arrays
 
 /// The centre of an output triangle, with the mean of its corners' normals.
 SurfacePoint centre_of(const BakeResult& result, std::size_t f) {
@@ -104,7 +101,7 @@ void find_listed(BakeResult& result, const Execution& execution) {
 }
 
 void check_output(const BakeResult& result) {
-    check_refinement(result.scene->mesh, result.options.output_spacing, available_memory() / bytes_of_triangle);
+    check_refinement(result.scene->mesh, result.options.output_spacing, most_output_triangles());
 }
 
 void estimate_error_of(BakeResult& result, const Execution& execution) {
@@ -125,8 +122,8 @@ void estimate_error_of(BakeResult& result, const Execution& execution) {
 void evaluate_output(BakeResult& result, const Execution& execution) {
     execution.phase("refine output");
     const BakeOptions& options = result.options;
-    result.mesh = refine(result.scene->mesh, options.output_spacing, options.crease_angle,
-                         available_memory() / bytes_of_triangle, execution);
+    result.mesh =
+        refine(result.scene->mesh, options.output_spacing, options.crease_angle, most_output_triangles(), execution);
     execution.phase("evaluate");
     result.output = values_at(result, result.mesh.vertices, "output", execution);
     if (result.error) {

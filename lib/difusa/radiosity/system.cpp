@@ -82,9 +82,9 @@ class Solving {
 
     /// Refuses lights that reach surfaces without sites (SiteSet::dark): their light would be lost.
     void check_dark_surfaces() const {
-        const std::vector<char>& dark = discretisation_.sites->dark;
+        const SiteSet& sites = *discretisation_.sites;
         const Scene& own = *system_.parts().scene;
-        if (dark.empty() || scene_.get() == &own) {
+        if (sites.dark.empty() || scene_.get() == &own) {
             return;
         }
         bool lit = scene_->has_sky() && !own.has_sky();
@@ -93,7 +93,7 @@ class Solving {
         for (Index s = 0; s < surfels.size() && !lit; ++s) {
             if (result_.light.direct.row(s).maxCoeff() > 0.0 || result_.light.emission.row(s).maxCoeff() > 0.0) {
                 surfels.pieces(s, pieces);
-                lit = dark[scene_->mesh.region[pieces.front().triangle]] != 0;
+                lit = sites.is_dark(scene_->mesh.region[pieces.front().triangle]);
             }
         }
         if (lit) {
@@ -195,7 +195,7 @@ class Solving {
             result_.spectral_radius_is_bound = false;
         }
         if (!(result_.spectral_radius < contraction)) {
-            throw NotConverged(divergence());
+            throw BouncesDoNotDieOut(divergence());
         }
     }
 
@@ -229,9 +229,9 @@ class Solving {
         }
         DIFUSA_REQUIRE(result_.solve.h.rows() == g_.rows() && result_.solve.h.cols() == g_.cols());
         Values residual;
-        const double rounding = rounding_of_residual * result_.solve.h.cwiseAbs().maxCoeff();
+        const double largest = result_.solve.h.cwiseAbs().maxCoeff();
         for (const double miss : relative_residual(problem, result_.solve.h, residual, execution_)) {
-            if (!(miss <= 10.0 * options_.solve.tolerance || residual.cwiseAbs().maxCoeff() <= rounding)) {
+            if (!(miss <= 10.0 * options_.solve.tolerance || is_rounding(residual.cwiseAbs().maxCoeff(), largest))) {
                 throw NotConverged("the solver claims convergence, but its residual is " + text_of(miss) +
                                    ": use another --solver");
             }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <difusa/algebra/solver.h>
+#include <difusa/core/error.h>
 #include <difusa/discretisation/discretisation.h>
 #include <difusa/lighting/bright_surfels.h>
 #include <difusa/lighting/surfel_light.h>
@@ -26,6 +27,11 @@ struct SystemParts {
     Discretisation discretisation;
     LightTransport transport;
     std::uint64_t seed = 1;
+};
+
+/// The discretised equation has no solution that its bounces add up to: its spectral radius is not below 1.
+struct BouncesDoNotDieOut : NotConverged {
+    using NotConverged::NotConverged;
 };
 
 /// How to light a system.
@@ -66,7 +72,7 @@ class RadiositySystem : public std::enable_shared_from_this<RadiositySystem> {
     /// surfels", "direct light", "check convergence", "solve". No first-hit rays are cast.
     ///
     /// Throws UsageError if the scene's surface differs, if the sets do not match its lights, or if light may reach
-    /// surfaces without sites (SiteSet::dark); NotConverged if the bounces do not die out, or the solver did not
+    /// surfaces without sites (SiteSet::dark); BouncesDoNotDieOut; NotConverged if the solver did not
     /// converge; InputError if no light reaches any front.
     Solution solve(const std::shared_ptr<const Scene>& scene, const LightingOptions& options,
                    const Execution& execution) const;
