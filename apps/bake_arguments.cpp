@@ -111,7 +111,7 @@ void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::stri
 
     const std::string transport = "Light transport";
     add_name(app, "--transport", options.transport, "gather (rays from sites) or pairwise (form factors)", transport);
-    add_whole<std::size_t>(app, "--rays", options.rays, 1, "rays from each site; powers of two are best")
+    add_whole<std::size_t>(app, "--rays", options.rays, 1, "rays from each site")
         ->group(transport)
         ->type_name("N")
         ->default_str(shown(options.rays));
