@@ -36,8 +36,8 @@ void check_constants(BakeResult& result, const Discretisation& discretisation, c
         points.push_back(uniform_point(result.scene->mesh, site.face, u, v));
     }
     const Values ones = Values::Ones(static_cast<Eigen::Index>(discretisation.points.size()), 1);
-    const Values values =
-        evaluate(*discretisation.basis, discretisation.projection->coefficients(ones), points, execution.silent());
+    const Values values = evaluate(*discretisation.basis, discretisation.projection->coefficients(ones, execution),
+                                   points, execution.silent());
     result.constant_error = std::sqrt((values.array() - 1.0).square().mean());
     const std::string miss = text_of(100.0 * result.constant_error) + " % (rms)";
     if (!(result.constant_error < 0.25)) {

@@ -2,6 +2,7 @@
 // all unfinished columns advance together, so that T is read once for all of them. The residual never grows, and far
 // fewer applications of T are needed than by `jacobi` if the reflectance is near 1.
 #include <difusa/algebra/solver.h>
+#include <difusa/algebra/vector_blocks.h>
 #include <difusa/plugin/plugin.h>
 
 #include <algorithm>
@@ -22,8 +23,8 @@ double largest(const Vector& x) {
 /// The basis V of one Krylov space and the minimisation of ‖r - A V y‖₂ by Givens rotations.
 class Space {
   public:
-    explicit Space(const Vector& r) : residual_(r) {
-        const double beta = r.norm();
+    Space(const Vector& r, const difusa::Execution& execution) : residual_(r), execution_(execution) {
+        const double beta = difusa::norm(r, execution);
         V_.push_back(r / beta);
         g_.push_back(beta);
     }
@@ -35,15 +36,9 @@ class Space {
     /// Extends the space by w = A newest(). False if continuing gains nothing.
     bool extend(Vector w) {
         const auto k = static_cast<Eigen::Index>(V_.size()) - 1;
-        Vector column = Vector::Zero(k + 2);
-        for (int pass = 0; pass < 2; ++pass) {
-            for (Eigen::Index i = 0; i <= k; ++i) {
-                const double overlap = V_[static_cast<std::size_t>(i)].dot(w);
-                column[i] += overlap;
-                w -= overlap * V_[static_cast<std::size_t>(i)];
-            }
-        }
-        const double rest = w.norm();
+        Vector column(k + 2);
+        column.head(k + 1) = difusa::orthogonalise(V_, w, execution_);
+        const double rest = difusa::norm(w, execution_);
         column[k + 1] = rest;
         for (Eigen::Index i = 0; i < k; ++i) { // earlier rotations
             const auto s = static_cast<std::size_t>(i);
@@ -65,7 +60,10 @@ class Space {
         if (rest > 0.0) {
             V_.emplace_back(w / rest);
             // r_k = s_k² r_{k-1} + c_k g_{k+1} v_{k+1} (Saad, "Iterative Methods", 6.5.3)
-            residual_ = sin_k * sin_k * residual_ + cos_k * g_.back() * V_.back();
+            difusa::for_blocks(residual_.size(), execution_, [&](Eigen::Index first, Eigen::Index count, Eigen::Index) {
+                residual_.segment(first, count) = sin_k * sin_k * residual_.segment(first, count) +
+                                                  cos_k * g_.back() * V_.back().segment(first, count);
+            });
         } else {
             residual_.setZero();
         }
@@ -82,23 +80,26 @@ class Space {
             }
             y[k] /= R_[k][static_cast<Eigen::Index>(k)];
         }
-        for (std::size_t k = 0; k < R_.size(); ++k) {
-            h += y[k] * V_[k];
-        }
+        difusa::for_blocks(h.size(), execution_, [&](Eigen::Index first, Eigen::Index count, Eigen::Index) {
+            for (std::size_t k = 0; k < R_.size(); ++k) {
+                h.segment(first, count) += y[k] * V_[k].segment(first, count);
+            }
+        });
     }
 
   private:
     std::vector<Vector> V_, R_; ///< basis; columns of the triangular factor
     std::vector<double> cosine_, sine_, g_;
     Vector residual_;
+    const difusa::Execution& execution_;
 };
 
 /// The solution of one column, step by step: `operand()` gives the next vector to apply A to, `take` receives the
 /// result.
 class Column {
   public:
-    Column(Vector g, const difusa::SolveOptions& options, std::size_t restart)
-        : g_(std::move(g)), h_(g_), light_(largest(g_)), options_(options), restart_(restart) {
+    Column(Vector g, const difusa::SolveOptions& options, std::size_t restart, const difusa::Execution& execution)
+        : g_(std::move(g)), h_(g_), light_(largest(g_)), options_(options), restart_(restart), execution_(execution) {
         // Starts from g: better than zero, and its residual is the first bounce.
         if (light_ == 0.0) {
             history_.push_back(0.0);
@@ -155,7 +156,7 @@ class Column {
         } else {
             done_ = false;
             last_true_ = now;
-            space_.emplace_back(r);
+            space_.emplace_back(r, execution_);
         }
     }
 
@@ -163,6 +164,7 @@ class Column {
     double light_;
     const difusa::SolveOptions& options_;
     std::size_t restart_;
+    const difusa::Execution& execution_;
     std::vector<Space> space_; ///< empty while the true residual is pending, otherwise one
     std::vector<double> history_;
     double last_true_ = 0.0;
@@ -180,7 +182,7 @@ class Krylov final : public difusa::Solver {
                        const difusa::Execution& execution) const override {
         std::vector<Column> columns;
         for (Eigen::Index c = 0; c < problem.g.cols(); ++c) {
-            columns.emplace_back(problem.g.col(c), options, restart_);
+            columns.emplace_back(problem.g.col(c), options, restart_, execution);
         }
         Values x = Values::Zero(problem.g.rows(), problem.g.cols()), Tx;
         while (!std::all_of(columns.begin(), columns.end(), [](const Column& column) { return column.done(); })) {

@@ -13,7 +13,7 @@
 namespace difusa::basis_averages_test {
 namespace {
 
-constexpr double unit = 0x1p-28; ///< of the weights
+constexpr double unit = 0x1p-18; ///< of the weights
 
 std::shared_ptr<Basis> bound_basis(const std::string& choice, const Mesh& mesh, const SiteSet& sites) {
     auto basis = test::plugin<Basis>(choice);
@@ -37,7 +37,7 @@ TEST(BasisAverages, ConstantsComeThroughWithoutRounding) {
                 continue;
             }
             Values means;
-            // Sums of multiples of 2^-28 below 2^24: exact in any order.
+            // Sums of multiples of 2^-18 below 2^34: exact in any order.
             P.apply(Values::Ones(std::ssize(sites.points), 2), means, Execution{});
             EXPECT_EQ(means, Values::Ones(static_cast<Eigen::Index>(P.rows()), 2));
             for (Index s = 0; s < surfels.size(); ++s) {

@@ -49,10 +49,16 @@ void expect_same(const FieldArray& a, const FieldArray& b) {
     EXPECT_EQ(a.unit, b.unit) << a.name;
     EXPECT_EQ(a.components, b.components) << a.name;
     ASSERT_EQ(a.data.index(), b.data.index()) << a.name;
-    if (const Values* values = std::get_if<Values>(&a.data)) {
-        EXPECT_TRUE(same_bits(*values, std::get<Values>(b.data))) << a.name;
+    if (const Values* values = values_of(a)) {
+        EXPECT_TRUE(same_bits(*values, *values_of(b))) << a.name;
     } else {
-        EXPECT_EQ(a.data, b.data) << a.name;
+        using Bytes = std::vector<std::uint8_t>;
+        using Integers = std::vector<std::int32_t>;
+        if (std::holds_alternative<Bytes>(a.data)) {
+            EXPECT_EQ(std::get<Bytes>(a.data), std::get<Bytes>(b.data)) << a.name;
+        } else {
+            EXPECT_EQ(std::get<Integers>(a.data), std::get<Integers>(b.data)) << a.name;
+        }
     }
 }
 

@@ -1,5 +1,6 @@
 #include <difusa/algebra/spectral_radius.h>
 
+#include <difusa/algebra/vector_blocks.h>
 #include <difusa/core/error.h>
 
 #include <Eigen/Eigenvalues>
@@ -34,15 +35,9 @@ double spectral_radius(const LinearOperator& T, int steps, double tolerance, con
         Values y;
         T.apply(V.back(), y, execution);
         Eigen::VectorXd w = y.col(0);
-        const double before = w.norm();
-        for (int pass = 0; pass < 2; ++pass) { // twice is enough
-            for (Eigen::Index i = 0; i <= k; ++i) {
-                const double overlap = V[static_cast<std::size_t>(i)].dot(w);
-                H(i, k) += overlap;
-                w -= overlap * V[static_cast<std::size_t>(i)];
-            }
-        }
-        H(k + 1, k) = w.norm();
+        const double before = norm(w, execution);
+        H.col(k).head(k + 1) = orthogonalise(V, w, execution);
+        H(k + 1, k) = norm(w, execution);
         const double previous = radius;
         radius = largest_eigenvalue(H, k + 1);
         agreed = std::abs(radius - previous) <= tolerance * radius ? agreed + 1 : 0;

@@ -9,12 +9,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace difusa {
 
 namespace {
 
-constexpr double unit = 0x1p-28;
+constexpr std::int32_t one = std::int32_t{1} << 18U;
 constexpr std::size_t block = 1024;
 constexpr std::size_t points_of_cluster = 4;
 
@@ -33,10 +34,31 @@ void representatives(const Surfels& surfels, Index s, std::vector<Surfels::Piece
     }
 }
 
+/// Makes the weights sum to 1: the largest takes the rounding errors of all.
+void round_to_one(std::vector<std::pair<Index, std::int32_t>>& row) {
+    const auto largest =
+        std::max_element(row.begin(), row.end(), [](const auto& x, const auto& y) { return x.second < y.second; });
+    std::int32_t missing = one;
+    for (const auto& [site, units] : row) {
+        missing -= units;
+    }
+    largest->second += missing;
+}
+
 } // namespace
+
+BasisAverages::Entry::Entry(Index site, std::int32_t units) : bits{} {
+    const std::uint64_t all = site | static_cast<std::uint64_t>(std::int64_t{units}) << site_bits;
+    for (unsigned part = 0; part < 3; ++part) {
+        bits[part] = static_cast<std::uint16_t>(all >> (16U * part));
+    }
+}
 
 BasisAverages::BasisAverages(const Basis& basis, const Surfels& surfels, const Execution& execution)
     : columns_(basis.size()), first_(surfels.size() + 1, 0) {
+    if (columns_ > std::size_t{1} << Entry::site_bits) {
+        throw ResourceError("more than 2^26 sites: give fewer --sites");
+    }
     const std::size_t blocks = (surfels.size() + block - 1) / block;
     std::vector<std::vector<Entry>> parts(blocks);
     parallel_for(blocks, 1, execution, [&](std::size_t begin, std::size_t end, unsigned) {
@@ -44,6 +66,7 @@ BasisAverages::BasisAverages(const Basis& basis, const Surfels& surfels, const E
         std::vector<SurfacePoint> points;
         std::vector<BasisRow> rows;
         std::vector<std::pair<Index, double>> sums;
+        std::vector<std::pair<Index, std::int32_t>> row;
         for (std::size_t b = begin; b < end; ++b) {
             for (std::size_t s = b * block; s < std::min((b + 1) * block, surfels.size()); ++s) {
                 representatives(surfels, static_cast<Index>(s), pieces, points);
@@ -56,9 +79,8 @@ BasisAverages::BasisAverages(const Basis& basis, const Surfels& surfels, const E
                     }
                 }
                 std::sort(sums.begin(), sums.end());
-                const std::size_t begin_of_row = parts[b].size();
+                row.clear();
                 double exact = 0.0;
-                std::int64_t sum = 0;
                 for (std::size_t i = 0; i < sums.size();) {
                     const Index site = sums[i].first;
                     double weight = 0.0;
@@ -70,18 +92,15 @@ BasisAverages::BasisAverages(const Basis& basis, const Surfels& surfels, const E
                         throw UsageError("a basis function has the value " + text_of(weight) +
                                          " somewhere: only values below 7 in magnitude can be averaged");
                     }
-                    const auto units = static_cast<std::int32_t>(std::lround(weight / unit));
-                    if (units != 0) {
-                        parts[b].push_back({site, units});
-                        sum += units;
-                    }
+                    row.emplace_back(site, static_cast<std::int32_t>(std::lround(weight / Entry::unit)));
                 }
-                if (std::abs(exact - 1.0) < 1e-9 && parts[b].size() > begin_of_row) {
-                    // The rounding error goes to the largest weight.
-                    const auto largest =
-                        std::max_element(parts[b].begin() + static_cast<std::ptrdiff_t>(begin_of_row), parts[b].end(),
-                                         [](const Entry& x, const Entry& y) { return x.weight < y.weight; });
-                    largest->weight += static_cast<std::int32_t>((std::int64_t{1} << 28U) - sum);
+                if (std::abs(exact - 1.0) < 1e-9 && !row.empty()) {
+                    round_to_one(row);
+                }
+                for (const auto& [site, units] : row) {
+                    if (units != 0) {
+                        parts[b].emplace_back(site, units);
+                    }
                 }
                 first_[s + 1] = static_cast<std::uint32_t>(parts[b].size());
             }
@@ -114,8 +133,8 @@ void BasisAverages::apply(const Values& x, Values& y, const Execution& execution
             double* const out = y.data() + static_cast<Eigen::Index>(s) * width;
             std::fill(out, out + width, 0.0);
             for (std::size_t k = first_[s]; k < first_[s + 1]; ++k) {
-                const double weight = unit * entries_[k].weight;
-                const double* const source = x.data() + static_cast<Eigen::Index>(entries_[k].site) * width;
+                const double weight = entries_[k].weight();
+                const double* const source = x.data() + static_cast<Eigen::Index>(entries_[k].site()) * width;
                 for (Eigen::Index c = 0; c < width; ++c) {
                     out[c] += weight * source[c];
                 }
@@ -128,7 +147,7 @@ void BasisAverages::apply_transpose(const Values& x, Values& y, const Execution&
     DIFUSA_REQUIRE(static_cast<std::size_t>(x.rows()) == rows());
     sum_transposed(rows(), columns_, x.cols(), y, execution, [&](std::size_t s, Values& sum) {
         for (std::size_t k = first_[s]; k < first_[s + 1]; ++k) {
-            sum.row(entries_[k].site) += unit * entries_[k].weight * x.row(static_cast<Eigen::Index>(s));
+            sum.row(entries_[k].site()) += entries_[k].weight() * x.row(static_cast<Eigen::Index>(s));
         }
     });
 }

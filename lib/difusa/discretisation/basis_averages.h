@@ -6,16 +6,19 @@
 #include <difusa/discretisation/basis.h>
 #include <difusa/discretisation/surfels.h>
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
 namespace difusa {
 
-/// #surfels by #S, stored in 8 bytes per entry: weights are multiples of 2^-28, and if the basis sums to one its rows
+/// #surfels by #S, stored in 6 bytes per entry: weights are multiples of 2^-18, and if the basis sums to one its rows
 /// do so exactly, so that constants are reproduced without rounding. A planar surfel is represented by its centroid
 /// (exact for functions linear over it), one of many triangles by a few points of equal area.
 class BasisAverages final : public LinearOperator {
   public:
+    /// Throws UsageError if a basis function is not below 7 in magnitude, ResourceError for more than 2^26 sites or
+    /// 2^32 entries.
     BasisAverages(const Basis& basis, const Surfels& surfels, const Execution& execution);
 
     std::size_t rows() const override { return first_.size() - 1; }
@@ -31,9 +34,19 @@ class BasisAverages final : public LinearOperator {
     void apply_transpose(const Values& x, Values& y, const Execution& execution) const override;
 
   private:
+    /// 26 bits of the site, then 22 of the weight in units of 2^-18, in two's complement.
     struct Entry {
-        Index site;
-        std::int32_t weight; ///< in units of 2^-28
+        static constexpr int site_bits = 26;
+        static constexpr double unit = 0x1p-18;
+        std::array<std::uint16_t, 3> bits;
+
+        Entry(Index site, std::int32_t units);
+        Index site() const { return static_cast<Index>(all() & ((std::uint64_t{1} << site_bits) - 1)); }
+        /// The sign bit of the weight is brought to the top.
+        double weight() const {
+            return unit * static_cast<double>(static_cast<std::int64_t>(all() << 16U) >> (16 + site_bits));
+        }
+        std::uint64_t all() const { return bits[0] | std::uint64_t{bits[1]} << 16U | std::uint64_t{bits[2]} << 32U; }
     };
     std::size_t columns_;
     std::vector<std::uint32_t> first_; ///< #surfels + 1

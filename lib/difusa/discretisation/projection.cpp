@@ -10,18 +10,20 @@
 #include <Eigen/SparseLU>
 #include <nanoflann.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 namespace difusa {
 
 /// values -> coefficients as a linear map with a transpose.
 struct Projection::Map {
     virtual ~Map() = default;
-    virtual Eigen::VectorXd apply(const Eigen::VectorXd& values) const = 0;
-    virtual Eigen::VectorXd transposed(const Eigen::VectorXd& coefficients) const = 0;
+    virtual Values apply(const Values& values, const Execution& execution) const = 0;
+    virtual Values transposed(const Values& coefficients) const = 0;
     virtual bool is_identity() const { return false; }
     virtual double condition() const { return 1.0; }
 
@@ -34,25 +36,54 @@ struct Projection::Map {
 namespace {
 
 using Matrix = Eigen::SparseMatrix<double>;
+using RowMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
 constexpr double largest_condition = 1e12;
 
-Matrix collocation(const Basis& basis, std::span<const SurfacePoint> points, const Execution& execution) {
+/// `map` of one column after the other. They are copied: the solvers take their operands for contiguous, which columns
+/// of row-major values are not.
+template <class Map> Values by_columns(const Values& x, const Map& map) {
+    Values y;
+    for (Eigen::Index c = 0; c < x.cols(); ++c) {
+        const Eigen::VectorXd column = x.col(c);
+        const Eigen::VectorXd image = map(column);
+        y.resize(image.size(), x.cols());
+        y.col(c) = image;
+    }
+    return y;
+}
+
+RowMatrix collocation(const Basis& basis, std::span<const SurfacePoint> points, const Execution& execution) {
     std::vector<BasisRow> rows(points.size());
     parallel_for(points.size(), 256, execution, [&](std::size_t begin, std::size_t end, unsigned) {
         for (std::size_t i = begin; i < end; ++i) {
             basis.evaluate(points[i], rows[i]);
         }
     });
-    std::vector<Eigen::Triplet<double>> entries;
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-        for (std::size_t k = 0; k < rows[i].element.size(); ++k) {
-            entries.emplace_back(static_cast<int>(i), static_cast<int>(rows[i].element[k]), rows[i].weight[k]);
-        }
+    std::size_t entries = 0;
+    for (const BasisRow& row : rows) {
+        entries += row.element.size();
     }
-    Matrix Z(static_cast<Eigen::Index>(points.size()), static_cast<Eigen::Index>(basis.size()));
-    Z.setFromTriplets(entries.begin(), entries.end());
-    Z.makeCompressed();
+    if (entries > static_cast<std::size_t>(std::numeric_limits<int>::max())) {
+        throw ResourceError("the collocation matrix has more than 2^31 entries: give fewer --sites, --projection "
+                            "natural, or a basis whose functions reach less far (--neighbours)");
+    }
+    RowMatrix Z(static_cast<Eigen::Index>(points.size()), static_cast<Eigen::Index>(basis.size()));
+    Z.reserve(static_cast<Eigen::Index>(entries));
+    std::vector<std::pair<Index, double>> sorted;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        sorted.clear();
+        for (std::size_t k = 0; k < rows[i].element.size(); ++k) {
+            sorted.emplace_back(rows[i].element[k], rows[i].weight[k]);
+        }
+        std::sort(sorted.begin(), sorted.end());
+        Z.startVec(static_cast<Eigen::Index>(i));
+        for (const auto& [element, weight] : sorted) {
+            Z.insertBack(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(element)) = weight;
+        }
+        rows[i] = {};
+    }
+    Z.finalize();
     return Z;
 }
 
@@ -130,8 +161,8 @@ void check_condition(double condition) {
 } // namespace
 
 struct Projection::Map::Identity final : Map {
-    Eigen::VectorXd apply(const Eigen::VectorXd& values) const override { return values; }
-    Eigen::VectorXd transposed(const Eigen::VectorXd& coefficients) const override { return coefficients; }
+    Values apply(const Values& values, const Execution& /*execution*/) const override { return values; }
+    Values transposed(const Values& coefficients) const override { return coefficients; }
     bool is_identity() const override { return true; }
 };
 
@@ -144,32 +175,47 @@ struct Projection::Map::Inverse final : Map {
         condition_number = std::numeric_limits<double>::infinity();
         if (lu.info() == Eigen::Success) {
             condition_number =
-                norm_1(Z) * inverse_norm_1([&](const Eigen::VectorXd& y) { return apply(y); },
-                                           [&](const Eigen::VectorXd& y) { return transposed(y); }, Z.rows());
+                norm_1(Z) * inverse_norm_1([&](const Eigen::VectorXd& y) { return solve(y); },
+                                           [&](const Eigen::VectorXd& y) { return solve_transposed(y); }, Z.rows());
         }
         check_condition(condition_number);
     }
-    Eigen::VectorXd apply(const Eigen::VectorXd& values) const override { return lu.solve(values); }
-    Eigen::VectorXd transposed(const Eigen::VectorXd& coefficients) const override {
-        return lu.transpose().solve(coefficients);
+    Eigen::VectorXd solve(const Eigen::VectorXd& values) const { return lu.solve(values); }
+    Eigen::VectorXd solve_transposed(const Eigen::VectorXd& x) const { return lu.transpose().solve(x); }
+    Values apply(const Values& values, const Execution& /*execution*/) const override {
+        return by_columns(values, [&](const Eigen::VectorXd& y) { return solve(y); });
+    }
+    Values transposed(const Values& coefficients) const override {
+        return by_columns(coefficients, [&](const Eigen::VectorXd& x) { return solve_transposed(x); });
     }
     double condition() const override { return condition_number; }
 };
 
 /// P = sum_{k=0..sweeps} (I - Z)^k, in Horner's form.
 struct Projection::Map::Correction final : Map {
-    Matrix Z;
+    RowMatrix Z;
     int sweeps;
-    Correction(const Matrix& collocation, int count) : Z(collocation), sweeps(count) {}
-    Eigen::VectorXd apply(const Eigen::VectorXd& values) const override {
-        Eigen::VectorXd b = values;
+    Correction(RowMatrix collocation, int count) : Z(std::move(collocation)), sweeps(count) {}
+    Values apply(const Values& values, const Execution& execution) const override {
+        Values b = values, next(values.rows(), values.cols());
         for (int k = 0; k < sweeps; ++k) {
-            b += values - Z * b;
+            parallel_for(static_cast<std::size_t>(Z.rows()), 1024, execution.silent(),
+                         [&](std::size_t begin, std::size_t end, unsigned) {
+                             for (auto i = static_cast<Eigen::Index>(begin); i < static_cast<Eigen::Index>(end); ++i) {
+                                 auto to = next.row(i);
+                                 to.setZero();
+                                 for (RowMatrix::InnerIterator entry(Z, i); entry; ++entry) {
+                                     to += entry.value() * b.row(entry.col());
+                                 }
+                                 to = b.row(i) + (values.row(i) - to);
+                             }
+                         });
+            b.swap(next);
         }
         return b;
     }
-    Eigen::VectorXd transposed(const Eigen::VectorXd& coefficients) const override {
-        Eigen::VectorXd w = coefficients;
+    Values transposed(const Values& coefficients) const override {
+        Values w = coefficients;
         for (int k = 0; k < sweeps; ++k) {
             w += coefficients - Z.transpose() * w;
         }
@@ -192,12 +238,16 @@ struct Projection::Map::LeastSquares final : Map {
         }
         check_condition(condition_number);
     }
-    Eigen::VectorXd apply(const Eigen::VectorXd& values) const override {
-        const Eigen::VectorXd moments = ZtW * values;
-        return factor.solve(moments);
+    Values apply(const Values& values, const Execution& /*execution*/) const override {
+        return by_columns(values, [&](const Eigen::VectorXd& y) {
+            const Eigen::VectorXd moments = ZtW * y;
+            return Eigen::VectorXd(factor.solve(moments));
+        });
     }
-    Eigen::VectorXd transposed(const Eigen::VectorXd& coefficients) const override {
-        return ZtW.transpose() * Eigen::VectorXd(factor.solve(coefficients));
+    Values transposed(const Values& coefficients) const override {
+        return by_columns(coefficients, [&](const Eigen::VectorXd& x) {
+            return Eigen::VectorXd(ZtW.transpose() * Eigen::VectorXd(factor.solve(x)));
+        });
     }
     double condition() const override { return condition_number; }
 };
@@ -280,11 +330,11 @@ Projection::Projection(const Basis& basis, const SiteSet& sites, const Projectio
         }
         kind = ProjectionKind::interpolation;
     }
-    const Matrix Z = collocation(basis, points, execution);
+    RowMatrix Z = collocation(basis, points, execution);
     if (kind == ProjectionKind::interpolation) {
         map_ = std::make_unique<Map::Inverse>(Z);
     } else if (kind == ProjectionKind::corrected) {
-        map_ = std::make_unique<Map::Correction>(Z, choice.sweeps);
+        map_ = std::make_unique<Map::Correction>(std::move(Z), choice.sweeps);
     } else {
         const Eigen::VectorXd W = kind == ProjectionKind::galerkin ? quadrature_weights(sites, points, integrals)
                                                                    : Eigen::VectorXd::Ones(Z.rows());
@@ -301,34 +351,12 @@ bool Projection::is_identity() const {
     return map_->is_identity();
 }
 
-Values Projection::coefficients(const Values& values) const {
-    if (is_identity()) {
-        return values;
-    }
-    Values b;
-    for (Eigen::Index c = 0; c < values.cols(); ++c) {
-        // Vectors of their own: the solvers take their operands for contiguous, which columns of row-major values are
-        // not.
-        const Eigen::VectorXd column = values.col(c);
-        const Eigen::VectorXd solution = map_->apply(column);
-        b.resize(solution.size(), values.cols());
-        b.col(c) = solution;
-    }
-    return b;
+Values Projection::coefficients(const Values& values, const Execution& execution) const {
+    return map_->apply(values, execution);
 }
 
 Values Projection::transposed(const Values& x) const {
-    if (is_identity()) {
-        return x;
-    }
-    Values y;
-    for (Eigen::Index c = 0; c < x.cols(); ++c) {
-        const Eigen::VectorXd column = x.col(c);
-        const Eigen::VectorXd image = map_->transposed(column);
-        y.resize(image.size(), x.cols());
-        y.col(c) = image;
-    }
-    return y;
+    return map_->transposed(x);
 }
 
 Values limited(const Basis& basis, const SiteSet& sites, const Values& values, Values coefficients,

@@ -80,7 +80,7 @@ class Projection {
     bool is_identity() const;
 
     /// values: #points by #channels; the coefficients: #S by #channels.
-    Values coefficients(const Values& values) const;
+    Values coefficients(const Values& values, const Execution& execution = {}) const;
 
     /// Πᵀ x: #S by any number of columns to #points by the same.
     Values transposed(const Values& x) const;

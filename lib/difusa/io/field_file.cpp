@@ -30,12 +30,13 @@ Writer writer_for(const fs::path& file) {
 
 void require_array(const FieldArray& array, std::size_t rows) {
     const std::size_t columns = std::max<std::size_t>(1, array.components.size());
-    if (const Values* values = std::get_if<Values>(&array.data)) {
+    if (const Values* values = values_of(array)) {
         DIFUSA_REQUIRE(static_cast<std::size_t>(values->rows()) == rows, array.name);
         DIFUSA_REQUIRE(static_cast<std::size_t>(values->cols()) == columns, array.name);
+    } else if (const auto* bytes = std::get_if<std::vector<std::uint8_t>>(&array.data)) {
+        DIFUSA_REQUIRE(bytes->size() == rows * columns, array.name);
     } else {
-        const auto size = [](const auto& data) { return static_cast<std::size_t>(data.size()); };
-        DIFUSA_REQUIRE(std::visit(size, array.data) == rows * columns, array.name);
+        DIFUSA_REQUIRE(std::get<std::vector<std::int32_t>>(array.data).size() == rows * columns, array.name);
     }
 }
 
@@ -64,7 +65,7 @@ void require_consistent(const FieldFile& field) {
                    field.active_colours);
     DIFUSA_REQUIRE(among_points(field.quality,
                                 [](const FieldArray& array) {
-                                    return array.components.size() <= 1 && std::holds_alternative<Values>(array.data);
+                                    return array.components.size() <= 1 && values_of(array) != nullptr;
                                 }),
                    field.quality);
 }

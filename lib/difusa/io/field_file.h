@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <utility>
 #include <variant>
@@ -14,13 +15,22 @@
 
 namespace difusa {
 
+/// Values owned by someone else, who keeps them as long as the field is in use.
+using ValuesView = std::reference_wrapper<const Values>;
+
 /// One array over points or cells.
 struct FieldArray {
     std::string name;
     std::string unit;                    ///< "W/m^2", or "" for none
     std::vector<std::string> components; ///< names, {"R","G","B"}; empty for a scalar
-    std::variant<Values, std::vector<std::uint8_t>, std::vector<std::int32_t>> data; ///< row by row
+    std::variant<Values, ValuesView, std::vector<std::uint8_t>, std::vector<std::int32_t>> data; ///< row by row
 };
+
+/// The array's real numbers; null if it is one of integers.
+inline const Values* values_of(const FieldArray& array) {
+    const auto* view = std::get_if<ValuesView>(&array.data);
+    return view != nullptr ? &view->get() : std::get_if<Values>(&array.data);
+}
 
 /// One entry of the file's field data: text, or numbers.
 struct FieldNote {

@@ -132,7 +132,7 @@ void write_ply(const FieldFile& field, WholeFile& file, const Execution& /*execu
             }
         }
         if (quality != nullptr) {
-            bytes.put(static_cast<float>(std::get<Values>(quality->data)(static_cast<Eigen::Index>(p), 0)));
+            bytes.put(static_cast<float>((*values_of(*quality))(static_cast<Eigen::Index>(p), 0)));
         }
     }
     for (const auto& triangle : field.triangles) {

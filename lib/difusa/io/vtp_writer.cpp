@@ -94,6 +94,7 @@ vtkSmartPointer<vtkDataArray> view(const FieldArray& field) {
         vtkSmartPointer<vtkDataArray> operator()(const Values& data) const {
             return view<vtkDoubleArray>(name, data.data(), static_cast<std::size_t>(data.size()), components);
         }
+        vtkSmartPointer<vtkDataArray> operator()(const ValuesView& data) const { return (*this)(data.get()); }
         vtkSmartPointer<vtkDataArray> operator()(const std::vector<std::uint8_t>& data) const {
             return view<vtkUnsignedCharArray>(name, data.data(), data.size(), components);
         }

@@ -10,9 +10,11 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <iomanip>
 #include <memory>
 #include <sstream>
+#include <utility>
 
 namespace difusa {
 
@@ -21,8 +23,17 @@ namespace {
 const std::vector<std::string> rgb{"R", "G", "B"};
 const char* const flux = "W/m^2";
 
-FieldArray colour(const std::string& name, const std::string& unit, const Values& values) {
-    return {name, unit, rgb, values};
+FieldArray colour(const std::string& name, const std::string& unit, Values values) {
+    return {name, unit, rgb, std::move(values)};
+}
+
+/// One that refers to the values.
+FieldArray colour_view(const std::string& name, const std::string& unit, const Values& values) {
+    return {name, unit, rgb, std::cref(values)};
+}
+
+FieldArray scalar_view(const std::string& name, const std::string& unit, const Values& values) {
+    return {name, unit, {}, std::cref(values)};
 }
 
 FieldArray scalar(const std::string& name, const std::string& unit, const std::vector<double>& values) {
@@ -39,18 +50,18 @@ std::vector<double> as_vector(const Rgb& c) {
 }
 
 std::vector<FieldArray> arrays_of(const PointValues& values) {
-    return {colour("radiosity", flux, values.B),
-            colour("irradiance", flux, values.H),
-            colour("irradiance_direct", flux, values.H_direct),
-            colour("irradiance_indirect", flux, values.H_indirect),
-            colour("reflectance", "", values.rho),
-            colour("emission", flux, values.E)};
+    return {colour_view("radiosity", flux, values.B),
+            colour_view("irradiance", flux, values.H),
+            colour_view("irradiance_direct", flux, values.H_direct),
+            colour_view("irradiance_indirect", flux, values.H_indirect),
+            colour_view("reflectance", "", values.rho),
+            colour_view("emission", flux, values.E)};
 }
 
 void add_groups(const PointValues& values, std::vector<FieldArray>& arrays) {
     for (const GroupValues& group : values.groups) {
-        arrays.push_back(colour("radiosity_of_" + group.name, flux, group.B));
-        arrays.push_back(colour("irradiance_of_" + group.name, flux, group.H));
+        arrays.push_back(colour_view("radiosity_of_" + group.name, flux, group.B));
+        arrays.push_back(colour_view("irradiance_of_" + group.name, flux, group.H));
     }
 }
 
@@ -188,7 +199,7 @@ FieldFile field_of(const BakeResult& result) {
     }
     field.triangles = result.mesh.triangles;
 
-    const Values luminance = result.output.B * luminance_weights;
+    Values luminance = result.output.B * luminance_weights;
     const double exposure = display_exposure(result);
     std::vector<std::uint8_t> display(static_cast<std::size_t>(3 * count));
     for (Eigen::Index v = 0; v < count; ++v) {
@@ -198,7 +209,7 @@ FieldFile field_of(const BakeResult& result) {
         }
     }
     field.point_arrays = arrays_of(result.output);
-    field.point_arrays.push_back({"luminance", flux, {}, luminance});
+    field.point_arrays.push_back({"luminance", flux, {}, std::move(luminance)});
     field.point_arrays.push_back({"display_rgb", "", rgb, std::move(display)});
     std::vector<std::int32_t> face(result.mesh.face.size()), material(result.mesh.face.size());
     for (std::size_t f = 0; f < face.size(); ++f) {
@@ -206,8 +217,8 @@ FieldFile field_of(const BakeResult& result) {
         material[f] = static_cast<std::int32_t>(result.scene->mesh.material[result.mesh.face[f]]);
     }
     if (result.error) {
-        field.point_arrays.push_back({"residual", flux, {}, result.residual});
-        field.point_arrays.push_back({"error_bound", flux, {}, result.error_bound});
+        field.point_arrays.push_back(scalar_view("residual", flux, result.residual));
+        field.point_arrays.push_back(scalar_view("error_bound", flux, result.error_bound));
     }
     field.cell_arrays = {numbers("original_face_id", std::move(face)), numbers("material_id", std::move(material))};
     add_groups(result.output, field.point_arrays);
@@ -243,7 +254,7 @@ FieldFile sites_of(const BakeResult& result) {
         E.row(i) = result.scene->emission(site).matrix().transpose();
     }
     const Values B = E + rho.cwiseProduct(H);
-    const Values luminance = B * luminance_weights;
+    Values luminance = B * luminance_weights;
     std::vector<std::uint8_t> display;
     const double exposure = display_exposure(result);
     for (const double value : B.reshaped<Eigen::RowMajor>()) {
@@ -257,7 +268,7 @@ FieldFile sites_of(const BakeResult& result) {
         colour("radiosity", flux, B),
         colour("reflectance", "", rho),
         colour("emission", flux, E),
-        {"luminance", flux, {}, luminance},
+        {"luminance", flux, {}, std::move(luminance)},
         {"display_rgb", "", rgb, std::move(display)},
         numbers("original_face_id", std::move(face)),
         numbers("region", std::move(region))};

@@ -9,7 +9,7 @@
 
 namespace difusa {
 
-/// The baked field on the output mesh.
+/// The baked field on the output mesh; it refers to `result`, which must outlive it.
 /// Point arrays: radiosity, irradiance, irradiance_direct, irradiance_indirect, emission (R G B, W/m^2), reflectance (R
 /// G B), luminance (W/m^2, Rec. 709 weights of the radiosity), display_rgb (uint8, sRGB; the exposure that maps
 /// radiosity to linear [0,1] is in the notes), Normals. Cell arrays: original_face_id (number in the mesh file),

@@ -26,7 +26,7 @@ Eigen::ArrayXd emitted_power(const Scene& scene, Eigen::Index channels) {
 /// Converts values at the points to means over the surfels.
 Values on_surfels(const Discretisation& discretisation, const Values& at_points, const Execution& execution) {
     Values means;
-    discretisation.averages->apply(discretisation.projection->coefficients(at_points), means, execution);
+    discretisation.averages->apply(discretisation.projection->coefficients(at_points, execution), means, execution);
     return means;
 }
 

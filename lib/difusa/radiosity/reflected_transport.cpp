@@ -1,21 +1,26 @@
 #include <difusa/radiosity/reflected_transport.h>
 
+#include <difusa/core/parallel.h>
+
 namespace difusa {
 
-void ReflectedTransport::reflect(Values& b) const {
+void ReflectedTransport::reflect(Values& b, const Execution& execution) const {
     const Eigen::Index channels = reflectance_.cols();
-    for (Eigen::Index s = 0; s < b.rows(); ++s) {
-        for (Eigen::Index c = 0; c < b.cols(); ++c) {
-            b(s, c) *= reflectance_(s, c % channels);
-        }
-    }
+    parallel_for(static_cast<std::size_t>(b.rows()), 4096, execution.silent(),
+                 [&](std::size_t begin, std::size_t end, unsigned) {
+                     for (auto s = static_cast<Eigen::Index>(begin); s < static_cast<Eigen::Index>(end); ++s) {
+                         for (Eigen::Index c = 0; c < b.cols(); ++c) {
+                             b(s, c) *= reflectance_(s, c % channels);
+                         }
+                     }
+                 });
 }
 
 void ReflectedTransport::apply(const Values& h, Values& y, const Execution& execution) const {
     const Projection& projection = *discretisation_.projection;
     Values b;
-    discretisation_.averages->apply(projection.is_identity() ? h : projection.coefficients(h), b, execution);
-    reflect(b);
+    discretisation_.averages->apply(projection.is_identity() ? h : projection.coefficients(h, execution), b, execution);
+    reflect(b, execution);
     transport_.gather(b, {}, y, execution);
 }
 
@@ -23,7 +28,7 @@ void ReflectedTransport::apply_transpose(const Values& x, Values& y, const Execu
     Values at_bins;
     transport_.W->apply_transpose(x, at_bins, execution);
     Values b = at_bins.topRows(static_cast<Eigen::Index>(transport_.surfels));
-    reflect(b);
+    reflect(b, execution);
     Values coefficients;
     discretisation_.averages->apply_transpose(b, coefficients, execution);
     y = discretisation_.projection->transposed(coefficients);

@@ -21,7 +21,7 @@ class ReflectedTransport final : public LinearOperator {
     void apply_transpose(const Values& x, Values& y, const Execution& execution) const override;
 
   private:
-    void reflect(Values& b) const;
+    void reflect(Values& b, const Execution& execution) const;
     const Discretisation& discretisation_;
     const LightTransport& transport_;
     const Values& reflectance_;

@@ -241,7 +241,7 @@ class Solving {
 
     /// Coefficients of the field to evaluate, from values at the points.
     Values coefficients(const Values& values) const {
-        const Values own = discretisation_.evaluation->coefficients(values);
+        const Values own = discretisation_.evaluation->coefficients(values, execution_);
         if (!options_.limit || discretisation_.evaluation == discretisation_.projection) {
             return own;
         }
@@ -268,8 +268,9 @@ class Solving {
 
     void balance() {
         Values irradiance;
-        discretisation_.averages->apply(discretisation_.projection->coefficients(sum_of_parts(result_.h, channels_)),
-                                        irradiance, execution_);
+        discretisation_.averages->apply(
+            discretisation_.projection->coefficients(sum_of_parts(result_.h, channels_), execution_), irradiance,
+            execution_);
         if (!options_.direct_in_basis) {
             irradiance += sum_of_parts(result_.light.direct, channels_);
         }

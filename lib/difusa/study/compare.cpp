@@ -41,17 +41,18 @@ std::string names_of(const Side& side) {
 
 Values numbers(const FieldArray& array) {
     const auto columns = static_cast<Eigen::Index>(std::max<std::size_t>(1, array.components.size()));
-    return std::visit(
-        [&]<class T>(const T& data) -> Values {
-            if constexpr (std::is_same_v<T, Values>) {
-                return data;
-            } else {
-                Values values(static_cast<Eigen::Index>(data.size()) / columns, columns);
-                std::copy(data.begin(), data.end(), values.data());
-                return values;
-            }
-        },
-        array.data);
+    if (const Values* values = values_of(array)) {
+        return *values;
+    }
+    const auto widened = [&](const auto& data) {
+        Values values(static_cast<Eigen::Index>(data.size()) / columns, columns);
+        std::copy(data.begin(), data.end(), values.data());
+        return values;
+    };
+    if (const auto* bytes = std::get_if<std::vector<std::uint8_t>>(&array.data)) {
+        return widened(*bytes);
+    }
+    return widened(std::get<std::vector<std::int32_t>>(array.data));
 }
 
 bool is_rgb(const FieldArray& array) {
