@@ -20,9 +20,9 @@ for way in "--projection natural" "--projection interpolation --basis shepard" "
     "--projection corrected:in=equation" "--direct interpolated" "--transport pairwise"; do
     # shellcheck disable=SC2086
     expect_exit 0 "$bake" "$box" out.vtp $small $way --report out.json
-    expect_text stdout "error: rms residual"
-    expect_text out.vtp residual error_bound
-    [ "$(entry out.json residual_high)" != null ] || fail "no estimate with $way"
+    expect_text stdout "error (rms, of the rms reflected radiosity): about"
+    expect_text out.vtp error_estimate error_noise error_discretisation
+    [ "$(entry out.json relative_high)" != null ] || fail "no estimate with $way"
 done
 expect_exit 0 "$bake" "$box" out.vtp $small --report plain.json
 expect_exit 0 "$bake" "$box" out.vtp $small --final-gather 64 --report gathered.json
@@ -31,8 +31,8 @@ awk -v a="$(entry plain.json bound)" -v b="$(entry gathered.json bound)" 'BEGIN 
 
 # Without an estimate nothing is said, and nothing written.
 expect_exit 0 "$bake" "$box" out.vtp $small --error-points 0 --report out.json
-expect_no_text stdout "rms residual"
-expect_no_text out.vtp error_bound
+expect_no_text stdout "rms reflected"
+expect_no_text out.vtp error_estimate
 expect_text out.json '"error": null'
 
 # Two suns, on a scene that has no other light: no sky is made up.

@@ -68,7 +68,7 @@ mkdir one two
 # shellcheck disable=SC2086
 (cd two && expect_exit 0 "$render" "$box" out.png $small $view $pictures --threads 3 --quiet) || exit 1
 expect_text one/stdout "written: out.png (40 by 30, radiosity, exposure " "written: linear.hdr (40 by 30, radiosity, linear)" \
-    "written: error.png (40 by 30, error, " "written: report.json" "error: rms residual"
+    "written: error.png (40 by 30, error, " "written: report.json" "error (rms, of the rms reflected radiosity): about"
 [ ! -s two/stdout ] && [ ! -s two/stderr ] || fail "--quiet says something"
 count=0
 for picture in one/*.png one/*.hdr; do

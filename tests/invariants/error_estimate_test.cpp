@@ -2,7 +2,9 @@
 #include <difusa/import/shapes.h>
 #include <difusa/mesh/surface_sampling.h>
 #include <difusa/radiosity/error_estimate.h>
+#include <difusa/study/estimate_study.h>
 #include <difusa/study/measure.h>
+#include <difusa/transport/gathered.h>
 
 #include <support/plugins.h>
 
@@ -10,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <tuple>
 
 namespace difusa::error_estimate_test {
@@ -51,15 +54,24 @@ TEST(ErrorEstimate, AnExactBakeHasNoResidual) {
         const double B = 2.0 / 0.4;
         ASSERT_TRUE(result.error.has_value());
         EXPECT_NEAR(result.error->reflected, B - 2.0, 1e-9 * B);
-        EXPECT_LT(result.error->high, 1e-9 * B);
-        EXPECT_LT(result.error->bound_rms, 1e-8 * B);
-        EXPECT_LT(result.residual.maxCoeff(), 1e-9 * B);
+        EXPECT_LT(result.error->total.high, 1e-9 * B);
+        EXPECT_LT(result.error->indirect.high, 1e-9 * B);
+        EXPECT_LT(result.error->bound, 1e-8 * B);
+        EXPECT_LT(result.errors->error.maxCoeff(), 1e-7 * B); // roots of rounding errors
     }
 }
 
+/// The solution with another field.
+Solution with_field(const BakeResult& result, FieldParts parts) {
+    Solution solution = result.solution;
+    solution.field = std::make_shared<const Field>(std::move(parts));
+    return solution;
+}
+
 /// In a closed furnace whose field is too bright by the constant d in irradiance the error is rho d everywhere, and the
-/// residual rho rho d - rho d = -rho d (1 - rho): the bound is the error, exactly.
-TEST(ErrorEstimate, TheBoundIsSharpForAConstantError) {
+/// residual rho rho d - rho d = -rho d (1 - rho): the bound is the error, exactly, and so is the estimate, up to the
+/// noise of what is carried on.
+TEST(ErrorEstimate, BoundAndEstimateAreSharpForAConstantError) {
     for (const double rho : {0.2, 0.5, 0.95}) {
         BakeOptions options = coarse(0.25, 64);
         options.solve.tolerance = 1e-12;
@@ -67,20 +79,73 @@ TEST(ErrorEstimate, TheBoundIsSharpForAConstantError) {
         FieldParts parts = result.field().parts();
         const double d = 0.03;
         parts.smooth.array() += d;
-        const Field wrong(parts);
-        const ErrorEstimate estimate = estimate_error(wrong, 100, 64, 1, Execution{});
+        const ErrorEstimate estimate = estimate_error(with_field(result, parts), 400, 64, 1, Execution{});
         const double B = 1.0 / (1.0 - rho), residual = rho * d * (1.0 - rho);
-        EXPECT_NEAR(estimate.rms, residual, 1e-9 * B);
-        EXPECT_NEAR(estimate.low, residual, 1e-9 * B);
-        EXPECT_NEAR(estimate.high, residual, 1e-9 * B);
-        EXPECT_NEAR(estimate.largest, residual, 1e-9 * B);
-        EXPECT_NEAR(estimate.bound_rms, rho * d, 1e-8 * B);
-        EXPECT_NEAR(estimate.bound_largest, rho * d, 1e-8 * B);
+        EXPECT_NEAR(estimate.residual.rms, residual, 1e-9 * B);
+        EXPECT_NEAR(estimate.residual.low, residual, 1e-6 * B); // the spread of equal values is a root of rounding
+        EXPECT_NEAR(estimate.residual.high, residual, 1e-6 * B);
+        EXPECT_NEAR(estimate.bound, rho * d, 1e-5 * B);
         EXPECT_NEAR(estimate.reflected, B - 1.0 + rho * d, 1e-9 * B);
-        const std::vector<SurfacePoint> x = even_points(result.scene->mesh, 50, RandomStream(2, "x"));
-        const Values spread = spread_residual(estimate, *parts.system->discretisation().basis, x, Execution{});
-        EXPECT_LT((spread.array() - residual).abs().maxCoeff(), 1e-6 * residual); // a root of differences of squares
+        // The solve of what is carried is good to a tenth, and each group of points sums up to a constant.
+        EXPECT_NEAR(estimate.total.rms, rho * d, 0.1 * rho * d) << rho;
+        EXPECT_NEAR(estimate.carried.mean(), -d * rho, 0.1 * d * rho);
     }
+}
+
+/// The light of emitters that the coefficients represent is the response to their emission.
+TEST(ErrorEstimate, AResponseIsTheSolutionForTheseEmitters) {
+    Scene scene = furnace(0.5, 0.0);
+    scene.materials[4].emission = Rgb::Constant(1.0);
+    BakeOptions options = coarse(0.2, 64);
+    options.solve.tolerance = 1e-10;
+    const BakeResult result = baked(scene, options);
+    ASSERT_EQ(result.solution.area_lights, 0U);
+    const SurfelLight& light = result.solution.light;
+    const Values h = result.system->respond(light.reflectance, light.emission, options.solve, Execution{});
+    // Both miss the solution by at most the tolerance over 1 - rho.
+    EXPECT_LT((h - result.solution.h).cwiseAbs().maxCoeff(), 4e-10 * result.solution.h.maxCoeff());
+}
+
+TEST(ErrorEstimate, ItsPointsIntegrateAnythingThatIsReflected) {
+    Scene scene = furnace(0.5, 0.0);
+    scene.materials[4].emission = Rgb::Constant(1.0);
+    scene.materials[2].reflectance = Rgb::Zero(); // no points there
+    const BakeResult result = baked(scene, coarse(0.25, 64));
+    const Surfels& surfels = *result.system->discretisation().surfels;
+    const auto f = [](const SurfacePoint& x) { return std::exp(x.position.dot(Vec3(1.0, 2.0, -1.0))); };
+    double exact = 0.0;
+    for (Index t = 0; t < scene.mesh.triangles.size(); ++t) {
+        for (int i = 0; i < 64 && scene.mesh.material[t] != 2; ++i) {
+            for (int j = 0; j < 64; ++j) {
+                exact += f(uniform_point(result.scene->mesh, t, (i + 0.5) / 64, (j + 0.5) / 64)) *
+                         result.scene->mesh.areas[t] / 4096;
+            }
+        }
+    }
+    std::vector<double> sums;
+    for (std::uint64_t seed = 1; seed <= 64; ++seed) {
+        const ErrorPoints points = draw_error_points(result.solution, 300, seed, Execution{});
+        ASSERT_NEAR(static_cast<double>(points.size()), 300.0, 1.0);
+        double sum = 0.0, area = 0.0;
+        for (std::size_t p = 0; p < points.size(); ++p) {
+            const SurfacePoint& x = points.place[p];
+            ASSERT_NE(scene.mesh.material[x.face], 2U);
+            ASSERT_EQ(surfels.at(x.face, x.u, x.v), points.surfel[p]);
+            ASSERT_GT(points.weight[p], 0.0);
+            sum += points.weight[p] * f(x);
+            area += points.weight[p];
+        }
+        EXPECT_NEAR(area, 5.0, 1e-12);
+        sums.push_back(sum);
+    }
+    double mean = 0.0, squares = 0.0;
+    for (const double sum : sums) {
+        mean += sum / 64.0;
+        squares += sum * sum / 64.0;
+    }
+    const double deviation = std::sqrt((squares - mean * mean) / 63.0);
+    EXPECT_LT(deviation, 0.01 * exact) << "else nothing is shown";
+    EXPECT_NEAR(mean, exact, 4.5 * deviation + exact / 300.0); // normalised weights are biased by one part in n at most
 }
 
 /// The noise of the rays does not count as residual: with 8 rays at a place or 512, the estimates agree within their
@@ -89,15 +154,17 @@ TEST(ErrorEstimate, NoiseIsNotCountedAsError) {
     Scene scene = furnace(0.5, 0.0);
     scene.materials[4].emission = Rgb::Constant(1.0);
     const BakeResult result = baked(scene, coarse(0.2, 512));
-    const ErrorEstimate few = estimate_error(result.field(), 4000, 8, 1, Execution{});
-    const ErrorEstimate many = estimate_error(result.field(), 1000, 512, 2, Execution{});
+    const ErrorEstimate few = estimate_error(result.solution, 4000, 8, 1, Execution{});
+    const ErrorEstimate many = estimate_error(result.solution, 1000, 512, 2, Execution{});
     const std::vector<SurfacePoint> x = even_points(scene.mesh, 1000, RandomStream(3, "x"));
     const Irradiance a = result.field().gather(x, 8, 1, "one", Execution{}),
                      b = result.field().gather(x, 8, 1, "other", Execution{});
     const double noise = 0.5 * std::sqrt(0.5 * (a.direct + a.indirect - b.direct - b.indirect).squaredNorm() / 1000.0);
-    EXPECT_GT(noise, 2.0 * few.high) << "else nothing is shown";
-    EXPECT_LE(few.low, many.high);
-    EXPECT_LE(many.low, few.high);
+    EXPECT_GT(noise, 2.0 * few.residual.high) << "else nothing is shown";
+    EXPECT_LE(few.residual.low, many.residual.high);
+    EXPECT_LE(many.residual.low, few.residual.high);
+    EXPECT_LE(few.total.low, many.total.high);
+    EXPECT_LE(many.total.low, few.total.high);
 }
 
 TEST(ErrorEstimate, ASurfaceThatAbsorbsNothingLeavesNoBound) {
@@ -106,7 +173,7 @@ TEST(ErrorEstimate, ASurfaceThatAbsorbsNothingLeavesNoBound) {
     scene.materials[0].emission = Rgb::Zero();
     const BakeResult result = baked(scene, coarse(0.25, 64));
     EXPECT_EQ(result.error->largest_reflectance, 1.0);
-    EXPECT_TRUE(std::isinf(result.error->bound_rms));
+    EXPECT_TRUE(std::isinf(result.error->bound));
 }
 
 TEST(ErrorEstimate, CanBeLeftOut) {
@@ -114,7 +181,7 @@ TEST(ErrorEstimate, CanBeLeftOut) {
     options.error_points = 0;
     const BakeResult result = baked(furnace(0.5, 1.0), options);
     EXPECT_FALSE(result.error.has_value());
-    EXPECT_EQ(result.residual.size(), 0);
+    EXPECT_FALSE(result.errors.has_value());
 }
 
 TEST(ErrorEstimate, HasTheSameBitsForAnyNumberOfThreads) {
@@ -124,10 +191,71 @@ TEST(ErrorEstimate, HasTheSameBitsForAnyNumberOfThreads) {
     options.final_gather = 16;
     const BakeResult one = bake(test::registry(), scene, "scene", options, Execution{1, nullptr});
     const BakeResult three = bake(test::registry(), scene, "scene", options, Execution{3, nullptr});
-    EXPECT_EQ(one.error->rms, three.error->rms);
-    EXPECT_EQ(one.error->bound_rms, three.error->bound_rms);
+    EXPECT_EQ(one.error->total.rms, three.error->total.rms);
+    EXPECT_EQ(one.error->indirect.high, three.error->indirect.high);
+    EXPECT_EQ(one.error->bound, three.error->bound);
     EXPECT_EQ(one.output.B, three.output.B);
-    EXPECT_EQ(one.error_bound, three.error_bound);
+    EXPECT_EQ(one.errors->error, three.errors->error);
+}
+
+/// The noise that the map tells is that of the sites: it is compared with the differences between the light at the same
+/// sites for other rays. The number of rays extrapolated from is a quarter of theirs, by a power of -1.5 where the
+/// truth lies between -1 and -2: a factor of 2 at most.
+TEST(ErrorEstimate, TheMapsNoiseIsThatOfTheSites) {
+    Scene scene = furnace(0.5, 0.0);
+    scene.materials[4].emission = Rgb::Constant(1.0);
+    const BakeOptions options = coarse(0.2, 64);
+    const BakeResult result = baked(scene, options);
+    const Discretisation& discretisation = result.system->discretisation();
+    const Values h = result.solution.h;
+    double squares = 0.0, expected = 0.0;
+    const ErrorMap map(result.solution, *result.error, options.rays, Execution{});
+    for (int other = 0; other < 8; ++other) {
+        SystemParts parts = result.system->parts();
+        const Tracer tracer(parts.scene->mesh, *parts.engine);
+        parts.transport = gathered(tracer, discretisation.points, *discretisation.surfels, *parts.directions,
+                                   options.rays, 100 + static_cast<std::uint64_t>(other), Execution{});
+        const auto system = std::make_shared<RadiositySystem>(std::move(parts));
+        squares += 0.5 * (system->solve(result.scene, {}, Execution{}).h - h).squaredNorm() / 8.0;
+    }
+    const ErrorsAt at = map.at(discretisation.sites->points, Execution{});
+    for (std::size_t i = 0; i < discretisation.sites->size(); ++i) {
+        BasisRow row;
+        discretisation.basis->evaluate(discretisation.sites->points[i], row);
+        double sum = 0.0; // of the squares of the weights, by which the basis averages the noise
+        for (const double weight : row.weight) {
+            sum += weight * weight;
+        }
+        const double noise = at.noise(static_cast<Eigen::Index>(i), 0) / 0.5;
+        expected += noise * noise / sum;
+    }
+    EXPECT_GT(squares, 0.0);
+    EXPECT_LT(squares, 2.5 * expected);
+    EXPECT_GT(squares, expected / 2.5);
+}
+
+/// Of n bakes the upper end of the estimate may lie below the true error in 3 %: of 24, six or more do so with a
+/// probability below 1e-4. What is drawn is fixed by the seeds; more bakes of more scenes: measure_accuracy --estimate.
+TEST(ErrorEstimate, HoldsForManySeedsAndIsClose) {
+    MeasureOptions how;
+    how.places = 4000;
+    const Judge judge(reference_case("manufactured-box"), how, Execution{2, nullptr});
+    const KnownLight known = known_light(judge);
+    BakeOptions options = coarse(0.25, 128);
+    options.error_points = 400;
+    const std::vector<EstimateTrial> trials =
+        try_estimate(test::registry(), known, options, 24, Execution{2, nullptr}, [](const EstimateTrial&) {});
+    int missed = 0;
+    std::vector<double> ratio;
+    for (const EstimateTrial& trial : trials) {
+        missed += trial.total_estimate.high < trial.total ? 1 : 0;
+        ratio.push_back(trial.total_estimate.high / trial.total);
+        EXPECT_GT(trial.covered, 0.8);
+    }
+    EXPECT_LE(missed, 5);
+    std::sort(ratio.begin(), ratio.end());
+    EXPECT_LT(ratio[12], 2.0);
+    EXPECT_LT(ratio.back(), 3.0);
 }
 
 /// On every scene with a known answer the true error is within the bound, whatever the method.
@@ -152,7 +280,7 @@ TEST_P(Reference, ErrorsAreWithinTheirBounds) {
         // judged places, at most that of independent rays.
         const double noise =
             final_gather == 0 ? 0.0 : m.total.l2.reference / std::sqrt(static_cast<double>(final_gather));
-        EXPECT_LE(m.total.l2.error, m.bound_rms + judge.reference.mesh_error * m.total.l2.reference + noise)
+        EXPECT_LE(m.total.l2.error, m.bound + judge.reference.mesh_error * m.total.l2.reference + noise)
             << basis << ", " << projection;
         EXPECT_GT(m.total.l2.error, 0.0);
     }

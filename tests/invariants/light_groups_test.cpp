@@ -52,7 +52,7 @@ TEST(LightGroups, AddUpToTheWhole) {
         const BakeResult one = baked(alone, options);
         ASSERT_EQ(one.output.B.rows(), B.rows());
         const double rms = std::sqrt((one.output.B - whole.output.groups[g].B).rowwise().squaredNorm().mean());
-        EXPECT_LT(rms, one.error->bound_rms) << names[g];
+        EXPECT_LT(rms, one.error->bound) << names[g];
     }
     const double rounding = 64 * 0x1p-53 * whole.output.B.maxCoeff();
     EXPECT_LT((B - whole.output.B).cwiseAbs().maxCoeff(), rounding);

@@ -262,7 +262,7 @@ TEST(ManyLights, TheErrorOfStandingForEachOtherIsInsideTheBound) {
     EXPECT_GT(error, 1e-4 * std::sqrt(light / 400.0)); // they do stand for each other
     EXPECT_LT(error, 0.05 * std::sqrt(light / 400.0));
     ASSERT_TRUE(result.error);
-    EXPECT_LE(error, result.error->bound_rms);
+    EXPECT_LE(error, result.error->bound);
 }
 
 } // namespace

@@ -128,7 +128,7 @@ TEST(BakeFiles, FieldHoldsTheBake) {
     EXPECT_EQ(mesh->GetNumberOfCells(), triangles);
 
     vtkPointData* points = mesh->GetPointData();
-    EXPECT_EQ(points->GetNumberOfArrays(), 11);
+    EXPECT_EQ(points->GetNumberOfArrays(), 12);
     expect_values(points, "radiosity", result.output.B);
     expect_values(points, "irradiance", result.output.H);
     expect_values(points, "irradiance_direct", result.output.H_direct);
@@ -136,10 +136,12 @@ TEST(BakeFiles, FieldHoldsTheBake) {
     expect_values(points, "emission", result.output.E);
     expect_values(points, "reflectance", result.output.rho, false);
     expect_values(points, "luminance", result.output.B * Eigen::Vector3d(0.2126, 0.7152, 0.0722));
-    expect_values(points, "residual", result.residual);
-    expect_values(points, "error_bound", result.error_bound);
+    expect_values(points, "error_estimate", result.errors->error);
+    expect_values(points, "error_noise", result.errors->noise);
+    expect_values(points, "error_discretisation", result.errors->discretisation);
     EXPECT_TRUE(result.output.B.allFinite());
-    EXPECT_TRUE((result.error_bound.array() >= result.residual.array()).all());
+    EXPECT_TRUE((result.errors->error.array() >= result.errors->noise.array()).all());
+    EXPECT_TRUE((result.errors->error.array() >= result.errors->discretisation.array()).all());
 
     auto* display = vtkUnsignedCharArray::SafeDownCast(points->GetScalars());
     ASSERT_NE(display, nullptr);

@@ -130,7 +130,7 @@ TEST(Picture, ShowsWhatTheOutputOfTheBakeSays) {
         expect(2, rho.cwiseProduct(Values(out.H_indirect.row(row))));
         expect(3, out.H.row(row));
         expect(4, grey(0.2126 * out.B(row, 0) + 0.7152 * out.B(row, 1) + 0.0722 * out.B(row, 2)));
-        expect(5, grey(result.error_bound(row, 0)));
+        expect(5, grey(result.errors->error(row, 0)));
         expect(6, rho);
         expect(7, out.H_direct.row(row));
         expect(8, out.H_indirect.row(row));

@@ -26,7 +26,7 @@ Measurement made_up(const std::string& basis, double spacing, double error) {
     m.total.area = 2.0;
     m.total.l2 = {error, 4.0};
     m.total.linf = {2.0 * error, 4.0};
-    m.bound_rms = 3.0 * error;
+    m.bound = 3.0 * error;
     return m;
 }
 
@@ -50,7 +50,7 @@ TEST(Study, CsvHasALineForEachMeasurement) {
 
 TEST(Study, JsonHasTheSameNumbersAndNullForWhatIsNotKnown) {
     std::vector<Measurement> all = three();
-    all[1].bound_rms = std::numeric_limits<double>::infinity();
+    all[1].bound = std::numeric_limits<double>::infinity();
     const auto study = nlohmann::json::parse(json_of(all));
     EXPECT_EQ(study["schema"], "difusa-accuracy-study");
     const auto& m = study["measurements"];

@@ -78,6 +78,10 @@ std::size_t error_points(const BakeOptions& options, std::size_t sites) {
     return options.error_points.value_or(std::clamp<std::size_t>(sites / 8, 128, 4096));
 }
 
+std::size_t error_rays(const BakeOptions& options) {
+    return std::max<std::size_t>(1, options.rays / 4);
+}
+
 BakeEstimate estimate_cost(const BakeResult& result, const Choices& choices, const DirectLight& lights,
                            std::size_t sites, const Execution& execution) {
     BakeEstimate estimate;
@@ -132,7 +136,7 @@ void time_sample(BakeEstimate& estimate, const BakeResult& result, const Choices
         estimate.further_seconds +=
             each * 2.0 * static_cast<double>(at) * static_cast<double>(half * (1 + shadow) + lights.rays_per_point(64));
     };
-    gathered_twice(error_points(options, estimate.sites), std::max<std::size_t>(1, options.rays / 2));
+    gathered_twice(error_points(options, estimate.sites), error_rays(options));
     if (options.final_gather > 0) {
         const OutputMesh output = refine(result.scene->mesh, options.output_spacing, options.crease_angle,
                                          most_output_triangles(), execution);

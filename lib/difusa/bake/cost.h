@@ -13,6 +13,9 @@ std::size_t gather_points(const ProjectionChoice& projection, std::size_t sites)
 /// Points where the error is estimated: BakeOptions::error_points, or an eighth of the sites, 128 to 4096.
 std::size_t error_points(const BakeOptions& options, std::size_t sites);
 
+/// Rays of each of the two gathers at such a point.
+std::size_t error_rays(const BakeOptions& options);
+
 /// Triangles of an output mesh that memory suffices for.
 std::size_t most_output_triangles();
 

@@ -37,36 +37,33 @@ PointValues values_at(const BakeResult& result, const std::vector<SurfacePoint>&
     return values;
 }
 
-/// One reflection leaves at most rho_max of the error, plus the noise of the rays. Returns the noise around each
-/// vertex, #V by 1, W/m².
-Values judge_gathered(BakeResult& result, const Execution& execution) {
-    const Values& noise = result.output.noise;
-    ErrorEstimate& error = *result.error;
-    const double rho = error.largest_reflectance;
-    // The difference of two halves may vanish by chance: the root mean square around a vertex does not.
-    ErrorEstimate measured;
-    measured.place = result.mesh.vertices;
-    for (Eigen::Index v = 0; v < noise.rows(); ++v) {
-        measured.squared.push_back(noise.row(v).squaredNorm());
+/// The root mean square of the noise around each vertex (the difference of two halves may vanish by chance: the root
+/// mean square around a vertex does not): #V by 1, W/m².
+Values noise_around(const BakeResult& result) {
+    const auto count = static_cast<Eigen::Index>(result.mesh.vertices.size());
+    Values sum = Values::Zero(count, 1), weight = Values::Zero(count, 1);
+    for (const auto& triangle : result.mesh.triangles) {
+        double squares = 0.0;
+        for (const Index v : triangle) {
+            squares += result.output.noise.row(static_cast<Eigen::Index>(v)).squaredNorm() / 3.0;
+        }
+        for (const Index v : triangle) {
+            sum(static_cast<Eigen::Index>(v), 0) += squares;
+            weight(static_cast<Eigen::Index>(v), 0) += 1.0;
+        }
     }
-    Values around = spread_residual(measured, *result.system->discretisation().basis, result.mesh.vertices, execution);
-    error.noise = std::sqrt(noise.rowwise().squaredNorm().mean());
-    error.factor *= rho;
-    error.bound_rms = rho * error.bound_rms + error.noise;
-    error.bound_largest = rho * error.bound_largest + noise.rowwise().norm().maxCoeff();
-    return around;
+    return (sum.array() / weight.array().max(1.0)).sqrt();
 }
 
-void bound_error(BakeResult& result, const Execution& execution) {
-    const double bound = result.error->bound_largest; // of the field as represented in its basis, anywhere
-    const Values noise = result.options.final_gather > 0 ? judge_gathered(result, execution) : Values();
-    result.residual =
-        spread_residual(*result.error, *result.system->discretisation().basis, result.mesh.vertices, execution);
-    // The incident light may be off by the largest error anywhere, of which the point reflects rho; where rho is 0, the
-    // error is 0, even without a bound.
-    const Eigen::ArrayXd rho = result.output.rho.rowwise().maxCoeff().array();
-    const Eigen::ArrayXd reflected = (rho > 0.0).select(rho * bound, 0.0);
-    result.error_bound = (reflected + (result.options.final_gather == 0 ? result.residual : noise).array()).matrix();
+void map_errors(BakeResult& result, const Execution& execution) {
+    ErrorEstimate& error = *result.error;
+    const ErrorMap map(result.solution, error, result.options.rays, execution);
+    if (result.options.final_gather == 0) {
+        result.errors = map.at(result.mesh.vertices, execution);
+        return;
+    }
+    judge_gathered(error, std::sqrt(result.output.noise.rowwise().squaredNorm().mean()));
+    result.errors = map.gathered_at(result.mesh.vertices, noise_around(result), execution);
 }
 
 } // namespace
@@ -111,11 +108,10 @@ void estimate_error_of(BakeResult& result, const Execution& execution) {
         return;
     }
     execution.phase("estimate error");
-    result.error = estimate_error(result.field(), points, std::max<std::size_t>(1, result.options.rays / 2),
+    result.error = estimate_error(result.solution, points, error_rays(result.options),
                                   result.options.seed, execution);
     if (!(result.error->largest_reflectance < 1.0)) {
-        execution.note("some surface absorbs nothing (reflectance 1): the residual is measured, but gives no error "
-                       "bound");
+        execution.note("some surface absorbs nothing (reflectance 1): the error is estimated, but has no proven bound");
     }
 }
 
@@ -127,7 +123,7 @@ void evaluate_output(BakeResult& result, const Execution& execution) {
     execution.phase("evaluate");
     result.output = values_at(result, result.mesh.vertices, "output", execution);
     if (result.error) {
-        bound_error(result, execution);
+        map_errors(result, execution);
     }
     if (options.face_centres) {
         std::vector<SurfacePoint> centres;

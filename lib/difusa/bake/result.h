@@ -4,7 +4,7 @@
 #include <difusa/bake/options.h>
 #include <difusa/core/journal.h>
 #include <difusa/mesh/output_mesh.h>
-#include <difusa/radiosity/error_estimate.h>
+#include <difusa/radiosity/error_map.h>
 #include <difusa/radiosity/system.h>
 #include <difusa/repair/diagnosis.h>
 #include <difusa/scene/camera.h>
@@ -56,9 +56,7 @@ struct BakeResult {
     std::vector<SurfacePoint> listed;    ///< the surface points nearest to BakeOptions::at
     std::vector<double> listed_distance; ///< their distances from those points
     PointValues listed_values;
-    Values residual;    ///< #V by 1: rms of the residual around the vertex, W/m²; empty without an error estimate
-    Values error_bound; ///< #V by 1: estimated error bound of B there: residual + rho times the largest error
-                        ///< anywhere; for a gathered output plus the noise; likewise
+    std::optional<ErrorsAt> errors; ///< of B at the vertices, with an error estimate
 
     const Field& field() const { return *solution.field; }
     bool has_groups() const { return options.light_groups; }

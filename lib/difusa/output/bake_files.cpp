@@ -120,7 +120,9 @@ std::vector<FieldNote> notes_of(const BakeResult& result) {
     number("crease_angle", options.crease_angle);
     add_lights(result, notes);
     if (result.error) {
-        number("bound", result.error->bound_rms);
+        number("error", result.error->total.rms);
+        number("error_high", result.error->total.high);
+        number("error_bound", result.error->bound);
     }
     notes.push_back({"default_reflectance", as_vector(options.reflectance.value_or(Material{}.reflectance))});
     notes.push_back({"sky", as_vector(result.scene->sky)});
@@ -216,9 +218,10 @@ FieldFile field_of(const BakeResult& result) {
         face[f] = static_cast<std::int32_t>(result.scene->mesh.original_face[result.mesh.face[f]]);
         material[f] = static_cast<std::int32_t>(result.scene->mesh.material[result.mesh.face[f]]);
     }
-    if (result.error) {
-        field.point_arrays.push_back(scalar_view("residual", flux, result.residual));
-        field.point_arrays.push_back(scalar_view("error_bound", flux, result.error_bound));
+    if (result.errors) {
+        field.point_arrays.push_back(scalar_view("error_estimate", flux, result.errors->error));
+        field.point_arrays.push_back(scalar_view("error_noise", flux, result.errors->noise));
+        field.point_arrays.push_back(scalar_view("error_discretisation", flux, result.errors->discretisation));
     }
     field.cell_arrays = {numbers("original_face_id", std::move(face)), numbers("material_id", std::move(material))};
     add_groups(result.output, field.point_arrays);
@@ -314,23 +317,18 @@ void write_bake(const BakeResult& result, const BakeFiles& files, const Executio
 
 namespace {
 
-/// Estimate and bounds, relative to the root mean square of the radiosity.
+/// Estimates and bound, relative to the root mean square of the radiosity.
 std::string error_sentence(const ErrorEstimate& error) {
     std::ostringstream text;
     const auto percent = [&](double value) { return error.reflected > 0.0 ? 100.0 * value / error.reflected : 0.0; };
-    text << std::setprecision(2) << "error: rms residual ";
-    if (error.low > 0.0) {
-        text << percent(error.rms) << " % of the rms reflected radiosity (95 %: " << percent(error.low) << " to "
-             << percent(error.high) << " %, ";
-    } else { // within the noise of its measurement
-        text << "below " << percent(error.high) << " % of the rms reflected radiosity (95 %, ";
-    }
-    text << error.points << " points); ";
-    if (std::isfinite(error.bound_rms)) {
-        text << "rms error at most " << percent(error.bound_rms) << " %, largest error at most "
-             << percent(error.bound_largest) << " % judging by these points";
+    text << std::setprecision(2) << "error (rms, of the rms reflected radiosity): about " << percent(error.total.rms)
+         << " %, below " << percent(error.total.high) << " % with a confidence of 97.5 %; indirect light about "
+         << percent(error.indirect.rms) << " %, below " << percent(error.indirect.high) << " % (" << error.points
+         << " points); ";
+    if (std::isfinite(error.bound)) {
+        text << "bound from the residual: " << percent(error.bound) << " %";
     } else {
-        text << "no bound, since some surface absorbs nothing";
+        text << "no proven bound, since some surface absorbs nothing";
     }
     return text.str();
 }

@@ -39,21 +39,23 @@ Json number(double value) {
     return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
 
+Json interval_of(const RmsEstimate& estimate) {
+    return {{"rms", estimate.rms}, {"low", estimate.low}, {"high", estimate.high}};
+}
+
 Json error_of(const ErrorEstimate& error) {
     return {{"unit", "W/m^2, root mean square over the area, all channels together"},
             {"points", error.points},
             {"rays", error.rays},
             {"reflected", error.reflected},
-            {"residual", error.rms},
-            {"residual_low", error.low},
-            {"residual_high", error.high},
-            {"residual_largest", error.largest},
+            {"total", interval_of(error.total)},
+            {"indirect", interval_of(error.indirect)},
+            {"residual", interval_of(error.residual)},
+            {"relative", error.reflected > 0.0 ? number(error.total.rms / error.reflected) : Json(nullptr)},
+            {"relative_high", error.reflected > 0.0 ? number(error.total.high / error.reflected) : Json(nullptr)},
+            {"gather_noise", error.noise},
             {"largest_reflectance", error.largest_reflectance},
-            {"factor", number(error.factor)},
-            {"noise", error.noise},
-            {"bound", number(error.bound_rms)},
-            {"bound_largest", number(error.bound_largest)},
-            {"relative_bound", error.reflected > 0.0 ? number(error.bound_rms / error.reflected) : Json(nullptr)}};
+            {"bound", number(error.bound)}};
 }
 
 Json input_of(const BakeResult& result) {

@@ -1,13 +1,220 @@
 #include <difusa/radiosity/error_estimate.h>
 
 #include <difusa/core/parallel.h>
-#include <difusa/mesh/surface_sampling.h>
+#include <difusa/discretisation/evaluate.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 namespace difusa {
+
+namespace {
+
+constexpr std::size_t groups = 3; ///< of error points, p being known from each by itself
+
+/// The mean of `values` over the area, its standard error, how many points of equal values would leave as much doubt
+/// (Kish 1965), and by how much a point raises the mean at most.
+struct Mean {
+    double value = 0.0, deviation = 0.0, effective = 1.0, largest = 0.0;
+};
+
+/// The weights sum to a known area, so that only the deviations from the mean leave doubt.
+Mean mean_over(const ErrorPoints& at, double area, const std::vector<double>& values) {
+    const auto n = static_cast<double>(at.size());
+    double weights = 0.0, sum = 0.0;
+    for (std::size_t p = 0; p < at.size(); ++p) {
+        weights += at.weight[p];
+        sum += at.weight[p] * values[p];
+    }
+    Mean mean;
+    mean.value = sum / area;
+    double squares = 0.0, deviations = 0.0;
+    for (std::size_t p = 0; p < at.size(); ++p) {
+        const double share = at.weight[p] / area * values[p];
+        const double deviation = at.weight[p] / area * (values[p] - sum / weights);
+        squares += share * share;
+        deviations += deviation * deviation;
+        mean.largest = std::max(mean.largest, deviation);
+    }
+    mean.deviation = std::sqrt(deviations * n / std::max(1.0, n - 1.0));
+    mean.effective = squares > 0.0 ? mean.value * mean.value / squares : n;
+    return mean;
+}
+
+/// The 97.5 % quantile of Student's t, to 1 % for 4 degrees of freedom and more (Fisher and Cornish 1960).
+double quantile(double freedom) {
+    freedom = std::max(freedom, 4.0);
+    return 1.95996 + 2.37227 / freedom + 2.82250 / (freedom * freedom) + 2.5556 / (freedom * freedom * freedom);
+}
+
+/// With a confidence of 97.5 %, no more than this many of n points would fall where none has (e^-3.69 = 2.5 %).
+constexpr double unseen_points = 3.69;
+
+/// The root of a mean of squares. Where the mean is known well enough, the interval is one of its logarithm: a few
+/// large values make the distribution of means a skew one. Squared errors have heavy tails, of which the points may
+/// have missed a part; the upper end allows for as many points as may have been missed, with the largest share that was
+/// seen.
+RmsEstimate root_of(const Mean& mean) {
+    const auto root = [](double square) { return std::sqrt(std::max(0.0, square)); };
+    const double reach = quantile(mean.effective - 1.0) * mean.deviation;
+    const double unseen = unseen_points * mean.largest;
+    if (mean.value > 3.0 * mean.deviation) {
+        const double factor = std::exp(reach / mean.value);
+        return {root(mean.value), root(mean.value / factor), root(mean.value * factor + unseen)};
+    }
+    return {root(mean.value), root(mean.value - reach), root(mean.value + reach + unseen)};
+}
+
+/// Irradiance at the error points that the solution has, and twice what it should be according to fresh rays: columns
+/// are channels.
+struct Measured {
+    Values own, first, second;
+
+    /// One measurement of rho (fresh - own), W/m².
+    Values residual(const Values& fresh, const Values& rho) const { return (fresh - own).cwiseProduct(rho); }
+};
+
+class Estimation {
+  public:
+    Estimation(const Solution& solution, std::size_t points, std::uint64_t seed, const Execution& execution)
+        : solution_(solution), field_(*solution.field), scene_(*field_.parts().scene), seed_(seed),
+          execution_(execution) {
+        result_.at = draw_error_points(solution, points, seed, execution);
+        result_.points = result_.at.size();
+        result_.largest_reflectance = largest_reflectance(scene_, field_.channels());
+        rho_.resize(static_cast<Eigen::Index>(result_.points), field_.channels());
+        for (std::size_t p = 0; p < result_.points; ++p) {
+            rho_.row(static_cast<Eigen::Index>(p)) =
+                scene_.reflectance(result_.at.place[p]).head(field_.channels()).matrix().transpose();
+        }
+    }
+
+    ErrorEstimate run(std::size_t rays) {
+        if (result_.points == 0) {
+            return std::move(result_);
+        }
+        measure(rays);
+        carry();
+        judge();
+        return std::move(result_);
+    }
+
+  private:
+    Values sum(const Values& H) const { return sum_of_parts(H, field_.channels()); }
+
+    void measure(std::size_t rays) {
+        const std::vector<SurfacePoint>& x = result_.at.place;
+        DirectLight::Effort effort;
+        const bool in_basis = field_.parts().direct_in_basis;
+        const Irradiance own = field_.evaluate_smooth(x, execution_);
+        const Irradiance first = field_.gather_smooth(x, rays, seed_, "error, first", execution_);
+        const Irradiance second = field_.gather_smooth(x, rays, seed_, "error, second", execution_);
+        const Values sharp_first = sum(field_.sharp(x, seed_, "error, first", execution_, effort));
+        const Values sharp_second = sum(field_.sharp(x, seed_, "error, second", execution_, effort));
+        const Values sharp_own = in_basis ? Values() : sum(field_.sharp(x, seed_, "error, own", execution_, effort));
+        result_.rays = first.rays + second.rays;
+        result_.segments = first.segments + second.segments + effort.segments;
+        result_.rays_per_gather = rays;
+        indirect_ = {sum(own.indirect), sum(first.indirect), sum(second.indirect)};
+        smooth_ = {indirect_.own + sum(own.direct), indirect_.first + sum(first.direct),
+                   indirect_.second + sum(second.direct)};
+        total_ = {smooth_.own, smooth_.first + sharp_first, smooth_.second + sharp_second};
+        if (in_basis) {
+            smooth_ = total_;
+        } else {
+            total_.own += sharp_own;
+        }
+    }
+
+    /// p from each group of points by itself, with the residuals spread over the surfels the points are on.
+    void carry() {
+        const Discretisation& discretisation = field_.parts().system->discretisation();
+        const Surfels& surfels = *discretisation.surfels;
+        const Eigen::Index channels = field_.channels();
+        const Values residual = 0.5 * (smooth_.residual(smooth_.first, rho_) + smooth_.residual(smooth_.second, rho_));
+        Values b = Values::Zero(static_cast<Eigen::Index>(surfels.size()), channels * groups);
+        for (std::size_t p = 0; p < result_.points; ++p) {
+            const Index s = result_.at.surfel[p];
+            b.row(s).segment(group_of(p) * channels, channels) +=
+                groups * result_.at.weight[p] / surfels.area(s) * residual.row(static_cast<Eigen::Index>(p));
+        }
+        SolveOptions solve;
+        solve.tolerance = 0.05;
+        solve.max_iterations = 50;
+        const Values h = field_.parts().system->respond(solution_.light.reflectance, b, solve, execution_.silent());
+        const Values c = discretisation.evaluation->coefficients(h, execution_);
+        result_.carried = sum_of_parts(c, static_cast<int>(channels)) / static_cast<double>(groups);
+        carried_ = evaluate(*discretisation.basis, c, result_.at.place, execution_);
+    }
+
+    static Eigen::Index group_of(std::size_t p) { return static_cast<Eigen::Index>(p % groups); }
+
+    /// p at point number `p`, from group `g`.
+    Eigen::RowVectorXd carried(std::size_t p, Eigen::Index g) const {
+        const auto row = static_cast<Eigen::Index>(p);
+        return carried_.row(row).segment(g * field_.channels(), field_.channels()).cwiseProduct(rho_.row(row));
+    }
+
+    /// |e|² at each point if e = r + p, from two measurements of r and from p as the two other groups know it.
+    std::vector<double> squares(const Measured& measured, bool with_carried) const {
+        const Values r_1 = measured.residual(measured.first, rho_), r_2 = measured.residual(measured.second, rho_);
+        std::vector<double> squares(result_.points);
+        for (std::size_t p = 0; p < result_.points; ++p) {
+            const auto row = static_cast<Eigen::Index>(p);
+            Eigen::RowVectorXd e_1 = r_1.row(row), e_2 = r_2.row(row);
+            if (with_carried) {
+                e_1 += carried(p, (group_of(p) + 1) % static_cast<Eigen::Index>(groups));
+                e_2 += carried(p, (group_of(p) + 2) % static_cast<Eigen::Index>(groups));
+            }
+            squares[p] = e_1.dot(e_2);
+        }
+        return squares;
+    }
+
+    /// |p|² at each point, likewise.
+    std::vector<double> carried_squares() const {
+        std::vector<double> squares(result_.points);
+        for (std::size_t p = 0; p < result_.points; ++p) {
+            squares[p] = carried(p, (group_of(p) + 1) % static_cast<Eigen::Index>(groups))
+                             .dot(carried(p, (group_of(p) + 2) % static_cast<Eigen::Index>(groups)));
+        }
+        return squares;
+    }
+
+    void judge() {
+        const double area = scene_.mesh.area;
+        const ErrorPoints& at = result_.at;
+        result_.squared = squares(total_, false);
+        result_.residual = root_of(mean_over(at, area, result_.squared));
+        result_.total = root_of(mean_over(at, area, squares(total_, true)));
+        result_.carried_rms = root_of(mean_over(at, area, carried_squares()));
+        result_.indirect = root_of(mean_over(at, area, squares(indirect_, true)));
+        std::vector<double> reflected(result_.points);
+        for (std::size_t p = 0; p < result_.points; ++p) {
+            const auto row = static_cast<Eigen::Index>(p);
+            reflected[p] = total_.own.row(row).cwiseProduct(rho_.row(row)).squaredNorm();
+            result_.spread.push_back(0.5 * (smooth_.first.row(row) - smooth_.second.row(row)).squaredNorm());
+        }
+        result_.reflected = std::sqrt(mean_over(at, area, reflected).value);
+        const double rho = result_.largest_reflectance;
+        result_.bound = result_.residual.high == 0.0 ? 0.0
+                        : rho < 1.0                  ? result_.residual.high / (1.0 - rho)
+                                                     : std::numeric_limits<double>::infinity();
+    }
+
+    const Solution& solution_;
+    const Field& field_;
+    const Scene& scene_;
+    std::uint64_t seed_;
+    const Execution& execution_;
+    Values rho_; ///< #points by #channels, as all below
+    Measured indirect_, smooth_, total_;
+    Values carried_; ///< #points by #groups #channels: p / rho
+    ErrorEstimate result_;
+};
+
+} // namespace
 
 double largest_reflectance(const Scene& scene, int channels) {
     const Mesh& mesh = scene.mesh;
@@ -28,76 +235,19 @@ double largest_reflectance(const Scene& scene, int channels) {
     return largest;
 }
 
-ErrorEstimate estimate_error(const Field& field, std::size_t points, std::size_t rays, std::uint64_t seed,
+ErrorEstimate estimate_error(const Solution& solution, std::size_t points, std::size_t rays, std::uint64_t seed,
                              const Execution& execution) {
-    const Scene& scene = *field.parts().scene;
-    ErrorEstimate estimate;
-    estimate.points = points;
-    estimate.place = even_points(scene.mesh, points, RandomStream(seed, "error points"));
-    const Irradiance own = field.evaluate(estimate.place, seed, "error, own", execution);
-    const Irradiance first = field.gather(estimate.place, rays, seed, "error, first", execution);
-    const Irradiance second = field.gather(estimate.place, rays, seed, "error, second", execution);
-    estimate.rays = first.rays + second.rays;
-    estimate.segments = own.segments + first.segments + second.segments;
-
-    const Values B = field.radiosity(estimate.place, own.direct + own.indirect);
-    const Values r_1 = field.radiosity(estimate.place, first.direct + first.indirect) - B;
-    const Values r_2 = field.radiosity(estimate.place, second.direct + second.indirect) - B;
-    const auto n = static_cast<double>(points);
-    double sum = 0.0, sum_of_squares = 0.0;
-    for (Eigen::Index i = 0; i < B.rows(); ++i) {
-        const double squared = r_1.row(i).dot(r_2.row(i));
-        estimate.squared.push_back(squared);
-        sum += squared;
-        sum_of_squares += squared * squared;
-        estimate.largest = std::max(estimate.largest, 0.5 * (r_1.row(i) + r_2.row(i)).norm());
-    }
-    estimate.reflected =
-        std::sqrt((B - field.radiosity(estimate.place, Values::Zero(B.rows(), B.cols()))).squaredNorm() / n);
-    const double mean = sum / n;
-    const double deviation = std::sqrt(std::max(0.0, sum_of_squares / n - mean * mean) / std::max(1.0, n - 1.0));
-    const auto root = [](double squared) { return std::sqrt(std::max(0.0, squared)); };
-    estimate.rms = root(mean);
-    estimate.low = root(mean - 1.96 * deviation);
-    estimate.high = root(mean + 1.96 * deviation);
-    estimate.largest_reflectance = largest_reflectance(scene, field.channels());
-    estimate.factor = estimate.largest_reflectance < 1.0 ? 1.0 / (1.0 - estimate.largest_reflectance)
-                                                         : std::numeric_limits<double>::infinity();
-    const auto bound = [&](double residual) { return residual > 0.0 ? estimate.factor * residual : 0.0; };
-    estimate.bound_rms = bound(estimate.high);
-    estimate.bound_largest = bound(estimate.largest);
-    return estimate;
+    return Estimation(solution, points, seed, execution).run(rays);
 }
 
-Values spread_residual(const ErrorEstimate& estimate, const Basis& basis, std::span<const SurfacePoint> x,
-                       const Execution& execution) {
-    // Elements collect the points' squares and their weights; a place reads them back with its own weights.
-    std::vector<double> squares(basis.size(), 0.0), weights(basis.size(), 0.0);
-    BasisRow row;
-    double mean = 0.0;
-    for (std::size_t p = 0; p < estimate.place.size(); ++p) {
-        basis.evaluate(estimate.place[p], row);
-        mean += estimate.squared[p] / static_cast<double>(estimate.place.size());
-        for (std::size_t k = 0; k < row.element.size(); ++k) {
-            squares[row.element[k]] += std::abs(row.weight[k]) * estimate.squared[p];
-            weights[row.element[k]] += std::abs(row.weight[k]);
-        }
-    }
-    Values residual(static_cast<Eigen::Index>(x.size()), 1);
-    parallel_for(x.size(), 1024, execution, [&](std::size_t begin, std::size_t end, unsigned) {
-        BasisRow here;
-        for (std::size_t i = begin; i < end; ++i) {
-            basis.evaluate(x[i], here);
-            double square = 0.0, weight = 0.0;
-            for (std::size_t k = 0; k < here.element.size(); ++k) {
-                square += std::abs(here.weight[k]) * squares[here.element[k]];
-                weight += std::abs(here.weight[k]) * weights[here.element[k]];
-            }
-            const double local = weight > 0.0 ? square / weight : mean;
-            residual(static_cast<Eigen::Index>(i), 0) = std::sqrt(std::max(0.0, local));
-        }
-    });
-    return residual;
+void judge_gathered(ErrorEstimate& estimate, double noise) {
+    const auto with_noise = [&](double carried) { return std::hypot(carried, noise); };
+    const RmsEstimate& carried = estimate.carried_rms;
+    estimate.total = {with_noise(carried.rms), with_noise(carried.low), with_noise(carried.high)};
+    estimate.indirect = estimate.total;
+    estimate.noise = noise;
+    const double rho = estimate.largest_reflectance;
+    estimate.bound = rho > 0.0 ? rho * estimate.bound + noise : noise;
 }
 
 } // namespace difusa

@@ -104,9 +104,12 @@ void raise_to_zero(Values& H, int channels) {
 
 } // namespace
 
-Irradiance Field::evaluate(std::span<const SurfacePoint> x, std::uint64_t seed, std::string_view purpose,
-                           const Execution& execution) const {
-    Irradiance H;
+Values Field::sharp(std::span<const SurfacePoint> x, std::uint64_t seed, std::string_view purpose,
+                    const Execution& execution, DirectLight::Effort& effort) const {
+    return parts_.direct->irradiance(x, channels(), parts_.shadow_rays_per_round, seed, purpose, execution, effort);
+}
+
+Irradiance Field::evaluate_smooth(std::span<const SurfacePoint> x, const Execution& execution) const {
     Values both(parts_.smooth.rows(), 2 * parts_.smooth.cols());
     both << parts_.soft_direct, parts_.smooth;
     std::vector<SurfacePoint> inside;
@@ -115,27 +118,31 @@ Irradiance Field::evaluate(std::span<const SurfacePoint> x, std::uint64_t seed, 
         inside.push_back(inset(parts_.scene->mesh, point));
     }
     const Values h = difusa::evaluate(*parts_.system->discretisation().basis, both, inside, execution);
+    Irradiance H;
     H.direct = h.leftCols(parts_.smooth.cols());
     H.indirect = h.rightCols(parts_.smooth.cols()) - H.direct;
+    return H;
+}
+
+Irradiance Field::evaluate(std::span<const SurfacePoint> x, std::uint64_t seed, std::string_view purpose,
+                           const Execution& execution) const {
+    Irradiance H = evaluate_smooth(x, execution);
     if (!parts_.direct_in_basis) {
         DirectLight::Effort effort;
-        H.direct +=
-            parts_.direct->irradiance(x, channels(), parts_.shadow_rays_per_round, seed, purpose, execution, effort);
+        H.direct += sharp(x, seed, purpose, execution, effort);
         H.segments = effort.segments;
         H.clear = effort.clear;
     }
     return H;
 }
 
-Irradiance Field::gather(std::span<const SurfacePoint> x, std::size_t rays, std::uint64_t seed,
-                         std::string_view purpose, const Execution& execution) const {
+Irradiance Field::gather_smooth(std::span<const SurfacePoint> x, std::size_t rays, std::uint64_t seed,
+                                std::string_view purpose, const Execution& execution) const {
     // A different seed: the directions must not be those of the sites.
     const std::uint64_t own_seed = RandomStream(seed, purpose).bits();
     const DirectionPool pool(*parts_.system->parts().directions, rays, own_seed);
     Irradiance result;
-    DirectLight::Effort effort;
-    result.direct =
-        parts_.direct->irradiance(x, channels(), parts_.shadow_rays_per_round, seed, purpose, execution, effort);
+    result.direct.setZero(static_cast<Eigen::Index>(x.size()), parts_.smooth.cols());
     result.indirect.setZero(static_cast<Eigen::Index>(x.size()), parts_.smooth.cols());
     result.rays = x.size() * pool.count();
     std::vector<std::unique_ptr<Gatherer>> workers(execution.threads);
@@ -149,6 +156,7 @@ Irradiance Field::gather(std::span<const SurfacePoint> x, std::size_t rays, std:
             workers[number]->add(x[i], i, result.direct.row(row), result.indirect.row(row));
         }
     });
+    DirectLight::Effort effort;
     for (const auto& worker : workers) {
         if (worker) {
             effort.add(worker->light().light);
@@ -156,6 +164,17 @@ Irradiance Field::gather(std::span<const SurfacePoint> x, std::size_t rays, std:
     }
     result.segments = effort.segments;
     result.clear = effort.clear;
+    return result;
+}
+
+Irradiance Field::gather(std::span<const SurfacePoint> x, std::size_t rays, std::uint64_t seed,
+                         std::string_view purpose, const Execution& execution) const {
+    DirectLight::Effort effort;
+    const Values light = sharp(x, seed, purpose, execution, effort);
+    Irradiance result = gather_smooth(x, rays, seed, purpose, execution);
+    result.direct += light;
+    result.segments += effort.segments;
+    result.clear += effort.clear;
     return result;
 }
 

@@ -86,6 +86,15 @@ class Field {
     Irradiance gather(std::span<const SurfacePoint> x, std::size_t rays, std::uint64_t seed, std::string_view purpose,
                       const Execution& execution) const;
 
+    /// What `evaluate` and `gather` give without the light of sharp sources (except what the coefficients represent).
+    Irradiance evaluate_smooth(std::span<const SurfacePoint> x, const Execution& execution) const;
+    Irradiance gather_smooth(std::span<const SurfacePoint> x, std::size_t rays, std::uint64_t seed,
+                             std::string_view purpose, const Execution& execution) const;
+
+    /// H_sharp: #x by the channels of each set in turn. Adds the rays cast to `effort`.
+    Values sharp(std::span<const SurfacePoint> x, std::uint64_t seed, std::string_view purpose,
+                 const Execution& execution, DirectLight::Effort& effort) const;
+
     /// E + rho H for the irradiance H of each set, summed over the sets: #x by #channels.
     Values radiosity(std::span<const SurfacePoint> x, const Values& H) const;
 

@@ -321,4 +321,12 @@ Solution RadiositySystem::solve(const std::shared_ptr<const Scene>& scene, const
     return Solving(*this, scene, complete, execution).run(owner);
 }
 
+Values RadiositySystem::respond(const Values& reflectance, const Values& b, const SolveOptions& options,
+                                const Execution& execution) const {
+    Values g;
+    transport().gather(b, {}, g, execution);
+    const ReflectedTransport T(discretisation(), transport(), reflectance);
+    return parts_.solver->solve({&T, g}, options, execution).h;
+}
+
 } // namespace difusa

@@ -77,6 +77,12 @@ class RadiositySystem : public std::enable_shared_from_this<RadiositySystem> {
     Solution solve(const std::shared_ptr<const Scene>& scene, const LightingOptions& options,
                    const Execution& execution) const;
 
+    /// The irradiance at the points that a radiosity b of the surfels causes directly and by further reflections,
+    /// h = D b + T h. `reflectance`: #surfels by #channels; `b`: #surfels by any number of columns, of which column c
+    /// is reflected by channel c modulo #channels. May be less accurate than asked for if the solver did not converge.
+    Values respond(const Values& reflectance, const Values& b, const SolveOptions& options,
+                   const Execution& execution) const;
+
   private:
     SystemParts parts_;
 };

@@ -251,19 +251,14 @@ class Look {
         });
     }
 
-    /// Like BakeResult::error_bound, at the points of the picture.
+    /// BakeResult::errors at the points of the picture.
     void add_error(const PointValues& light, std::vector<Pixel>& values) {
-        const ErrorEstimate& error = *result_.error;
-        const double anywhere = error.largest / (1.0 - error.largest_reflectance); // for the basis, not for a gather
-        Values own = spread_residual(error, basis_, points_, execution_);
-        if (view_.options.final_gather > 0) {
-            own = light.noise.rowwise().norm();
-        }
+        const ErrorMap map(result_.solution, *result_.error, result_.options.rays, execution_);
+        const Values errors = view_.options.final_gather > 0
+                                  ? map.gathered_at(points_, light.noise.rowwise().norm(), execution_).error
+                                  : map.at(points_, execution_).error;
         for (std::size_t p = 0; p < points_.size(); ++p) {
-            const auto row = static_cast<Eigen::Index>(p);
-            const double rho = light.rho.row(row).maxCoeff();
-            const double reflected = rho > 0.0 ? rho * anywhere : 0.0;
-            values[offset_ + numbers_[p]] = pixel_of(Rgb::Constant(reflected + own(row, 0)));
+            values[offset_ + numbers_[p]] = pixel_of(Rgb::Constant(errors(static_cast<Eigen::Index>(p), 0)));
         }
     }
 
@@ -307,9 +302,6 @@ void check(const BakeResult& result, const ViewOptions& options, const std::vect
         }
         if (show.quantity == Quantity::error && !result.error) {
             throw UsageError("--show error: there is no error estimate; remove --error-points 0");
-        }
-        if (show.quantity == Quantity::error && !(result.error->largest_reflectance < 1.0)) {
-            throw UsageError("--show error: some surface absorbs nothing (reflectance 1), so the error has no bound");
         }
         if (show.quantity == Quantity::group) {
             std::vector<std::string> groups;

@@ -27,7 +27,7 @@ enum class Quantity {
     emission,            ///< E
     reflectance,         ///< rho
     luminance,           ///< of the radiosity, by Rec. 709
-    error,               ///< the bound of BakeResult::error_bound
+    error,               ///< BakeResult::errors
     basis,               ///< one basis element, or the sum of all
     sites                ///< dots on pale surfaces
 };

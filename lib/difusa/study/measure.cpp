@@ -107,9 +107,13 @@ Measurement measure(const Registry& registry, const Judge& judge, const BakeOpti
     m.total = error_norms(B, exact_B, std::vector<double>(B.size(), 1.0));
     m.indirect = error_norms(indirect, exact_indirect, std::vector<double>(indirect.size(), 1.0));
     if (result->error) {
-        const ErrorEstimate& error = *result->error;
-        m.residual_rms = error.rms;
-        m.bound_rms = options.final_gather == 0 ? error.bound_rms : error.largest_reflectance * error.bound_rms + noise;
+        ErrorEstimate& error = *result->error;
+        m.residual_rms = error.residual.rms;
+        if (options.final_gather > 0) {
+            judge_gathered(error, noise);
+        }
+        m.bound = error.bound;
+        m.estimate = error.total;
     }
     return m;
 }

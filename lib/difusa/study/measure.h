@@ -24,8 +24,9 @@ struct Measurement {
     double seconds_output = 0.0; ///< time to evaluate it, or gather, at the judge's points
     ErrorNorms total;            ///< of the radiosity B
     ErrorNorms indirect;         ///< of rho H_indirect; empty if the reference does not have it
-    double bound_rms = 0.0;      ///< error bound of B reported by the bake; infinite if there is none
+    double bound = 0.0;          ///< error bound of B reported by the bake; infinite if there is none
     double residual_rms = 0.0;
+    RmsEstimate estimate; ///< of the error of B, reported by the bake
 };
 
 struct MeasureOptions {

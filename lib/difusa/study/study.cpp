@@ -43,7 +43,7 @@ std::optional<double> known(const Measurement& m, double value) {
 
 /// The bound over the true error: above 1 if it holds. Absent where there is no bound or no error to speak of.
 std::optional<double> bound_over_error(const Measurement& m) {
-    return m.total.l2.error > 0.0 ? known(m, m.bound_rms / m.total.l2.error) : std::nullopt;
+    return m.total.l2.error > 0.0 ? known(m, m.bound / m.total.l2.error) : std::nullopt;
 }
 
 template <Norm ErrorNorms::*norm> std::optional<double> total(const Measurement& m) {
@@ -79,7 +79,7 @@ const std::vector<Column>& columns() {
         {"indirect_relative_p99", indirect<&ErrorNorms::percentile99>},
         {"indirect_relative_bias", indirect<&ErrorNorms::bias>},
         {"l2_error_W_per_m2", [](const Measurement& m) { return known(m, m.total.l2.error); }},
-        {"bound_W_per_m2", [](const Measurement& m) { return known(m, m.bound_rms); }},
+        {"bound_W_per_m2", [](const Measurement& m) { return known(m, m.bound); }},
         {"bound_over_error", bound_over_error},
     };
     return all;

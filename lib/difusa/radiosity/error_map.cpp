@@ -1,0 +1,137 @@
+#include <difusa/radiosity/error_map.h>
+
+#include <difusa/core/parallel.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace difusa {
+
+namespace {
+
+/// The variance of the noise of N low-discrepancy rays falls as N to this power (measured; integrands have jumps).
+constexpr double decline = -1.5;
+
+} // namespace
+
+/// Squares at a point, W²/m⁴.
+struct ErrorMap::Local {
+    double noise = 0.0, variation = 0.0, carried = 0.0;
+};
+
+ErrorMap::ErrorMap(const Solution& solution, const ErrorEstimate& estimate, std::size_t rays,
+                   const Execution& execution)
+    : solution_(solution), estimate_(estimate),
+      coefficients_(sum_of_parts(solution.field->parts().smooth, solution.field->channels())) {
+    Values irradiance;
+    solution.field->parts().system->discretisation().averages->apply(coefficients_, irradiance, execution);
+    noise_ = variance_of_rays(solution, irradiance, execution);
+    const Basis& basis = *solution.field->parts().system->discretisation().basis;
+    double measured = 0.0, expected = 0.0;
+    BasisRow row;
+    for (std::size_t p = 0; p < estimate.at.size(); ++p) {
+        basis.evaluate(estimate.at.place[p], row);
+        double here = 0.0;
+        for (std::size_t k = 0; k < row.element.size(); ++k) {
+            here += row.weight[k] * noise_.row(static_cast<Eigen::Index>(row.element[k])).sum();
+        }
+        measured += estimate.at.weight[p] * estimate.spread[p];
+        expected += estimate.at.weight[p] * std::max(0.0, here);
+    }
+    const double factor = expected > 0.0 ? measured / expected : 0.0;
+    noise_ *= factor * std::pow(static_cast<double>(rays) /
+                                    static_cast<double>(std::max<std::size_t>(1, estimate.rays_per_gather)),
+                                decline);
+    fit();
+}
+
+ErrorMap::Local ErrorMap::local(const SurfacePoint& x, const BasisRow& row) const {
+    const Eigen::Index channels = coefficients_.cols();
+    Local local;
+    const Rgb rho = solution_.field->parts().scene->reflectance(x);
+    for (Eigen::Index c = 0; c < channels; ++c) {
+        double f = 0.0, p = 0.0, noise = 0.0, variation = 0.0, all = 0.0;
+        for (std::size_t k = 0; k < row.element.size(); ++k) {
+            const auto i = static_cast<Eigen::Index>(row.element[k]);
+            f += row.weight[k] * coefficients_(i, c);
+            noise += row.weight[k] * row.weight[k] * noise_(i, c);
+            p += estimate_.carried.rows() > 0 ? row.weight[k] * estimate_.carried(i, c) : 0.0;
+        }
+        for (std::size_t k = 0; k < row.element.size(); ++k) {
+            const double miss = coefficients_(static_cast<Eigen::Index>(row.element[k]), c) - f;
+            variation += std::abs(row.weight[k]) * miss * miss;
+            all += std::abs(row.weight[k]);
+        }
+        const double squared = rho[c] * rho[c];
+        local.noise += squared * noise;
+        local.variation += all > 0.0 ? squared * variation / all : 0.0;
+        local.carried += squared * p * p;
+    }
+    return local;
+}
+
+void ErrorMap::fit() {
+    const Basis& basis = *solution_.field->parts().system->discretisation().basis;
+    ratio_.assign(basis.size(), 0.0);
+    seen_.assign(basis.size(), 0.0);
+    BasisRow row;
+    for (std::size_t p = 0; p < estimate_.at.size(); ++p) {
+        basis.evaluate(estimate_.at.place[p], row);
+        const Local here = local(estimate_.at.place[p], row);
+        const double weight = estimate_.at.weight[p];
+        const double rest = weight * (estimate_.squared[p] - here.noise), variation = weight * here.variation;
+        mean_ratio_ += rest;
+        mean_seen_ += variation;
+        for (std::size_t k = 0; k < row.element.size(); ++k) {
+            ratio_[row.element[k]] += std::abs(row.weight[k]) * rest;
+            seen_[row.element[k]] += std::abs(row.weight[k]) * variation;
+        }
+    }
+}
+
+ErrorsAt ErrorMap::at(std::span<const SurfacePoint> x, const Execution& execution) const {
+    const Basis& basis = *solution_.field->parts().system->discretisation().basis;
+    const auto count = static_cast<Eigen::Index>(x.size());
+    ErrorsAt errors{Values::Zero(count, 1), Values::Zero(count, 1), Values::Zero(count, 1)};
+    const double typical = basis.size() > 0 ? mean_seen_ / static_cast<double>(basis.size()) : 0.0;
+    const double mean = mean_seen_ > 0.0 ? std::max(0.0, mean_ratio_ / mean_seen_) : 0.0;
+    parallel_for(x.size(), 256, execution, [&](std::size_t begin, std::size_t end, unsigned) {
+        BasisRow row;
+        for (std::size_t i = begin; i < end; ++i) {
+            basis.evaluate(x[i], row);
+            const Local here = local(x[i], row);
+            double ratio = 0.0, seen = 0.0;
+            for (std::size_t k = 0; k < row.element.size(); ++k) {
+                ratio += std::abs(row.weight[k]) * ratio_[row.element[k]];
+                seen += std::abs(row.weight[k]) * seen_[row.element[k]];
+            }
+            // Few points are around: their ratio is drawn towards that of all.
+            const double prior = 4.0 * typical;
+            const double factor = seen + prior > 0.0 ? std::max(0.0, (ratio + prior * mean) / (seen + prior)) : 0.0;
+            const double discretisation = factor * here.variation;
+            const auto at = static_cast<Eigen::Index>(i);
+            errors.noise(at, 0) = std::sqrt(here.noise);
+            errors.discretisation(at, 0) = std::sqrt(discretisation);
+            errors.error(at, 0) = std::sqrt(here.noise + discretisation + here.carried);
+        }
+    });
+    return errors;
+}
+
+ErrorsAt ErrorMap::gathered_at(std::span<const SurfacePoint> x, const Values& noise, const Execution& execution) const {
+    const Basis& basis = *solution_.field->parts().system->discretisation().basis;
+    ErrorsAt errors{noise, Values::Zero(noise.rows(), 1), noise};
+    parallel_for(x.size(), 256, execution, [&](std::size_t begin, std::size_t end, unsigned) {
+        BasisRow row;
+        for (std::size_t i = begin; i < end; ++i) {
+            basis.evaluate(x[i], row);
+            const double carried = local(x[i], row).carried;
+            const auto at = static_cast<Eigen::Index>(i);
+            errors.discretisation(at, 0) = std::sqrt(carried);
+            errors.error(at, 0) = std::sqrt(noise(at, 0) * noise(at, 0) + carried);
+        }
+    });
+    return errors;
+}
+
+} // namespace difusa

@@ -1,0 +1,44 @@
+// Where the error of a solution is, and why: an estimate per point.
+#pragma once
+
+#include <difusa/core/types.h>
+#include <difusa/radiosity/error_estimate.h>
+
+#include <span>
+
+namespace difusa {
+
+/// Estimated errors of the radiosity at points, root mean squares over all channels: #x by 1, W/m².
+struct ErrorsAt {
+    Values noise;          ///< of the rays cast from the sites
+    Values discretisation; ///< what the basis cannot represent
+    Values error;          ///< of both, and of what bounces carry on from elsewhere
+};
+
+/// The noise of a site follows from the variance of the light that its rays met: it is in proportion to it, with a
+/// factor that the error points tell. The rest of the residual is the basis's: in proportion to how much the
+/// coefficients vary among the basis functions at a point, with a factor from the error points around it.
+class ErrorMap {
+  public:
+    /// `rays`: from each site. Keeps references.
+    ErrorMap(const Solution& solution, const ErrorEstimate& estimate, std::size_t rays, const Execution& execution);
+
+    ErrorsAt at(std::span<const SurfacePoint> x, const Execution& execution) const;
+
+    /// The same for light gathered at the points, with this noise (#x by 1, W/m²).
+    ErrorsAt gathered_at(std::span<const SurfacePoint> x, const Values& noise, const Execution& execution) const;
+
+  private:
+    struct Local;
+    Local local(const SurfacePoint& x, const BasisRow& row) const;
+    void fit();
+
+    const Solution& solution_;
+    const ErrorEstimate& estimate_;
+    Values noise_;                     ///< #S by #channels: estimated variance of h, W²/m⁴
+    Values coefficients_;              ///< #S by #channels: of h, all sets together
+    std::vector<double> ratio_, seen_; ///< #S: sums over the error points around an element
+    double mean_ratio_ = 0.0, mean_seen_ = 0.0;
+};
+
+} // namespace difusa

@@ -1,0 +1,223 @@
+#include <difusa/study/estimate_study.h>
+
+#include <difusa/core/error.h>
+#include <difusa/core/text.h>
+#include <difusa/mesh/surface_sampling.h>
+#include <difusa/radiosity/error_map.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <numeric>
+
+namespace difusa {
+
+namespace {
+
+double median(std::vector<double> values) {
+    if (values.empty()) {
+        return NAN;
+    }
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+/// Over the area, from the places that are denser where errors may be large.
+double rms(const KnownLight& light, const Values& difference) {
+    const std::size_t first = light.even < light.places.size() ? light.even : 0;
+    double squares = 0.0;
+    for (std::size_t i = first; i < light.places.size(); ++i) {
+        squares += light.weight[i] * difference.row(static_cast<Eigen::Index>(i)).squaredNorm();
+    }
+    return std::sqrt(squares / light.scene.mesh.area);
+}
+
+/// Ranks from 0; equal values share their mean rank.
+std::vector<double> ranks(const Eigen::VectorXd& values) {
+    std::vector<Eigen::Index> order(static_cast<std::size_t>(values.size()));
+    std::iota(order.begin(), order.end(), Eigen::Index{0});
+    std::sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) { return values[a] < values[b]; });
+    std::vector<double> rank(order.size());
+    for (std::size_t first = 0, last = 0; first < order.size(); first = last) {
+        while (last < order.size() && values[order[last]] == values[order[first]]) {
+            ++last;
+        }
+        for (std::size_t i = first; i < last; ++i) {
+            rank[static_cast<std::size_t>(order[i])] = 0.5 * static_cast<double>(first + last - 1);
+        }
+    }
+    return rank;
+}
+
+double rank_correlation(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+    const std::vector<double> x = ranks(a), y = ranks(b);
+    const double mean = 0.5 * static_cast<double>(x.size() - 1);
+    double xy = 0.0, xx = 0.0, yy = 0.0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        xy += (x[i] - mean) * (y[i] - mean);
+        xx += (x[i] - mean) * (x[i] - mean);
+        yy += (y[i] - mean) * (y[i] - mean);
+    }
+    return xx > 0.0 && yy > 0.0 ? xy / std::sqrt(xx * yy) : 0.0;
+}
+
+double processor_seconds() {
+    return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+}
+
+/// Processor time when the error estimate began and ended.
+class EstimateClock final : public Progress {
+  public:
+    void phase(std::string_view name) override {
+        if (name == "estimate error") {
+            begin = processor_seconds();
+        } else if (name == "refine output") {
+            end = processor_seconds();
+        }
+    }
+    double begin = 0.0, end = 0.0;
+};
+
+EstimateTrial compare(const KnownLight& light, const BakeResult& result, const Execution& execution) {
+    const ErrorEstimate& error = *result.error;
+    EstimateTrial trial;
+    trial.reflected = error.reflected;
+    trial.total_estimate = error.total;
+    trial.indirect_estimate = error.indirect;
+    const PointValues got = result.field().at(light.places, 0, result.options.seed, "judged", execution);
+    const Eigen::Index channels = light.B.cols();
+    const Values miss = got.B.leftCols(channels) - light.B;
+    trial.total = rms(light, miss);
+    if (light.indirect.rows() > 0) {
+        trial.indirect = rms(light, got.rho.cwiseProduct(got.H_indirect).leftCols(channels) - light.indirect);
+    }
+    const ErrorMap map(result.solution, error, result.options.rays, execution);
+    const Eigen::VectorXd expected = map.at(std::span(light.places).first(light.even), execution).error.col(0);
+    const Eigen::VectorXd size = miss.topRows(expected.size()).rowwise().norm();
+    trial.rank_correlation = rank_correlation(size, expected);
+    trial.covered = (size.array() <= 2.0 * expected.array()).cast<double>().mean();
+    return trial;
+}
+
+} // namespace
+
+KnownLight known_light(const Judge& judge) {
+    KnownLight light{judge.reference.name, judge.reference.scene, judge.places, {}, {}, {}, judge.places.size()};
+    light.weight.assign(judge.places.size(), light.scene.mesh.area / static_cast<double>(judge.places.size()));
+    const auto count = static_cast<Eigen::Index>(judge.places.size());
+    light.B.resize(count, 1);
+    const bool split = judge.H_direct.size() == judge.places.size();
+    light.indirect.resize(split ? count : 0, 1);
+    for (std::size_t i = 0; i < judge.places.size(); ++i) {
+        const auto row = static_cast<Eigen::Index>(i);
+        light.B(row, 0) = light.scene.emission(judge.places[i])[0] + judge.rho[i] * judge.H[i];
+        if (split) {
+            light.indirect(row, 0) = judge.rho[i] * (judge.H[i] - judge.H_direct[i]);
+        }
+    }
+    return light;
+}
+
+BakeOptions finer(const BakeOptions& options) {
+    BakeOptions fine = options;
+    fine.rays *= 4;
+    if (fine.spacing > 0.0) {
+        fine.spacing /= 2.0;
+    } else {
+        fine.sites = 4 * (fine.sites > 0 ? fine.sites : 5000);
+    }
+    fine.seed = options.seed + 1000003;
+    fine.error_points = 0;
+    fine.output_spacing = 1e30;
+    return fine;
+}
+
+KnownLight known_light(const BakeResult& result, const std::string& name, std::size_t places,
+                       const Execution& execution) {
+    KnownLight light{name, *result.scene, {}, {}, {}, {}, places};
+    light.places = even_points(result.scene->mesh, places, RandomStream(result.options.seed, "places"));
+    light.weight.assign(places, result.scene->mesh.area / static_cast<double>(places));
+    const ErrorPoints dense = draw_error_points(result.solution, places, result.options.seed + 1, execution);
+    light.places.insert(light.places.end(), dense.place.begin(), dense.place.end());
+    light.weight.insert(light.weight.end(), dense.weight.begin(), dense.weight.end());
+    constexpr std::size_t rays = 8192;
+    const PointValues values = result.field().at(light.places, rays, result.options.seed, "known", execution);
+    light.B = values.B.leftCols(result.channels);
+    light.indirect = values.rho.cwiseProduct(values.H_indirect).leftCols(result.channels);
+    return light;
+}
+
+std::vector<EstimateTrial> try_estimate(const Registry& registry, const KnownLight& light, const BakeOptions& options,
+                                        std::size_t bakes, const Execution& execution,
+                                        const std::function<void(const EstimateTrial&)>& tell) {
+    std::vector<EstimateTrial> trials;
+    for (std::size_t i = 0; i < bakes; ++i) {
+        execution.check();
+        BakeOptions own = options;
+        own.seed = options.seed + i;
+        own.output_spacing = 1e30;
+        EstimateClock clock;
+        const double begin = processor_seconds();
+        const BakeResult result = bake(registry, light.scene, light.name, own, {execution.threads, &clock});
+        trials.push_back(compare(light, result, execution));
+        trials.back().share_of_time = (clock.end - clock.begin) / (clock.end - begin);
+        tell(trials.back());
+    }
+    return trials;
+}
+
+std::string estimate_header() {
+    return "| scene | bakes | error | below it: total | indirect | 97.5 % end / error: median | largest | indirect | "
+           "largest | estimate / error | indirect | rank correlation | covered | time |\n"
+           "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+}
+
+std::string estimate_row(const std::string& name, const std::vector<EstimateTrial>& trials) {
+    std::vector<double> error, high, high_indirect, mid, mid_indirect, rank, covered, time;
+    std::size_t missed = 0, missed_indirect = 0;
+    for (const EstimateTrial& t : trials) {
+        error.push_back(100.0 * t.total / t.reflected);
+        missed += t.total_estimate.high < t.total ? 1 : 0;
+        high.push_back(t.total_estimate.high / t.total);
+        mid.push_back(t.total_estimate.rms / t.total);
+        if (t.indirect > 0.0) {
+            missed_indirect += t.indirect_estimate.high < t.indirect ? 1 : 0;
+            high_indirect.push_back(t.indirect_estimate.high / t.indirect);
+            mid_indirect.push_back(t.indirect_estimate.rms / t.indirect);
+        }
+        rank.push_back(t.rank_correlation);
+        covered.push_back(100.0 * t.covered);
+        time.push_back(100.0 * t.share_of_time);
+    }
+    const auto largest = [](const std::vector<double>& values) {
+        return values.empty() ? NAN : *std::max_element(values.begin(), values.end());
+    };
+    std::array<char, 512> row{};
+    std::snprintf(
+        row.data(), row.size(),
+        "| %s | %zu | %.2g %% | %zu | %zu | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f | %.0f %% | %.0f %% |\n",
+        name.c_str(), trials.size(), median(error), missed, missed_indirect, median(high), largest(high),
+        median(high_indirect), largest(high_indirect), median(mid), median(mid_indirect), median(rank), median(covered),
+        median(time));
+    return row.data();
+}
+
+std::string estimate_csv_header() {
+    return "scene,error,estimate,low,high,error_indirect,estimate_indirect,low_indirect,high_indirect,reflected,"
+           "rank_correlation,covered,share_of_time\n";
+}
+
+std::string estimate_csv_row(const std::string& name, const EstimateTrial& t) {
+    std::string row = "\"" + name + "\"";
+    for (const double value : {t.total, t.total_estimate.rms, t.total_estimate.low, t.total_estimate.high, t.indirect,
+                               t.indirect_estimate.rms, t.indirect_estimate.low, t.indirect_estimate.high, t.reflected,
+                               t.rank_correlation, t.covered, t.share_of_time}) {
+        row += "," + text_of(value);
+    }
+    return row + "\n";
+}
+
+} // namespace difusa

@@ -1,0 +1,61 @@
+// Does the error estimate hold, and how close is it? Many bakes of one scene with different seeds, each compared with a
+// solution that shares no random numbers with them.
+#pragma once
+
+#include <difusa/bake.h>
+#include <difusa/study/measure.h>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace difusa {
+
+/// The light at surface points as it should be. Columns are channels.
+struct KnownLight {
+    std::string name;
+    Scene scene;
+    std::vector<SurfacePoint> places;
+    Values B;                   ///< radiosity, W/m²
+    Values indirect;            ///< rho H_indirect, W/m²; no rows if unknown
+    std::vector<double> weight; ///< area that each place stands for
+    std::size_t even = 0; ///< the first places, drawn evenly, for statistics per place; the others are denser where
+                          ///< errors may be large, for the mean over the area
+};
+
+/// A case whose solution is known, at the judge's places.
+KnownLight known_light(const Judge& judge);
+
+/// Options of a bake that judges those with `options`: four times the sites and rays, and another seed.
+BakeOptions finer(const BakeOptions& options);
+
+/// Light according to a finer bake, at twice `places` points: 8192 rays gathered from each.
+KnownLight known_light(const BakeResult& finer, const std::string& name, std::size_t places,
+                       const Execution& execution);
+
+/// One bake.
+struct EstimateTrial {
+    double total = 0.0, indirect = 0.0; ///< true rms errors at the places, all channels, W/m²; indirect: 0 if unknown
+    double reflected = 0.0;             ///< ErrorEstimate::reflected
+    RmsEstimate total_estimate, indirect_estimate;
+    double rank_correlation = 0.0; ///< Spearman's, of the estimate and the true error per place
+    double covered = 0.0;          ///< share of the places whose error is below twice the estimate there
+    double share_of_time = 0.0;    ///< of the bake's processor time up to the field and the estimate
+};
+
+/// Bakes with seeds options.seed, options.seed + 1, ... `tell` is called with each.
+std::vector<EstimateTrial> try_estimate(const Registry& registry, const KnownLight& light, const BakeOptions& options,
+                                        std::size_t bakes, const Execution& execution,
+                                        const std::function<void(const EstimateTrial&)>& tell);
+
+/// A row of a Markdown table, and its header: bakes, misses of the 97.5 % end, its ratio to the true error (median,
+/// largest), that of the estimate (median), for the total and indirect light; rank correlation, share covered, share of
+/// time (medians).
+std::string estimate_header();
+std::string estimate_row(const std::string& name, const std::vector<EstimateTrial>& trials);
+
+/// One row per bake, and the header; W/m².
+std::string estimate_csv_header();
+std::string estimate_csv_row(const std::string& name, const EstimateTrial& trial);
+
+} // namespace difusa
