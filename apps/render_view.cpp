@@ -315,6 +315,7 @@ void run(Arguments& a) {
     std::vector<difusa::Show> shows;
     for (const Picture& picture : pictures) {
         shows.push_back(picture.show);
+        options.outputs.push_back(picture.file);
         options.light_groups = options.light_groups || picture.show.quantity == difusa::Quantity::group;
     }
 

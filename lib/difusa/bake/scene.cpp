@@ -3,6 +3,7 @@
 #include <difusa/core/error.h>
 #include <difusa/core/text.h>
 #include <difusa/import/scene_file.h>
+#include <difusa/io/same_file.h>
 #include <difusa/repair/diagnosis.h>
 #include <difusa/repair/texture_coordinates.h>
 
@@ -126,6 +127,8 @@ void read_into(BakeResult& result, const Registry& registry, const std::filesyst
     execution.phase("read");
     result.file = file.string();
     const PolygonSoup soup = read_scene(registry, file);
+    refuse_to_overwrite(soup.files, result.options.outputs);
+    refuse_to_overwrite(registry.files(), result.options.outputs);
     execution.phase("diagnose");
     DiagnosedMesh diagnosed = diagnose(soup);
     result.diagnosis = std::move(diagnosed.diagnosis);
