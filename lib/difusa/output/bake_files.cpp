@@ -108,7 +108,7 @@ std::vector<FieldNote> notes_of(const BakeResult& result) {
     number("error_points", static_cast<double>(options.error_points.value_or(0)));
     number("crease_angle", options.crease_angle);
     add_lights(result, notes);
-    if (result.error) {
+    if (result.error && std::isfinite(result.error->bound_rms)) {
         number("bound", result.error->bound_rms);
     }
     notes.push_back({"default_reflectance", as_vector(options.reflectance.value_or(Material{}.reflectance))});
@@ -207,7 +207,9 @@ FieldFile field_of(const BakeResult& result) {
     }
     if (result.error) {
         field.point_arrays.push_back({"residual", flux, {}, result.residual});
-        field.point_arrays.push_back({"error_bound", flux, {}, result.error_bound});
+        if (std::isfinite(result.error->bound_largest)) {
+            field.point_arrays.push_back({"error_bound", flux, {}, result.error_bound});
+        }
     }
     field.cell_arrays = {numbers("original_face_id", std::move(face)), numbers("material_id", std::move(material))};
     add_groups(result.output, field.point_arrays);
@@ -280,6 +282,16 @@ std::string format_seconds(double seconds) {
     return text.data();
 }
 
+namespace {
+
+void write_finite(const FieldFile& field, const std::filesystem::path& name, WholeFile& file,
+                  const Execution& execution) {
+    require_finite(field);
+    write_field(field, name, file, execution);
+}
+
+} // namespace
+
 void write_bake(const BakeResult& result, const BakeFiles& files, const Execution& execution) {
     execution.phase("write");
     std::vector<std::unique_ptr<WholeFile>> written;
@@ -292,8 +304,8 @@ void write_bake(const BakeResult& result, const BakeFiles& files, const Executio
             }
         }
     };
-    write(files.field, [&](WholeFile& file) { write_field(field_of(result), files.field, file, execution); });
-    write(files.sites, [&](WholeFile& file) { write_field(sites_of(result), files.sites, file, execution); });
+    write(files.field, [&](WholeFile& file) { write_finite(field_of(result), files.field, file, execution); });
+    write(files.sites, [&](WholeFile& file) { write_finite(sites_of(result), files.sites, file, execution); });
     write(files.listed, [&](WholeFile& file) { file.write(point_table(result)); });
     write(files.report, [&](WholeFile& file) { file.write(report_of(result)); });
     for (const std::unique_ptr<WholeFile>& file : written) {
