@@ -2,6 +2,7 @@
 #include "terminal.h"
 
 #include <difusa/io/field_file.h>
+#include <difusa/io/same_file.h>
 #include <difusa/plugin/parameters.h>
 #include <difusa/version.h>
 
@@ -33,15 +34,6 @@ void refuse_unknown(const CLI::App& app, const std::string& expected) {
     if (!extra.empty()) {
         throw UsageError(expected + " are expected; `" + extra + "` is one argument too many (--help)");
     }
-}
-
-/// Works even if neither exists yet.
-bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
-    std::error_code ignored;
-    const auto canonical = [&](const std::filesystem::path& path) {
-        return std::filesystem::weakly_canonical(std::filesystem::absolute(path, ignored), ignored);
-    };
-    return std::filesystem::equivalent(a, b, ignored) || canonical(a) == canonical(b);
 }
 
 } // namespace

@@ -116,7 +116,8 @@ struct OutputName {
 };
 
 /// Finds everything wrong with the output file names before the work starts: throws UsageError if an output would
-/// overwrite an input ("the mesh") or another output, and whatever `check_output_path` throws.
+/// overwrite an input named on the command line ("the mesh") or another output, and whatever `check_output_path`
+/// throws.
 void check_outputs(const std::vector<OutputName>& outputs,
                    const std::vector<std::pair<std::filesystem::path, std::string>>& inputs);
 

@@ -159,6 +159,7 @@ void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::stri
 
 BakeOptions bake_options(const BakeArguments& arguments) {
     BakeOptions options = arguments.options;
+    options.outputs = {arguments.files.field, arguments.files.sites, arguments.files.report, arguments.files.listed};
     if (!arguments.at.empty()) {
         options.at = read_point_list(arguments.at);
     }

@@ -64,7 +64,7 @@ void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::stri
 void check_bake_outputs(const BakeArguments& arguments, std::vector<OutputName> outputs,
                         std::vector<std::pair<std::filesystem::path, std::string>> inputs);
 
-/// The options, with the points of --at read. Throws what reading them throws.
+/// The options, with the points of --at read, and the files of the bake as outputs. Throws what reading them throws.
 BakeOptions bake_options(const BakeArguments& arguments);
 
 } // namespace difusa

@@ -76,7 +76,7 @@ table=$out/rooms.md
 rows=$(mktemp)
 trap 'rm -f "$rows"' EXIT
 room() { # room NAME SPACING PRINTED_SITES: its pictures and rows of the table
-    local basis name report code bound label
+    local basis name report code error label
     label=$(printf '%s' "$1" | tr '[:lower:]' '[:upper:]')
     for basis in radial normalized-radial shepard; do
         name=room_${1}_${basis}_$2
@@ -89,13 +89,13 @@ room() { # room NAME SPACING PRINTED_SITES: its pictures and rows of the table
             continue
         fi
         [ "$code" = 0 ] || exit "$code"
-        bound=$(entry "$report" relative_bound)
-        case $bound in
-        '' | null) bound=– ;;
-        *) bound=$(awk -v b="$bound" 'BEGIN { printf "%.2g %%", 100 * b }') ;;
+        error=$(entry "$report" relative_high)
+        case $error in
+        '' | null) error=– ;;
+        *) error=$(awk -v e="$error" 'BEGIN { printf "%.2g %%", 100 * e }') ;;
         esac
         echo "| $label | $basis | $2 | $(site_count "$report") | $3 | $(entry "$report" iterations) |" \
-            "$(bake_seconds "$report") | $bound |" >>"$rows"
+            "$(bake_seconds "$report") | $error |" >>"$rows"
     done
 }
 room a 8 4358
@@ -113,7 +113,7 @@ room d 4.5 3812
 } >"$table"
 echo "$table"
 
-# The Cornell box: all light, its parts, the sites, one basis element, the error bound.
+# The Cornell box: all light, its parts, the sites, one basis element, the estimated error.
 box=$data/cornell_box.json
 render cornell_box "$box" "${quality[@]}" --sites "$box_sites" --projection galerkin --tone filmic \
     --also "direct=$out/cornell_box_direct.png" --also "indirect=$out/cornell_box_indirect.png"

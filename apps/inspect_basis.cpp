@@ -77,7 +77,7 @@ void declare(CLI::App& app, Arguments& a) {
     add_run_arguments(app, a.run, a.inspect.seed, "the result does not depend");
 }
 
-void run(const Arguments& a) {
+void run(Arguments& a) {
     const difusa::Registry registry = difusa::Registry::load(a.run.plugin_path);
     if (a.mesh.empty()) {
         throw UsageError("a mesh file is expected: inspect_basis mesh.off basis.vtp (--help)");
@@ -86,6 +86,7 @@ void run(const Arguments& a) {
         throw UsageError("an output file is expected: inspect_basis " + a.mesh.string() + " basis.vtp (--help)");
     }
     difusa::check_outputs({{a.field, true}, {a.sites, true}}, {{a.mesh, "the mesh"}});
+    a.inspect.outputs = {a.field, a.sites};
     // A wrong name is an error even if none is needed.
     std::vector<std::string> notes;
     difusa::choose_visibility(registry, a.inspect.visibility, notes);

@@ -43,7 +43,7 @@ Examples:
       linear radiances; seeing through the backs of walls
 
 What can be shown: radiosity; its parts direct and indirect; irradiance, irradiance-direct, irradiance-indirect,
-emission (W/m^2); reflectance; group:NAME, the radiosity of one light group; luminance, error (a bound), basis, in
+emission (W/m^2); reflectance; group:NAME, the radiosity of one light group; luminance, error (estimated), basis, in
 false colours with a colour bar; sites, as dots. Back faces are dark grey.
 
 Exit codes: 0 done, 1 usage, 2 input, 3 not converged, 4 resources, 5 internal, 130 interrupted.
@@ -315,6 +315,7 @@ void run(Arguments& a) {
     std::vector<difusa::Show> shows;
     for (const Picture& picture : pictures) {
         shows.push_back(picture.show);
+        options.outputs.push_back(picture.file);
         options.light_groups = options.light_groups || picture.show.quantity == difusa::Quantity::group;
     }
 

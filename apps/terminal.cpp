@@ -2,8 +2,10 @@
 
 #include <difusa/core/error.h>
 
+#include <fcntl.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -51,6 +53,8 @@ void TerminalProgress::clear() {
 void TerminalProgress::phase(std::string_view name) {
     phase_ = name;
     began_ = last_shown_ = Clock::now();
+    fraction_ = 1.0; // until a loop begins
+    warned_ = false;
     if (silent_) {
         return;
     }
@@ -66,15 +70,25 @@ void TerminalProgress::phase(std::string_view name) {
 
 void TerminalProgress::advance(double fraction) {
     const Clock::time_point now = Clock::now();
-    if (silent_ || !terminal_ || now - last_shown_ < std::chrono::milliseconds(100)) {
+    if (fraction < fraction_) { // the next loop of the phase
+        began_ = now;
+        from_ = fraction;
+    }
+    fraction_ = fraction;
+    if (silent_ || now - last_shown_ < std::chrono::milliseconds(100)) {
         return;
     }
     last_shown_ = now;
     const double passed = std::chrono::duration<double>(now - began_).count();
-    const double left = fraction > 0.0 ? passed * (1.0 - fraction) / fraction : 0.0;
-    std::fprintf(stderr, "\r\033[K%s %3.0f %%, %.0f s left", phase_.c_str(), 100.0 * fraction, std::ceil(left));
-    std::fflush(stderr);
-    shown_ = true;
+    const double left = fraction > from_ ? passed * (1.0 - fraction) / (fraction - from_) : 0.0;
+    if (terminal_) {
+        std::fprintf(stderr, "\r\033[K%s %3.0f %%, %.0f s left", phase_.c_str(), 100.0 * fraction, std::ceil(left));
+        std::fflush(stderr);
+        shown_ = true;
+    } else if (!warned_ && passed > 1.0 && left > 60.0) {
+        std::fprintf(stderr, "%s: about %.0f min left\n", phase_.c_str(), std::ceil(left / 60.0));
+        warned_ = true;
+    }
 }
 
 void TerminalProgress::remark(std::string_view what) {
@@ -92,17 +106,33 @@ bool TerminalProgress::cancelled() const {
     return interrupted != 0;
 }
 
+namespace {
+
+/// The number of a standard stream that the caller has closed would be given to the next file that is opened, which
+/// would then receive what is printed. What takes its place here cannot be written to, or read from, either.
+void occupy_standard_streams() {
+    for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+        if (fcntl(stream, F_GETFD) < 0 && errno == EBADF) {
+            open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY); // the lowest free number
+        }
+    }
+}
+
+} // namespace
+
 int run_program(const char* name, const std::function<void()>& program) {
     const auto report = [name](const char* what, ExitCode code) {
         std::fprintf(stderr, "%s: %s\n", name, what);
         return static_cast<int>(code);
     };
-    std::signal(SIGXFSZ,
-                SIG_IGN); // a file that grows too large then gives an error message instead of ending the process
+    occupy_standard_streams();
+    // A file that grows too large and a reader that has gone are then errors, instead of the end of the process.
+    std::signal(SIGXFSZ, SIG_IGN);
+    std::signal(SIGPIPE, SIG_IGN);
     try {
         program();
         if (!std::cout.flush()) {
-            throw ResourceError("cannot write to standard output");
+            throw ResourceError("cannot write to standard output; files are complete");
         }
         return static_cast<int>(ExitCode::done);
     } catch (const Error& error) {

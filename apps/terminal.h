@@ -11,8 +11,8 @@
 namespace difusa {
 
 /// Shows phase, percentage and remaining time: on a terminal as one line that is overwritten, elsewhere as one line per
-/// phase. Ctrl-C (SIGINT), SIGTERM and SIGHUP cancel, unless the caller ignores them; a second one ends the process at
-/// once.
+/// phase, and another if it is going to take minutes. Ctrl-C (SIGINT), SIGTERM and SIGHUP cancel, unless the caller
+/// ignores them; a second one ends the process at once.
 class TerminalProgress final : public Progress {
   public:
     explicit TerminalProgress(bool silent);
@@ -35,13 +35,16 @@ class TerminalProgress final : public Progress {
     using Clock = std::chrono::steady_clock;
     bool silent_, terminal_;
     bool shown_ = false;
+    bool warned_ = false;                ///< that this phase will take minutes
+    double fraction_ = 1.0, from_ = 0.0; ///< the latest of the current loop, and its first
     std::string phase_;
     std::vector<std::string> remarks_;
-    Clock::time_point began_, last_shown_;
+    Clock::time_point began_, last_shown_; ///< began_: the current loop
 };
 
-/// Runs `program`; turns what it throws, and a standard output that cannot be written to, into a message on standard
-/// error, "NAME: what", and the exit code.
+/// Runs `program`; turns what it throws into a message on standard error, "NAME: what", and the exit code. A standard
+/// output that is full, closed or no longer read does not stop it: its files are written, and the exit code is
+/// ExitCode::resources.
 int run_program(const char* name, const std::function<void()>& program);
 
 } // namespace difusa

@@ -13,8 +13,8 @@
 namespace difusa {
 
 /// Bakes `file`, a mesh or a scene (import/scene_file.h). Each step reports itself as a phase of `execution`. Throws
-/// UsageError (unknown plugin or parameter), InputError (file, or a scene that no light reaches), NotConverged,
-/// ResourceError, Interrupted.
+/// UsageError (unknown plugin or parameter; an output that would overwrite an input), InputError (file, or a scene that
+/// no light reaches), NotConverged, ResourceError, Interrupted.
 BakeResult bake(const Registry& registry, const std::filesystem::path& file, const BakeOptions& options,
                 const Execution& execution);
 

@@ -41,6 +41,7 @@ class GltfScene {
         input_.soup().colours_by_material = true;
         read_nodes();
         input_.write_notes();
+        input_.soup().files = input_.file().files();
         settle_textures(input_.soup());
     }
 

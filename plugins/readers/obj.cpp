@@ -279,6 +279,7 @@ class ObjFile {
     }
 
     void add_library(const std::filesystem::path& path) {
+        soup_.files.push_back(path);
         std::error_code error;
         if (std::filesystem::file_size(path, error) == 0 && !error) {
             return; // a library without materials; those used will be reported as missing
@@ -355,7 +356,7 @@ class ObjFile {
 
     void write_notes() {
         std::vector<std::string>& notes = soup_.notes;
-        notes.insert(notes.end(), textures_.notes().begin(), textures_.notes().end());
+        textures_.report(soup_);
         missing_libraries_.note("mtllib lines with missing files", "put the files next to the OBJ file", notes);
         undefined_.note("materials that are used but not defined",
                         "faces with the default reflectance instead: " + std::to_string(faces_without_), notes);

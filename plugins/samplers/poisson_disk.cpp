@@ -1,6 +1,7 @@
 // Sampler `poisson-disk`: maximal Poisson-disk sampling of the surface under the site distance of T 4.1. No two sites
-// are closer than the spacing D, and no surface point is farther than D (1 + 2^-20) from its nearest site: every face
-// region, wall side and small object has sites, whatever the shape of the triangles.
+// are closer than the spacing D, and no surface point is farther than D (1 + 2^-20) from its nearest site, or
+// than D and four steps of the coordinates where these are coarser: every face region, wall side and small object has
+// sites, whatever the shape of the triangles.
 //
 // First, darts are thrown evenly over the area. The remaining gaps are then searched for: the triangles are divided
 // into pieces; a piece fully covered by one site is done; into any other a dart is thrown, the piece is halved at its
@@ -56,18 +57,23 @@ SurfacePoint dart(const Mesh& mesh, const Piece& piece, RandomStream& stream) {
     return mesh.at(piece.face, uv[0], uv[1]);
 }
 
-std::size_t longest_edge(const std::array<Vec3, 3>& p, double& squared) {
-    std::size_t longest = 0;
-    squared = 0.0;
-    for (std::size_t k = 0; k < 3; ++k) {
-        const double length = (p[(k + 1) % 3] - p[k]).squaredNorm();
-        if (length > squared) {
-            squared = length;
-            longest = k;
+/// The longest edge of a piece: the number of its first corner, and its length.
+struct LongestEdge {
+    std::size_t k = 0;
+    double squared = 0.0;
+    bool thin = false; ///< the piece is lower than `low` above it
+
+    LongestEdge(const std::array<Vec3, 3>& p, double low) {
+        for (std::size_t i = 0; i < 3; ++i) {
+            const double length = (p[(i + 1) % 3] - p[i]).squaredNorm();
+            if (length > squared) {
+                squared = length;
+                k = i;
+            }
         }
+        thin = (p[1] - p[0]).cross(p[2] - p[0]).squaredNorm() < low * low * squared;
     }
-    return longest;
-}
+};
 
 /// Split from the midpoint of the edge between corner k and the next, the first corner of both halves, to the third
 /// corner.
@@ -77,8 +83,24 @@ std::array<Piece, 2> halves(const Piece& piece, std::size_t k) {
     return {Piece{piece.face, {middle, q, r}}, Piece{piece.face, {middle, r, p}}};
 }
 
+/// The same at its longest edge. A thin piece is its longest edge, as good as: halved as a triangle, a needle n times
+/// as long as the pieces wanted would become n^1.6 of them, side by side.
+std::array<Piece, 2> halves(const Piece& piece, const LongestEdge& longest) {
+    if (!longest.thin) {
+        return halves(piece, longest.k);
+    }
+    const Eigen::Vector2d &p = piece.corner[longest.k], &q = piece.corner[(longest.k + 1) % 3], middle = 0.5 * (p + q);
+    return {Piece{piece.face, {middle, q, q}}, Piece{piece.face, {middle, p, p}}};
+}
+
 Piece whole(Index face) {
     return {face, {Eigen::Vector2d(0, 0), Eigen::Vector2d(1, 0), Eigen::Vector2d(0, 1)}};
+}
+
+/// Pieces this small, or thin, need no more attention: their points are as good as one. The edges of pieces no larger
+/// than a step of the coordinates are rounding errors.
+double smallest_piece(const Mesh& mesh, double spacing) {
+    return std::max(spacing * 0x1p-20, 4.0 * difusa::coordinate_step(mesh));
 }
 
 /// Points spread evenly over the area of a mesh, in an order that keeps spatial neighbours close: along the triangles,
@@ -178,7 +200,7 @@ class PoissonDisk final : public difusa::Sampler {
                           const difusa::Execution& execution) {
         // Triangles are divided and filled in batches, which bounds the memory for pieces.
         constexpr std::size_t lot = std::size_t{1} << 16U;
-        const double coarse = 4.0 * spacing;
+        const double coarse = 4.0 * spacing, smallest = smallest_piece(mesh, spacing);
         std::uint64_t used = 0; // random streams
         std::vector<Piece> pieces, stack;
         Index next = 0;
@@ -190,12 +212,11 @@ class PoissonDisk final : public difusa::Sampler {
                 }
                 const Piece piece = stack.back();
                 stack.pop_back();
-                double squared = 0.0;
-                const std::size_t k = longest_edge(places(mesh, piece), squared);
-                if (squared <= coarse * coarse) {
+                const LongestEdge longest(places(mesh, piece), smallest);
+                if (longest.squared <= coarse * coarse) {
                     pieces.push_back(piece);
                 } else {
-                    const auto [a, b] = halves(piece, k);
+                    const auto [a, b] = halves(piece, longest);
                     stack.push_back(b);
                     stack.push_back(a);
                 }
@@ -205,6 +226,9 @@ class PoissonDisk final : public difusa::Sampler {
                 pieces = fill_round(mesh, spacing, seed, used, std::move(pieces), grid, execution);
                 used += count;
             }
+            if (execution.progress != nullptr) {
+                execution.progress->advance(static_cast<double>(next) / static_cast<double>(mesh.triangles.size()));
+            }
         }
     }
 
@@ -213,12 +237,13 @@ class PoissonDisk final : public difusa::Sampler {
                                          std::vector<Piece> pieces, SiteGrid& grid,
                                          const difusa::Execution& execution) {
         constexpr std::size_t grain = 128;
+        const double smallest = smallest_piece(mesh, spacing);
         std::vector<Left> left((pieces.size() + grain - 1) / grain);
         parallel_for(pieces.size(), grain, part_of(execution), [&](std::size_t begin, std::size_t end, unsigned) {
             std::vector<Piece> stack;
             for (std::size_t i = begin; i < end; ++i) {
                 RandomStream stream(seed, "gaps", used + i);
-                examine(mesh, spacing, pieces[i], stream, grid, stack, left[begin / grain]);
+                examine(mesh, spacing, smallest, pieces[i], stream, grid, stack, left[begin / grain]);
             }
         });
         std::vector<Dart> darts;
@@ -232,18 +257,16 @@ class PoissonDisk final : public difusa::Sampler {
         return pieces;
     }
 
-    static void examine(const Mesh& mesh, double spacing, const Piece& given, RandomStream& stream,
+    static void examine(const Mesh& mesh, double spacing, double smallest, const Piece& given, RandomStream& stream,
                         const SiteGrid& grid, std::vector<Piece>& stack, Left& left) {
-        const double smallest = spacing * 0x1p-20;
         stack.assign(1, given);
         while (!stack.empty()) {
             const Piece piece = stack.back();
             stack.pop_back();
             const std::array<Vec3, 3> corners = places(mesh, piece);
-            double squared = 0.0;
-            const std::size_t k = longest_edge(corners, squared);
-            const auto [a, b] = halves(piece, k);
-            if (squared > spacing * spacing) { // rarely covered by a single site
+            const LongestEdge longest(corners, smallest);
+            const auto [a, b] = halves(piece, longest);
+            if (longest.squared > spacing * spacing) { // rarely covered by a single site
                 stack.push_back(b);
                 stack.push_back(a);
                 continue;
@@ -257,7 +280,7 @@ class PoissonDisk final : public difusa::Sampler {
             }
             // A piece of minimum size is done: its dart becomes a site, or is within D of one, and the rest of it is
             // within D 2^-20 of the dart.
-            if (squared > smallest * smallest) {
+            if (longest.squared > smallest * smallest) {
                 left.pieces.push_back(a);
                 left.pieces.push_back(b);
             }

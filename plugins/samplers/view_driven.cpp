@@ -49,6 +49,61 @@ std::optional<Vec3> point_of(const difusa::Parameters& parameters, const char* n
     return Vec3(v[0], v[1], v[2]);
 }
 
+/// The sites so far. Rays are cast many at a time, whose hits become sites in the order of the rays: as if they were
+/// cast one at a time.
+class Sites {
+  public:
+    Sites(const Mesh& mesh, const difusa::Visibility& visibility, double spacing, std::size_t limit,
+          const difusa::Execution& execution)
+        : mesh_(mesh), visibility_(visibility), execution_(execution), grid_(mesh, spacing, limit) {}
+
+    std::size_t count() const { return grid_.sites().size(); }
+    SurfacePoint at(std::size_t i) const { return grid_.sites()[i]; }
+    std::vector<SurfacePoint> take() { return grid_.take(); }
+
+    void add(const Ray& ray) {
+        rays_.push_back(ray);
+        if (rays_.size() == most_rays) {
+            cast();
+        }
+    }
+
+    /// How many more rays there will be, about.
+    void expect(std::size_t rays) { expected_ = cast_ + rays; }
+
+    /// Casts the rays added since the last time.
+    void cast() {
+        execution_.check();
+        cast_ += rays_.size();
+        if (execution_.progress != nullptr) {
+            execution_.progress->advance(std::min(1.0, static_cast<double>(cast_) / static_cast<double>(expected_)));
+        }
+        std::vector<Hit> hits(rays_.size());
+        const difusa::Execution silent{execution_.threads, nullptr}; // one of many loops
+        difusa::parallel_for(rays_.size(), 4096, silent, [&](std::size_t begin, std::size_t end, unsigned) {
+            visibility_.first_hits(std::span(rays_).subspan(begin, end - begin),
+                                   std::span(hits).subspan(begin, end - begin));
+        });
+        rays_.clear();
+        std::vector<Dart> darts; // earliest first
+        for (const Hit& hit : hits) {
+            if (hit.face != difusa::none && hit.front) {
+                darts.push_back({mesh_.at(hit.face, hit.u, hit.v), darts.size()});
+            }
+        }
+        grid_.insert(darts, execution_);
+    }
+
+  private:
+    static constexpr std::size_t most_rays = std::size_t{1} << 17U;
+    const Mesh& mesh_;
+    const difusa::Visibility& visibility_;
+    const difusa::Execution& execution_;
+    SiteGrid grid_;
+    std::vector<Ray> rays_;
+    std::size_t cast_ = 0, expected_ = 1;
+};
+
 class ViewDriven final : public difusa::Sampler {
   public:
     explicit ViewDriven(const difusa::Parameters& parameters)
@@ -70,46 +125,26 @@ class ViewDriven final : public difusa::Sampler {
                                      std::size_t limit, difusa::RandomStream stream,
                                      const difusa::Execution& execution) const override {
         DIFUSA_REQUIRE(visibility != nullptr);
-        SiteGrid sites(mesh, spacing, limit);
-        const auto add_fronts = [&](const std::vector<Ray>& rays) {
-            std::vector<Hit> hits(rays.size());
-            if (execution.progress != nullptr) {
-                execution.progress->check();
-            }
-            const difusa::Execution silent{execution.threads, nullptr}; // one of several passes
-            difusa::parallel_for(rays.size(), 4096, silent, [&](std::size_t begin, std::size_t end, unsigned) {
-                visibility->first_hits(std::span(rays).subspan(begin, end - begin),
-                                       std::span(hits).subspan(begin, end - begin));
-            });
-            std::vector<Dart> darts; // earliest first
-            for (const Hit& hit : hits) {
-                if (hit.face != difusa::none && hit.front) {
-                    darts.push_back({mesh.at(hit.face, hit.u, hit.v), darts.size()});
-                }
-            }
-            sites.insert(darts, execution);
-        };
-
+        Sites sites(mesh, *visibility, spacing, limit, execution);
         for (const Observer& observer : observers(mesh)) {
-            add_fronts(primary_rays(observer));
-            if (!sites.sites().empty()) {
+            sites.expect(grid_ * grid_);
+            add_primary_rays(observer, sites);
+            if (sites.count() > 0) {
                 break;
             }
         }
-        if (sites.sites().empty()) {
+        if (sites.count() == 0) {
             throw difusa::InputError("sampler view-driven: the observer sees no front of any face; give another "
                                      "eye=x/y/z and target=x/y/z, check the orientation of the faces, or use "
                                      "--sampler poisson-disk");
         }
         for (std::size_t pass = 0; pass < passes_; ++pass) {
-            if (execution.progress != nullptr) {
-                execution.progress->check();
+            const std::size_t before = sites.count();
+            sites.expect((passes_ - pass) * before * secondary_);
+            for (std::size_t i = 0; i < before; ++i) {
+                add_secondary_rays(sites.at(i), stream, sites);
             }
-            std::vector<Ray> rays;
-            for (const SurfacePoint& x : sites.sites()) {
-                add_secondary_rays(x, stream, rays);
-            }
-            add_fronts(rays);
+            sites.cast();
         }
         return sites.take();
     }
@@ -126,9 +161,7 @@ class ViewDriven final : public difusa::Sampler {
 
     /// One ray through the centre of each cell: of a square in front of the observer, or of the sphere of directions
     /// divided into cells of equal solid angle.
-    std::vector<Ray> primary_rays(const Observer& observer) const {
-        std::vector<Ray> rays;
-        rays.reserve(grid_ * grid_);
+    void add_primary_rays(const Observer& observer, Sites& sites) const {
         const Vec3 forward = (observer.target - observer.eye).normalized();
         Vec3 right, up;
         difusa::tangents(forward, right, up);
@@ -145,14 +178,14 @@ class ViewDriven final : public difusa::Sampler {
                 } else {
                     direction = forward + half * ((2.0 * a - 1.0) * right + (2.0 * b - 1.0) * up);
                 }
-                rays.push_back({observer.eye, direction, difusa::none});
+                sites.add({observer.eye, direction, difusa::none});
             }
         }
-        return rays;
+        sites.cast();
     }
 
     /// Directions whose angle to the normal is at most `spread`, uniform in solid angle.
-    void add_secondary_rays(const SurfacePoint& x, difusa::RandomStream& stream, std::vector<Ray>& rays) const {
+    void add_secondary_rays(const SurfacePoint& x, difusa::RandomStream& stream, Sites& sites) const {
         Vec3 t, b;
         difusa::tangents(x.normal, t, b);
         const double least_cosine = std::cos(spread_ * std::numbers::pi / 180.0);
@@ -160,8 +193,7 @@ class ViewDriven final : public difusa::Sampler {
             const double z = 1.0 - stream.uniform() * (1.0 - least_cosine);
             const double angle = 2.0 * std::numbers::pi * stream.uniform();
             const double radius = std::sqrt(std::max(0.0, 1.0 - z * z));
-            rays.push_back(
-                {x.position, radius * std::cos(angle) * t + radius * std::sin(angle) * b + z * x.normal, x.face});
+            sites.add({x.position, radius * std::cos(angle) * t + radius * std::sin(angle) * b + z * x.normal, x.face});
         }
     }
 

@@ -66,7 +66,7 @@ struct ScaledRay {
     RTCRay ray{};
     double speed = 0.0;   ///< diameters per unit of t
     double skipped = 0.0; ///< t at which it enters the cube [-1, 1]³
-    bool misses = true;   ///< misses the cube, or has no direction
+    bool misses = true;   ///< misses the cube, has no direction, or a number in it is not finite
 
     ScaledRay(const Surface& surface, const Vec3& origin, const Vec3& direction) {
         const double length = direction.stableNorm();
@@ -76,6 +76,9 @@ struct ScaledRay {
         }
         const Vec3 d = direction / length;
         Vec3 o = (origin - surface.centre) * surface.scale;
+        if (!o.allFinite()) { // Embree would end the process
+            return;
+        }
         if (!(o.cwiseAbs().maxCoeff() <= 1.0)) {
             double enter = 0.0, leave = std::numeric_limits<double>::infinity();
             for (int axis = 0; axis < 3; ++axis) {

@@ -23,6 +23,28 @@ expect_refusal 2 "nan.off:6: point 2 (line 5)" "$bake" nan.off kept.ply
 printf 'OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n' >range.off
 expect_refusal 2 "range.off:6" "$bake" range.off kept.ply
 
+
+# Scenes that double precision cannot hold.
+tetrahedron() { # tetrahedron OFFSET SIZE
+    awk -v o="$1" -v s="$2" 'BEGIN {
+        print "OFF\n4 4 0"
+        printf "%.17g %.17g %.17g\n%.17g %.17g %.17g\n", o, o, o, o + s, o, o
+        printf "%.17g %.17g %.17g\n%.17g %.17g %.17g\n", o, o + s, o, o, o, o + s
+        print "3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3"
+    }'
+}
+tetrahedron 1e15 1 >far.off
+expect_refusal 2 "at coordinates up to 1e+15, which leave too few digits for it: move it to the origin" \
+    "$bake" far.off kept.ply
+tetrahedron 1e14 1 >far.off
+expect_refusal 2 "move it to the origin, or give a larger --spacing" "$bake" far.off kept.ply --sites 200
+tetrahedron 0 1e-100 >tiny.off
+expect_refusal 2 "use a smaller unit of length" "$bake" tiny.off kept.ply
+tetrahedron 0 1e-200 >tiny.off
+expect_refusal 2 "use a smaller unit of length" "$bake" tiny.off kept.ply
+tetrahedron 0 1e-50 >tiny.off
+expect_exit 0 "$bake" tiny.off small.ply $small
+
 # A closed box of which all faces look inward: no sky comes in, and nothing emits.
 cat >closed.off <<'BOX'
 OFF

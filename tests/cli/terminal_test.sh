@@ -51,6 +51,30 @@ if [ -e /dev/full ]; then
     expect_text stderr "cannot write to standard output"
 fi
 
+expect_exit 0 "$bake" "$box" kept.ply $small
+for lost in "1" "1 2" "0 1 2"; do
+    rm -f out.ply
+    code=0
+    (
+        for stream in $lost; do
+            eval "exec $stream>&-"
+        done
+        exec "$bake" "$box" out.ply $small
+    ) >stdout 2>stderr || code=$?
+    [ "$code" = 4 ] || fail "exit $code without the streams $lost"
+    expect_same_field kept.ply out.ply
+done
+"$bake" "$box" out.ply $small >stdout 2>&- || fail "a closed standard error is an error"
+expect_same_field kept.ply out.ply
+rm out.ply
+(
+    code=0
+    "$bake" "$box" out.ply $small 2>stderr || code=$?
+    echo $code >code
+) | true
+[ "$(cat code)" = 4 ] || fail "exit $(cat code) with a standard output that nobody reads"
+expect_same_field kept.ply out.ply
+
 for option in --help -h; do
     expect_exit 0 "$bake" $option
     [ ! -s stderr ] || fail "$option writes on standard error"

@@ -341,7 +341,7 @@ TEST(BakeFiles, ReportIsJson) {
     const BakeResult& result = coloured();
     const json report = json::parse(report_of(result));
     EXPECT_EQ(report["schema"], "difusa-bake-report");
-    EXPECT_EQ(report["schema_version"], 1);
+    EXPECT_EQ(report["schema_version"], 2);
     EXPECT_EQ(report["difusa_version"], version());
     EXPECT_EQ(report["library_versions"].size(), library_versions().size());
     EXPECT_EQ(report["dry_run"], false);

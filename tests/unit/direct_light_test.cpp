@@ -97,6 +97,41 @@ TEST(DirectLight, ShadingNormalsFaceSunsThatTheirFacetsDoNot) {
     EXPECT_GT(grazing, 10);
 }
 
+/// Of many lights a sample draws some: right on average, and in a bounded number of rays.
+TEST(DirectLight, SamplesOfManyLightsAreUnbiased) {
+    Lit lit(floor_with_screen());
+    RandomStream random(1, "lights");
+    for (int i = 0; i < 3000; ++i) {
+        PointLight light;
+        light.position = Vec3(4.0 * random.uniform(), 4.0 * random.uniform(), 2.0 + random.uniform());
+        light.intensity = std::pow(random.uniform(), 3.0) * Rgb(1, 2, 3);
+        lit.scene.point_lights.push_back(light);
+        Sun sun;
+        sun.towards = Vec3(random.uniform(), random.uniform(), 0.1 + random.uniform()).normalized();
+        sun.irradiance = Rgb::Constant(random.uniform());
+        lit.scene.suns.push_back(sun);
+    }
+    const DirectLight light(lit.scene, lit.tracer());
+    EXPECT_EQ(light.rays_per_point(1), 6000U);
+    EXPECT_EQ(light.rays_per_sample(), 2 * DirectLight::most_sampled);
+    const SurfacePoint x = lit.scene.mesh.at(0, 0.3, 0.3);
+    const double exact = light_at(light, x)[2];
+    constexpr int draws = 400;
+    double sum = 0.0, squares = 0.0;
+    DirectLight::Worker worker;
+    RandomStream stream(1, "draws");
+    for (int i = 0; i < draws; ++i) {
+        Rgb H = Rgb::Zero();
+        light.sample({&x, 1}, stream, {&H, 1}, worker);
+        sum += H[2];
+        squares += H[2] * H[2];
+    }
+    EXPECT_LE(worker.cast, draws * light.rays_per_sample());
+    const double mean = sum / draws, deviation = std::sqrt((squares / draws - mean * mean) / (draws - 1.0));
+    EXPECT_NEAR(mean, exact, 4.0 * deviation); // exceeded by chance once in 16,000 seeds
+    EXPECT_LT(deviation * std::sqrt(draws), 0.3 * exact);
+}
+
 TEST(DirectLight, SameBitsForAnyNumberOfThreads) {
     Lit lit(floor_with_screen(), {{Vec3(0.1, 0, 1).normalized(), Rgb(1, 2, 3)}});
     lit.scene.materials.resize(2);

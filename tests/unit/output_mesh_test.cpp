@@ -365,6 +365,16 @@ TEST(OutputMesh, Needles) {
     }
 }
 
+/// Twice as many pieces, twice as many triangles.
+TEST(OutputMesh, NeedlesAreCutAcross) {
+    const Mesh mesh = make_mesh({{0, 0, 0}, {1, 0, 0}, {1, 1e-9, 0}, {0, -1e-6, 1e-7}}, {{0, 1, 2}, {0, 3, 1}});
+    for (const double max_edge : {0.1, 0.01, 0.001}) {
+        const OutputMesh output = refine(mesh, max_edge, crease, no_limit, {});
+        expect_sound(mesh, output, max_edge);
+        EXPECT_LT(static_cast<double>(output.triangles.size()), 10.0 / max_edge);
+    }
+}
+
 TEST(OutputMesh, AnglesStayAtLeastHalfAsLarge) {
     const auto smallest_angle = [](const std::array<Vec3, 3>& x) {
         double smallest = pi;

@@ -236,5 +236,34 @@ TEST(SpacingForCount, EndsWhereNoSpacingGivesTheCount) {
     EXPECT_EQ(sample(mesh, spacing).size(), 576U);
 }
 
+TEST(SpacingForCount, CoversLongNeedlesWithFewSites) {
+    // A fan 1 long and 1e-7 wide: one site covers 2 D of its length, not pi D² of its area.
+    std::vector<Vec3> points{Vec3::Zero()};
+    std::vector<std::array<Index, 3>> triangles;
+    for (Index i = 0; i <= 100; ++i) {
+        points.emplace_back(std::cos(1e-9 * i), std::sin(1e-9 * i), 0.0);
+        if (i > 0) {
+            triangles.push_back({0, i, i + 1});
+        }
+    }
+    const Mesh fan = test::make_mesh(std::move(points), std::move(triangles));
+    const double spacing = spacing_for_count(*test::plugin<Sampler>("poisson-disk"), fan, nullptr, 200, 1, Execution{});
+    EXPECT_GT(spacing, 0.5 / 200);
+    EXPECT_NEAR(static_cast<double>(sample(fan, spacing).size()), 200.0, 10.0);
+}
+
+/// Coordinates of 1e14 are multiples of 1/64.
+TEST(PoissonDisk, NeedsCoordinatesFinerThanTheSpacing) {
+    const Mesh far = test::moved(test::box(1.0), 1.0, Vec3::Constant(1e14));
+    try {
+        sample(far, 0.1);
+        FAIL() << "sites a few steps apart";
+    } catch (const InputError& error) {
+        EXPECT_NE(std::string(error.what()).find("move it to the origin"), std::string::npos) << error.what();
+    }
+    EXPECT_GT(sample(test::moved(test::box(1.0), 1.0, Vec3::Constant(1e12)), 0.1).size(), 300U);
+    EXPECT_GT(sample(test::moved(test::box(1e3), 1.0, Vec3::Constant(1e14)), 100.0).size(), 300U);
+}
+
 } // namespace
 } // namespace difusa::poisson_disk_test

@@ -1,6 +1,7 @@
 #include <difusa/core/error.h>
 #include <difusa/discretisation/sampler.h>
 #include <difusa/discretisation/site_set.h>
+#include <difusa/mesh/surface_sampling.h>
 #include <difusa/rays/brute_force.h>
 #include <difusa/rays/visibility.h>
 
@@ -11,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
@@ -77,6 +79,30 @@ TEST(ViewDriven, FollowsItsSeed) {
     ASSERT_EQ(a.size(), b.size());
     for (std::size_t i = 0; i < a.size(); ++i) {
         EXPECT_EQ(a[i].position, b[i].position);
+    }
+}
+
+/// An observer that sees a ten-thousandth of the surface: a spacing that gives many sites there divides the rest into
+/// millions.
+TEST(ViewDriven, ChoosesNoSpacingFarTooFineForTheRest) {
+    const Mesh room = test::l_room();
+    BruteForceVisibility visibility;
+    visibility.build(room);
+    const auto sampler = test::plugin<Sampler>("view-driven:eye=0.3/0.4/0.5,target=0.3/0.4/0,fov=1,grid=64,passes=0");
+    const double spacing = spacing_for_count(*sampler, room, &visibility, 1000, 1, Execution{});
+    EXPECT_GE(spacing, std::sqrt(0.7 * room.area / 50'000.0) * (1.0 - 1e-12));
+}
+
+/// Rays are cast in batches, of which nothing is seen.
+TEST(ViewDriven, TakesAnyNumberOfRays) {
+    const Mesh cube = test::box(1.0);
+    const std::string view = "eye=0.5/0.5/3,target=0.5/0.5/0,fov=60,passes=0,grid=512"; // 2^18 rays
+    const auto sites = sample(cube, view, 0.1);
+    EXPECT_GT(sites.size(), 60U);
+    for (const SurfacePoint& x : even_points(cube, 500, RandomStream(1, "points"))) {
+        const bool near = std::any_of(sites.begin(), sites.end(),
+                                      [&](const SurfacePoint& site) { return distance(cube, x, site) < 0.105; });
+        EXPECT_EQ(near, x.normal.z() > 0.5);
     }
 }
 

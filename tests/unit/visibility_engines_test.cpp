@@ -201,6 +201,37 @@ TEST(VisibilityEngines, GiveTheSameAnswersAtAnySize) {
     }
 }
 
+/// A mistake elsewhere may ask for such a ray: it does not end the process, and one from nowhere hits nothing.
+TEST(VisibilityEngines, SurviveNumbersThatAreNotFinite) {
+    const Mesh room = test::l_room();
+    const double inf = std::numeric_limits<double>::infinity(), nan = std::numeric_limits<double>::quiet_NaN();
+    std::vector<Ray> rays;
+    std::vector<Segment> segments;
+    for (const double bad : {inf, -inf, nan}) {
+        for (int axis = 0; axis < 3; ++axis) {
+            Vec3 wrong(0.3, 0.4, 0.5);
+            wrong[axis] = bad;
+            rays.push_back({wrong, Vec3::UnitX(), none});
+            rays.push_back({Vec3(0.3, 0.4, 0.5), wrong, none});
+            segments.push_back({wrong, Vec3(0.5, 0.5, 0.5), none, none});
+            segments.push_back({Vec3(0.5, 0.5, 0.5), wrong, none, none});
+        }
+    }
+    rays.push_back({Vec3::Constant(nan), Vec3::UnitX(), 0});
+    std::vector<Hit> hits(rays.size());
+    std::vector<std::uint8_t> blocked(segments.size());
+    for (const std::string& name : test::plugin_names<Visibility>()) {
+        SCOPED_TRACE(name);
+        const auto visibility = engine(name, room);
+        visibility->first_hits(rays, hits);
+        visibility->occluded(segments, blocked);
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            const bool nowhere = (rays[i].origin + rays[i].direction).hasNaN();
+            EXPECT_TRUE(!nowhere || hits[i].face == none) << i;
+        }
+    }
+}
+
 TEST(VisibilityEngines, AutoIsTheFirstThatIsThere) {
     std::vector<std::string> notes;
     const bool fast = test::registry().find("visibility", "embree") != nullptr;

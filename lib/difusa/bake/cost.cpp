@@ -53,7 +53,7 @@ std::size_t segments_for(std::size_t sites, const BakeResult& result, const Choi
                          const ShadowRays& needed) {
     const std::size_t points = gather_points(choices.elements.projection, sites);
     const double on_surfels = surfels_of(result.scene->mesh, Discretisation::surfel_edge(result.options.spacing)) *
-                              needed.samples * static_cast<double>(lights.rays_per_point(1));
+                              needed.samples * static_cast<double>(lights.rays_per_sample());
     std::size_t segments =
         static_cast<std::size_t>(on_surfels) + points * lights.rays_per_point(needed.rounds * rays_of_round);
     if (lights.any()) {
@@ -131,7 +131,7 @@ void time_sample(BakeEstimate& estimate, const BakeResult& result, const Choices
     estimate.seconds =
         each * static_cast<double>(estimate.rays + segments_for(estimate.sites, result, choices, lights, usual));
     const auto gathered_twice = [&](std::size_t at, std::size_t half) {
-        const std::size_t shadow = lights.rays_per_point(1);
+        const std::size_t shadow = lights.rays_per_sample();
         estimate.further_rays += 2 * at * half;
         estimate.further_seconds +=
             each * 2.0 * static_cast<double>(at) * static_cast<double>(half * (1 + shadow) + lights.rays_per_point(64));

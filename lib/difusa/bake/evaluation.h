@@ -11,10 +11,10 @@ void find_listed(BakeResult& result, const Execution& execution);
 /// Throws ResourceError if the output mesh is sure to have more triangles than memory allows.
 void check_output(const BakeResult& result);
 
-/// Fills in `error`: the residual of the field at random surface points. Phase "estimate error".
+/// Fills in `error`, measured at random surface points. Phase "estimate error".
 void estimate_error_of(BakeResult& result, const Execution& execution);
 
-/// Fills in `mesh`, `output` and what else the options request: centres, listed_values, residual, error_bound.
+/// Fills in `mesh`, `output` and what else the options request: centres, listed_values, errors.
 /// Phases "refine output", "evaluate".
 void evaluate_output(BakeResult& result, const Execution& execution);
 

@@ -5,6 +5,7 @@
 #include <difusa/scene/lights.h>
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -52,6 +53,10 @@ struct BakeOptions {
     double output_spacing = 0.0;              ///< longest edge of the output; 0: the site spacing
     double crease_angle = 0.6981317007977318; ///< 40°: sharper edges are not shaded smoothly
     std::uint64_t seed = 1;
+
+    /// Files that the caller is going to write. A bake reads its file and everything that it names, and throws
+    /// UsageError before it computes anything if that would overwrite one of those, or a plugin.
+    std::vector<std::filesystem::path> outputs;
 };
 
 /// Throws UsageError for a number out of its range or a light that is not sound.

@@ -3,6 +3,7 @@
 #include <difusa/core/error.h>
 #include <difusa/core/text.h>
 #include <difusa/import/scene_file.h>
+#include <difusa/io/same_file.h>
 #include <difusa/repair/diagnosis.h>
 #include <difusa/repair/texture_coordinates.h>
 
@@ -16,6 +17,16 @@ std::string list(const Rgb& c) {
     return text_of(c[0]) + "," + text_of(c[1]) + "," + text_of(c[2]);
 }
 
+/// The fourth power of a distance between sites, in form factors, must not underflow.
+constexpr double least_diameter = 1e-60;
+
+void check_size(const Mesh& mesh, const std::string& name) {
+    if (!(mesh.diameter() >= least_diameter)) {
+        throw InputError(name + ": the scene is " + text_of(mesh.diameter()) +
+                         " across, too small for double precision: use a smaller unit of length");
+    }
+}
+
 /// Rejects a scene built by a program that would not have passed when read from a file.
 void check_scene(const Scene& scene, const std::string& name) {
     const auto refuse = [&](const std::string& why) { throw InputError(name + ": " + why); };
@@ -24,6 +35,7 @@ void check_scene(const Scene& scene, const std::string& name) {
         mesh.material.size() != mesh.triangles.size()) {
         refuse("the mesh is empty, not derived (Mesh::derive), or lacks a material for some triangle");
     }
+    check_size(mesh, name);
     for (const Index material : mesh.material) {
         if (material >= scene.materials.size()) {
             refuse("a triangle has material number " + std::to_string(material) + " of " +
@@ -126,6 +138,8 @@ void read_into(BakeResult& result, const Registry& registry, const std::filesyst
     execution.phase("read");
     result.file = file.string();
     const PolygonSoup soup = read_scene(registry, file);
+    refuse_to_overwrite(soup.files, result.options.outputs);
+    refuse_to_overwrite(registry.files(), result.options.outputs);
     execution.phase("diagnose");
     DiagnosedMesh diagnosed = diagnose(soup);
     result.diagnosis = std::move(diagnosed.diagnosis);
@@ -140,6 +154,7 @@ void read_into(BakeResult& result, const Registry& registry, const std::filesyst
     result.scene = std::make_shared<Scene>();
     Scene& scene = *result.scene;
     scene.mesh = std::move(diagnosed.mesh);
+    check_size(scene.mesh, result.file);
     scene.materials = soup.materials;
     scene.suns = soup.lights.suns;
     scene.point_lights = soup.lights.points;

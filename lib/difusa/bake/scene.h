@@ -10,7 +10,8 @@
 namespace difusa {
 
 /// Reads and repairs a mesh or scene file into `result`: file, diagnosis, scene, camera, channels, and the options
-/// determined by the file. Phases: "read", "diagnose".
+/// determined by the file. Throws UsageError if the outputs would overwrite a file that is read or a plugin. Phases:
+/// "read", "diagnose".
 void read_into(BakeResult& result, const Registry& registry, const std::filesystem::path& file,
                const Execution& execution);
 

@@ -1,6 +1,7 @@
 // The record of a computation: phases with their times, notes, savings and counts.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <map>
 #include <string>
@@ -49,6 +50,9 @@ class Journal {
 
     const std::vector<std::pair<std::string, double>>& seconds() const { return seconds_; } ///< wall time, in order
     const std::vector<std::string>& notes() const { return notes_; }
+    bool has_note(const std::string& text) const {
+        return std::find(notes_.begin(), notes_.end(), text) != notes_.end();
+    }
     const std::vector<Saving>& savings() const { return savings_; }
     std::size_t count_of(const std::string& name) const {
         const auto found = counts_.find(name);

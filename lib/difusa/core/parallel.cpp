@@ -54,7 +54,9 @@ void parallel_for(std::size_t count, std::size_t grain, const Execution& executi
         try {
             threads.emplace_back(work, worker);
         } catch (const std::system_error&) {
-            break; // the system provides no more threads: the others do the work
+            execution.note_once("the system provides fewer threads than requested: the computation takes longer, and "
+                                "has the same result (ulimit -u, --threads)");
+            break; // the others do the work
         }
     }
     work(0);

@@ -13,6 +13,8 @@ namespace difusa {
 /// select scratch memory. For results independent of the number of threads, `body` must write only to locations that
 /// belong to its indices.
 ///
+/// Without as many threads to be had, those there are do the work, and a note says so.
+///
 /// If bodies throw, the exception of the lowest range is rethrown after all threads have stopped.
 /// Throws Interrupted if `execution.progress` is cancelled.
 void parallel_for(std::size_t count, std::size_t grain, const Execution& execution,

@@ -63,6 +63,13 @@ struct Execution {
         }
     }
 
+    /// The same for something that many steps may find; the journal, if there is one, holds it once.
+    void note_once(const std::string& text) const {
+        if (journal == nullptr || !journal->has_note(text)) {
+            note(text);
+        }
+    }
+
     void save(Saving saving) const {
         if (journal != nullptr) {
             journal->save(std::move(saving));

@@ -4,16 +4,58 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <vector>
 
 namespace difusa {
+
+namespace {
+
+constexpr double sites_per_square = 0.7; ///< sites per D² of a maximal Poisson-disk sampling, about
+constexpr double most_unseen = 50.0;     ///< surface that a sampler may leave out, as a multiple of the rest
+
+/// The largest D at which `wanted` sites could cover the surface: along a region that extends s in the direction of an
+/// axis there are at least s / 2D of them. Regions shorter than 2D do not count.
+double widest_spacing(const Mesh& mesh, double wanted) {
+    std::vector<Eigen::AlignedBox3d> box(mesh.region_count);
+    for (Index t = 0; t < mesh.triangles.size(); ++t) {
+        box[mesh.region[t]].extend(mesh.box(t));
+    }
+    std::vector<double> extent;
+    extent.reserve(box.size());
+    for (const Eigen::AlignedBox3d& each : box) {
+        extent.push_back(each.isEmpty() ? 0.0 : each.sizes().maxCoeff());
+    }
+    std::sort(extent.begin(), extent.end(), std::greater<>());
+    double sum = 0.0, widest = 0.0;
+    for (const double s : extent) {
+        sum += s;
+        const double spacing = sum / (2.0 * wanted);
+        widest = s > 2.0 * spacing ? std::max(widest, spacing) : widest;
+    }
+    return widest;
+}
+
+/// Finer spacings need not be tried: long and narrow regions have too many sites even now, or the sampler sees next to
+/// nothing of the surface, all of which is divided at this spacing.
+double least_spacing(const Sampler& sampler, const Mesh& mesh, double wanted) {
+    if (!sampler.needs_visibility()) {
+        return widest_spacing(mesh, wanted);
+    }
+    const double everywhere = most_unseen * wanted;
+    return std::max(std::sqrt(sites_per_square * mesh.area / everywhere), widest_spacing(mesh, everywhere));
+}
+
+} // namespace
 
 double spacing_for_count(const Sampler& sampler, const Mesh& mesh, const Visibility* visibility, std::size_t count,
                          std::uint64_t seed, const Execution& execution) {
     DIFUSA_REQUIRE(count > 0);
     const auto wanted = static_cast<double>(count);
-    // Maximal Poisson-disk samplings have about 0.7 sites per D². After that: count ~ D^-p through the last two tries.
-    double spacing = std::sqrt(0.7 * mesh.area / wanted), power = 2.0;
+    const double least = least_spacing(sampler, mesh, wanted);
+    // The first try is right for a compact surface. After that: count ~ D^-p through the last two tries.
+    double spacing = std::max(least, std::sqrt(sites_per_square * mesh.area / wanted)), power = 2.0;
     double best = spacing, best_miss = std::numeric_limits<double>::infinity();
     double last_spacing = 0.0, last_count = 0.0;
     for (int attempt = 0; attempt < 6; ++attempt) {
@@ -32,7 +74,10 @@ double spacing_for_count(const Sampler& sampler, const Mesh& mesh, const Visibil
         }
         last_spacing = spacing;
         last_count = found;
-        spacing *= std::clamp(std::pow(found / wanted, 1.0 / power), 0.05, 20.0);
+        spacing = std::max(least, spacing * std::clamp(std::pow(found / wanted, 1.0 / power), 0.05, 20.0));
+        if (spacing == last_spacing) {
+            break;
+        }
     }
     return best;
 }

@@ -28,6 +28,7 @@ class Sampler {
 /// The spacing at which `sampler` gives about `count` sites (within 5 % if any spacing does: regions smaller than the
 /// spacing have one site each in any case), found by repeated sampling; for a large surface only of windows (see
 /// predict_sites.h).
+/// For a sampler that sees less than a fiftieth of the surface it gives fewer.
 double spacing_for_count(const Sampler& sampler, const Mesh& mesh, const Visibility* visibility, std::size_t count,
                          std::uint64_t seed, const Execution& execution);
 

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
+#include <limits>
 #include <numeric>
 #include <string>
 
@@ -14,6 +16,7 @@ namespace difusa {
 namespace {
 
 constexpr std::size_t grain = 1024;
+constexpr double least_steps = 64.0; ///< the least spacing, in steps of the coordinates
 
 enum class State : char { waiting, accepted, rejected };
 
@@ -28,11 +31,22 @@ Execution silent(const Execution& execution) {
 
 } // namespace
 
+double coordinate_step(const Mesh& mesh) {
+    const double most = mesh.magnitude();
+    return std::nextafter(most, std::numeric_limits<double>::infinity()) - most;
+}
+
 SiteGrid::SiteGrid(const Mesh& mesh, double spacing, std::size_t limit)
     : mesh_(mesh), spacing_(spacing), limit_(limit), hash_(mesh.low, spacing) {
     if (!(mesh.diameter() / (2.0 * spacing) < 0x1p30)) {
         throw ResourceError("a spacing of " + text_of(spacing) + " is too small for a scene of diameter " +
                             text_of(mesh.diameter()) + "; give a larger --spacing");
+    }
+    if (const double step = coordinate_step(mesh); !(spacing > least_steps * step)) {
+        throw InputError("the scene is so far from the origin that its coordinates, up to " +
+                         text_of(mesh.magnitude()) + ", are known to " + text_of(step) +
+                         " only, too coarse for sites " + text_of(spacing) +
+                         " apart: move it to the origin, or give a larger --spacing");
     }
 }
 

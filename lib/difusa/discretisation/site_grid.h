@@ -20,9 +20,13 @@ struct Dart {
     std::uint64_t priority; ///< lowest first; of equal ones the first in the list
 };
 
+/// The distance between two coordinates next to each other, where it is largest on the mesh.
+double coordinate_step(const Mesh& mesh);
+
 class SiteGrid {
   public:
-    /// Holds up to `limit` sites. The mesh must outlive the grid.
+    /// Holds up to `limit` sites. The mesh must outlive the grid. Throws ResourceError for a spacing too small for the
+    /// grid, InputError for one of a few coordinate steps only.
     SiteGrid(const Mesh& mesh, double spacing, std::size_t limit);
 
     /// True if a site is closer to x than the spacing, in site distance.

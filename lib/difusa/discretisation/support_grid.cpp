@@ -19,6 +19,27 @@ double distance_squared(const Vec3& point, const Cell& cell) {
     return sum;
 }
 
+/// A part of a triangle, in units of the cells' size.
+struct Piece {
+    Vec3 a, b, c;
+};
+
+/// Halves a piece at its longest edge. One much narrower than the cells' margin is that edge, as good as: halved as a
+/// triangle, a needle n cells long would become n^1.6 pieces, side by side.
+void halve(Piece piece, std::vector<Piece>& pieces) {
+    constexpr double narrow = 1e-7;
+    const double ab = (piece.b - piece.a).squaredNorm(), bc = (piece.c - piece.b).squaredNorm(),
+                 ca = (piece.a - piece.c).squaredNorm();
+    if (!(ab >= bc && ab >= ca)) { // the longest edge comes first
+        piece = bc >= ca ? Piece{piece.b, piece.c, piece.a} : Piece{piece.c, piece.a, piece.b};
+    }
+    const Vec3 middle = 0.5 * (piece.a + piece.b);
+    const bool thin = (piece.b - piece.a).cross(piece.c - piece.a).squaredNorm() <
+                      narrow * narrow * (piece.b - piece.a).squaredNorm();
+    pieces.push_back({piece.a, middle, thin ? middle : piece.c});
+    pieces.push_back({middle, piece.b, thin ? middle : piece.c});
+}
+
 } // namespace
 
 SupportGrid::SupportGrid(const Mesh& mesh, const SiteSet& sites, std::span<const double> support) {
@@ -143,9 +164,6 @@ void SupportGrid::mark(const Mesh& mesh) {
     // Each triangle is halved until a piece overlaps at most 2 cells along each axis; then all cells of its box count
     // as overlapped. Points may be rounded across a cell's wall, hence the margin.
     const double margin = 1e-6;
-    struct Piece {
-        Vec3 a, b, c;
-    };
     const auto add = [&](const Cell& cell, Index region) {
         const Index block = blocks_.insert(block_of(cell), region);
         if (block == occupied_.size()) {
@@ -181,21 +199,7 @@ void SupportGrid::mark(const Mesh& mesh) {
                 }
                 continue;
             }
-            const double ab = (piece.b - piece.a).squaredNorm(), bc = (piece.c - piece.b).squaredNorm(),
-                         ca = (piece.a - piece.c).squaredNorm();
-            if (ab >= bc && ab >= ca) {
-                const Vec3 middle = 0.5 * (piece.a + piece.b);
-                pieces.push_back({piece.a, middle, piece.c});
-                pieces.push_back({middle, piece.b, piece.c});
-            } else if (bc >= ca) {
-                const Vec3 middle = 0.5 * (piece.b + piece.c);
-                pieces.push_back({piece.b, middle, piece.a});
-                pieces.push_back({middle, piece.c, piece.a});
-            } else {
-                const Vec3 middle = 0.5 * (piece.c + piece.a);
-                pieces.push_back({piece.c, middle, piece.b});
-                pieces.push_back({middle, piece.a, piece.b});
-            }
+            halve(piece, pieces);
         }
     }
     Index buckets = 0;

@@ -195,13 +195,17 @@ std::optional<std::string> GltfFile::embedded(const JsonValue& uri) const {
     return content;
 }
 
-std::filesystem::path GltfFile::beside(const JsonValue& uri) const {
+std::filesystem::path GltfFile::beside(const JsonValue& uri) {
     const std::string& text = checks_.text(uri, "\"uri\"");
     if (text.find("://") != std::string::npos) {
         checks_.fail(uri, excerpt(text) + " is not a file next to the scene: download it, and refer to that copy");
     }
-    const std::filesystem::path decoded = find_beside(folder_, without_percents(text));
-    return decoded.empty() ? find_beside(folder_, text) : decoded;
+    std::filesystem::path file = find_beside(folder_, without_percents(text));
+    file = file.empty() ? find_beside(folder_, text) : file;
+    if (!file.empty()) {
+        files_.push_back(file);
+    }
+    return file;
 }
 
 std::string_view GltfFile::buffer(const JsonValue& index) {

@@ -63,7 +63,10 @@ class GltfFile {
     std::optional<std::string> embedded(const JsonValue& uri) const;
 
     /// The file a relative URI refers to; empty if there is none. Throws InputError for a URI with a scheme.
-    std::filesystem::path beside(const JsonValue& uri) const;
+    std::filesystem::path beside(const JsonValue& uri);
+
+    /// All files that `beside` has found, buffers included.
+    const std::vector<std::filesystem::path>& files() const { return files_; }
 
   private:
     struct View {
@@ -83,6 +86,7 @@ class GltfFile {
     bool has_binary_ = false;
     std::size_t size_ = 0;                             ///< bytes of the file and of its external buffers
     std::vector<std::optional<std::string>> contents_; ///< of external buffers
+    std::vector<std::filesystem::path> files_;
 };
 
 } // namespace difusa

@@ -122,6 +122,7 @@ void append(PolygonSoup& soup, PolygonSoup part) {
     move_to_end(soup.lights.points, part.lights.points);
     soup.camera = soup.camera ? soup.camera : part.camera;
     soup.default_reflectance = soup.default_reflectance ? soup.default_reflectance : part.default_reflectance;
+    move_to_end(soup.files, part.files);
     for (const std::string& note : part.notes) {
         soup.notes.push_back(part.file + ": " + note);
     }

@@ -17,7 +17,9 @@ PolygonSoup read_soup(const Registry& registry, const std::filesystem::path& fil
         const std::shared_ptr<Reader> reader = registry.create<Reader>(name);
         for (const std::string& claimed : reader->extensions()) {
             if (claimed == extension) {
-                return reader->read(file);
+                PolygonSoup soup = reader->read(file);
+                soup.files.insert(soup.files.begin(), file);
+                return soup;
             }
             known.push_back("." + claimed);
         }

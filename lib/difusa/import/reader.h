@@ -23,11 +23,13 @@ class Reader {
     /// Throws InputError naming file and line (or byte offset) and the remedy.
     virtual PolygonSoup read(const std::filesystem::path& file) const = 0;
 
-    /// The same from memory; `name` is for messages and for finding neighbouring files (MTL).
+    /// The same from memory; `name` is for messages and for finding neighbouring files (MTL), which the
+    /// reader enters in PolygonSoup::files.
     virtual PolygonSoup parse(std::string_view content, const std::filesystem::path& name) const = 0;
 };
 
-/// Reads `file` with the registered reader for its extension (upper or lower case).
+/// Reads `file` with the registered reader for its extension (upper or lower case), and enters it in
+/// PolygonSoup::files.
 /// Throws InputError if the file cannot be opened or no reader handles the extension (listing the known ones).
 PolygonSoup read_soup(const Registry& registry, const std::filesystem::path& file);
 

@@ -65,7 +65,7 @@ class SceneFile {
         for (const JsonValue& mesh : meshes.items) {
             read_mesh(mesh);
         }
-        soup_.notes.insert(soup_.notes.end(), textures_.notes().begin(), textures_.notes().end());
+        textures_.report(soup_);
         settle_textures(soup_);
         return std::move(soup_);
     }
@@ -305,8 +305,10 @@ PolygonSoup read_scene(const Registry& registry, const std::filesystem::path& fi
     if (lower_case(file.extension().string()) != ".json") {
         return read_soup(registry, file);
     }
-    return parse_scene(read_file(file), file,
-                       [&](const std::filesystem::path& mesh) { return read_soup(registry, mesh); });
+    PolygonSoup soup = parse_scene(read_file(file), file,
+                                   [&](const std::filesystem::path& mesh) { return read_soup(registry, mesh); });
+    soup.files.insert(soup.files.begin(), file);
+    return soup;
 }
 
 } // namespace difusa

@@ -47,6 +47,7 @@ void read_spot(const SceneChecks& checks, const JsonValue& from, PolygonSoup& so
 void read_sky_image(const SceneChecks& checks, const JsonValue& from, PolygonSoup& soup) {
     const JsonValue& named = checks.required(from, "a sky", "file");
     const std::filesystem::path path = checks.file_beside(named, quoted("file"));
+    soup.files.push_back(path);
     // Forward as in most programs: y if z is up, -z if y is up.
     Vec3 ahead = std::abs(checks.up().y()) > 0.9 ? Vec3(-Vec3::UnitZ()) : Vec3(Vec3::UnitY());
     if (const JsonValue* given = from.find("ahead")) {

@@ -13,10 +13,16 @@ std::shared_ptr<const Texture> TextureFiles::texture(const std::filesystem::path
     }
     std::shared_ptr<const Image>& image = images_[path];
     if (!image) {
+        files_.push_back(file);
         image = std::make_shared<const Image>(read_image(file, PixelEncoding::srgb, notes_));
     }
     made.push_back({std::make_shared<const Texture>(image, wrap_u, wrap_v, placement), wrap_u, wrap_v, placement});
     return made.back().texture;
+}
+
+void TextureFiles::report(PolygonSoup& soup) const {
+    soup.files.insert(soup.files.end(), files_.begin(), files_.end());
+    soup.notes.insert(soup.notes.end(), notes_.begin(), notes_.end());
 }
 
 } // namespace difusa

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <difusa/import/image_file.h>
+#include <difusa/repair/polygon_soup.h>
 #include <difusa/scene/texture.h>
 
 #include <filesystem>
@@ -21,8 +22,8 @@ class TextureFiles {
                                            Wrap wrap_v = Wrap::repeat,
                                            const TexturePlacement& placement = TexturePlacement::Identity());
 
-    /// What the user should know about the images.
-    const std::vector<std::string>& notes() const { return notes_; }
+    /// Adds the images' files, and what the user should know about them, to `soup`.
+    void report(PolygonSoup& soup) const;
 
   private:
     struct Entry {
@@ -32,6 +33,7 @@ class TextureFiles {
     };
     std::map<std::filesystem::path, std::shared_ptr<const Image>> images_;
     std::map<std::filesystem::path, std::vector<Entry>> textures_;
+    std::vector<std::filesystem::path> files_;
     std::vector<std::string> notes_;
 };
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <sstream>
 
 namespace difusa {
 
@@ -70,7 +71,41 @@ void require_consistent(const FieldFile& field) {
                    field.quality);
 }
 
+/// Throws InternalError if a number of this row is not finite. `kind`: "vertex" or "cell".
+template <class Row>
+void require_finite(const std::string& array, const char* kind, std::size_t number, const Row& row) {
+    if (!row.allFinite()) {
+        std::ostringstream text;
+        text << "`" << array << "` of " << kind << " " << number << " is " << row
+             << ": not a result. Nothing is written; please report this with the scene and the options";
+        throw InternalError(text.str());
+    }
+}
+
+void require_finite(const std::string& array, const char* kind, const std::vector<Vec3>& vectors) {
+    for (std::size_t i = 0; i < vectors.size(); ++i) {
+        require_finite(array, kind, i, vectors[i].transpose());
+    }
+}
+
+void require_finite(const std::vector<FieldArray>& arrays, const char* kind) {
+    for (const FieldArray& array : arrays) {
+        if (const Values* values = values_of(array)) {
+            for (Eigen::Index i = 0; i < values->rows(); ++i) {
+                require_finite(array.name, kind, static_cast<std::size_t>(i), values->row(i));
+            }
+        }
+    }
+}
+
 } // namespace
+
+void require_finite(const FieldFile& field) {
+    require_finite("position", "vertex", field.points);
+    require_finite("normal", "vertex", field.normals);
+    require_finite(field.point_arrays, "vertex");
+    require_finite(field.cell_arrays, "cell");
+}
 
 void write_field(const FieldFile& field, const fs::path& file, WholeFile& whole, const Execution& execution) {
     const Writer write = writer_for(file);

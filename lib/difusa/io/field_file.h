@@ -60,6 +60,10 @@ struct FieldFile {
 /// file is left behind, and an older file under this name stays as it was.
 void write_field(const FieldFile& field, const std::filesystem::path& file, const Execution& execution = {});
 
+/// For fields that have a value everywhere: throws InternalError, naming array and vertex (or cell), if a position, a
+/// normal or a number in an array is NaN or infinite.
+void require_finite(const FieldFile& field);
+
 /// Throws what `write_field` or `write_whole_file` would throw for this name, before any work is done: unknown
 /// extension (if `field`), not a file, directory missing or not writable.
 void check_output_path(const std::filesystem::path& file, bool field);

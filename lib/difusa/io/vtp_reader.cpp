@@ -4,6 +4,7 @@
 #include <difusa/core/error.h>
 #include <difusa/import/base64.h>
 #include <difusa/import/file_content.h>
+#include <difusa/io/vtk_threads.h>
 
 #include <vtkCallbackCommand.h>
 #include <vtkCellArray.h>
@@ -429,7 +430,7 @@ FieldFile read_vtp(const std::filesystem::path& file) {
     try {
         vtkNew<QuietReader> reader;
         reader->set(complaints, file);
-        reader->Update();
+        without_vtk_threads([&] { reader->Update(); });
         if (complaints.first().empty() && reader->GetErrorCode() != 0) {
             complaints.add("unexplained error");
         }

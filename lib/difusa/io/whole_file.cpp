@@ -2,10 +2,12 @@
 
 #include <difusa/core/error.h>
 #include <difusa/io/field_file.h>
+#include <difusa/io/same_file.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <optional>
 #include <system_error>
 
 #include <fcntl.h>
@@ -54,17 +56,12 @@ fs::path directory_of(const fs::path& file) {
     return file.has_parent_path() ? file.parent_path() : fs::path(".");
 }
 
-/// The end of a chain of symbolic links, whether or not there is a file.
 fs::path follow_links(const fs::path& target) {
-    fs::path place = target;
-    std::error_code ignored;
-    for (int links = 0; fs::is_symlink(place, ignored); ++links) {
-        if (links == 40) {
-            throw ResourceError("cannot write " + quoted(target) + ": its symbolic links form a loop");
-        }
-        place = directory_of(place) / fs::read_symlink(place); // an absolute link replaces the directory
+    const std::optional<fs::path> end = end_of_links(target);
+    if (!end) {
+        throw ResourceError("cannot write " + quoted(target) + ": its symbolic links form a loop");
     }
-    return place;
+    return *end;
 }
 
 /// Names are unique among and within processes. They do not contain the target's name, whose length is limited too.

@@ -13,6 +13,8 @@ namespace difusa {
 
 namespace {
 
+constexpr std::size_t rays_in_a_row = std::size_t{1} << 16U; ///< before a look whether the computation is cancelled
+
 std::vector<Index> triangles_of(const Scene& scene, const std::vector<char>& materials) {
     std::vector<Index> triangles;
     for (Index t = 0; t < scene.mesh.triangles.size(); ++t) {
@@ -29,6 +31,26 @@ std::shared_ptr<const Shafts> shafts_for(const Scene& scene, const std::vector<c
                : std::make_shared<Shafts>(scene.mesh);
 }
 
+/// Calls `act(i, factor)` for all lights, or for DirectLight::most_sampled of them, drawn by their strength; `factor`
+/// is what makes the sum unbiased. `below`: strengths up to and including each light.
+template <class Act> void draw(const std::vector<double>& below, RandomStream& stream, const Act& act) {
+    constexpr std::size_t most = DirectLight::most_sampled;
+    if (below.size() <= most) {
+        for (std::size_t i = 0; i < below.size(); ++i) {
+            act(i, 1.0);
+        }
+        return;
+    }
+    const double along = stream.uniform(), share = below.back() / static_cast<double>(most);
+    for (std::size_t k = 0; k < most; ++k) {
+        const double target =
+            std::min((static_cast<double>(k) + along) * share, std::nextafter(below.back(), 0.0)); // rounding
+        const auto i =
+            static_cast<std::size_t>(std::upper_bound(below.begin(), below.end() - 1, target) - below.begin());
+        act(i, share / (below[i] - (i == 0 ? 0.0 : below[i - 1])));
+    }
+}
+
 } // namespace
 
 DirectLight::DirectLight(const Scene& scene, const Tracer& tracer, LightSets sets)
@@ -39,11 +61,14 @@ DirectLight::DirectLight(const Scene& scene, const Tracer& tracer, LightSets set
     for (std::size_t i = 0; i < scene_.suns.size(); ++i) {
         if ((scene_.suns[i].irradiance > 0.0).any()) {
             suns_.emplace_back(scene_.suns[i], sets_.sun[i]);
+            suns_below_.push_back(scene_.suns[i].irradiance.sum() + (suns_below_.empty() ? 0.0 : suns_below_.back()));
         }
     }
     for (std::size_t i = 0; i < scene_.point_lights.size(); ++i) {
         if ((scene_.point_lights[i].intensity > 0.0).any()) {
             points_.emplace_back(scene_.point_lights[i], sets_.point[i]);
+            points_below_.push_back(scene_.point_lights[i].intensity.sum() +
+                                    (points_below_.empty() ? 0.0 : points_below_.back()));
         }
     }
 }
@@ -60,33 +85,49 @@ Segment DirectLight::shadow_ray(const SurfacePoint& from, const Vec3& direction,
     return {from.position, from.position + way * length, from.face, none};
 }
 
-void DirectLight::add_outside(const SurfacePoint& x, std::size_t first, Worker& worker) const {
-    const auto add = [&](const Segment& segment, const Rgb& light, Index set) {
-        worker.segments.push_back(segment);
-        worker.light.push_back(light);
+void DirectLight::add_sun(const SurfacePoint& x, const SurfacePoint& from, std::size_t number, double factor,
+                          std::size_t first, Worker& worker) const {
+    const auto& [sun, set] = suns_[number];
+    const double cosine = x.normal.dot(sun.towards);
+    if (cosine > 0.0) {
+        worker.segments.push_back(shadow_ray(from, sun.towards, reach_));
+        worker.light.emplace_back(factor * cosine * sun.irradiance);
         worker.owner.push_back(first + set);
-    };
+    }
+}
+
+void DirectLight::add_point(const SurfacePoint& x, const SurfacePoint& from, std::size_t number, double factor,
+                            std::size_t first, Worker& worker) const {
+    const auto& [light, set] = points_[number];
+    const Vec3 way = light.position - x.position;
+    const double distance = way.norm();
+    const Vec3 towards = way / distance;
+    const double cosine = x.normal.dot(towards);
+    const double falloff = cosine > 0.0 ? light.falloff(-towards) : 0.0;
+    if (falloff > 0.0) {
+        // A light may lie on a face that, by rounding, ends up in front of it.
+        const Vec3 ray = light.position - from.position;
+        const double length = ray.norm(), short_of_it = std::max(0.0, length * (1.0 - 0x1p-40) - rounding_);
+        worker.segments.push_back(shadow_ray(from, ray / length, short_of_it));
+        worker.light.emplace_back(factor * cosine * falloff / (distance * distance) * light.intensity);
+        worker.owner.push_back(first + set);
+    }
+}
+
+void DirectLight::add_outside(const SurfacePoint& x, std::size_t first, Worker& worker) const {
     const SurfacePoint from = inset(scene_.mesh, x);
-    for (const auto& [sun, set] : suns_) {
-        const double cosine = x.normal.dot(sun.towards);
-        if (cosine > 0.0) {
-            add(shadow_ray(from, sun.towards, reach_), cosine * sun.irradiance, set);
-        }
+    for (std::size_t i = 0; i < suns_.size(); ++i) {
+        add_sun(x, from, i, 1.0, first, worker);
     }
-    for (const auto& [light, set] : points_) {
-        const Vec3 way = light.position - x.position;
-        const double distance = way.norm();
-        const Vec3 towards = way / distance;
-        const double cosine = x.normal.dot(towards);
-        const double falloff = cosine > 0.0 ? light.falloff(-towards) : 0.0;
-        if (falloff > 0.0) {
-            // A light may lie on a face that, by rounding, ends up in front of it.
-            const Vec3 ray = light.position - from.position;
-            const double length = ray.norm(), short_of_it = std::max(0.0, length * (1.0 - 0x1p-40) - rounding_);
-            add(shadow_ray(from, ray / length, short_of_it), cosine * falloff / (distance * distance) * light.intensity,
-                set);
-        }
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+        add_point(x, from, i, 1.0, first, worker);
     }
+}
+
+void DirectLight::add_drawn(const SurfacePoint& x, std::size_t first, RandomStream& stream, Worker& worker) const {
+    const SurfacePoint from = inset(scene_.mesh, x);
+    draw(suns_below_, stream, [&](std::size_t i, double factor) { add_sun(x, from, i, factor, first, worker); });
+    draw(points_below_, stream, [&](std::size_t i, double factor) { add_point(x, from, i, factor, first, worker); });
 }
 
 /// Casts the collected shadow rays; the results are in `blocked`.
@@ -131,7 +172,8 @@ Values DirectLight::irradiance(std::span<const SurfacePoint> x, int channels, st
         return H;
     }
     std::vector<Effort> efforts(execution.threads);
-    parallel_for(x.size(), 64, execution, [&](std::size_t begin, std::size_t end, unsigned number) {
+    const std::size_t grain = std::clamp<std::size_t>(rays_in_a_row / rays_per_point(samples), 1, 64);
+    parallel_for(x.size(), grain, execution, [&](std::size_t begin, std::size_t end, unsigned number) {
         Worker worker;
         std::vector<Rgb> by_set(sets);
         for (std::size_t i = begin; i < end; ++i) {
@@ -157,7 +199,11 @@ void DirectLight::sample(std::span<const SurfacePoint> x, RandomStream& stream, 
     std::fill(H.begin(), H.end(), Rgb(Rgb::Zero()));
     clear(worker);
     for (std::size_t i = 0; i < x.size(); ++i) {
-        add_outside(x[i], i * sets, worker);
+        if (std::max(suns_.size(), points_.size()) > most_sampled) {
+            add_drawn(x[i], i * sets, stream, worker);
+        } else {
+            add_outside(x[i], i * sets, worker);
+        }
     }
     cast(worker);
     for (std::size_t k = 0; k < worker.owner.size(); ++k) {

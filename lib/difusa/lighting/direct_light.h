@@ -6,6 +6,7 @@
 #include <difusa/lighting/area_lights.h>
 #include <difusa/scene/light_groups.h>
 
+#include <algorithm>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -16,6 +17,8 @@ namespace difusa {
 /// channel, for each set. Assigning lights to other sets changes sums over the sets by rounding only.
 class DirectLight {
   public:
+    static constexpr std::size_t most_sampled = 256; ///< suns, and point lights, that `sample` looks at
+
     /// Keeps references to the scene and what the tracer refers to.
     DirectLight(const Scene& scene, const Tracer& tracer, LightSets sets);
 
@@ -35,6 +38,12 @@ class DirectLight {
     /// Shadow rays that `irradiance` casts for a point if those of area lights settle at once.
     std::size_t rays_per_point(std::size_t samples) const {
         return suns_.size() + points_.size() + (area_lights_.count() > 0 ? samples : 0);
+    }
+
+    /// Those that `sample` casts for a point.
+    std::size_t rays_per_sample() const {
+        return std::min(suns_.size(), most_sampled) + std::min(points_.size(), most_sampled) +
+               (area_lights_.count() > 0 ? 1 : 0);
     }
 
     struct Worker {
@@ -70,14 +79,21 @@ class DirectLight {
                       std::string_view purpose, const Execution& execution, Effort& effort) const;
 
     /// Estimates with one shadow ray for each sun and point light and one for all area lights together: for x[i] from
-    /// H[i #sets] on. Exact except for area lights, which are unbiased (AreaLights::sample). `from_outside`, if not
-    /// null, is increased by the contribution of suns and point lights to all points.
+    /// H[i #sets] on. Exact except for area lights, which are unbiased (AreaLights::sample), and for more than
+    /// `most_sampled` suns or point lights, of which that many are drawn by their strength, likewise unbiased.
+    /// `from_outside`, if not null, is increased by the contribution of suns and point lights to all points.
     void sample(std::span<const SurfacePoint> x, RandomStream& stream, std::span<Rgb> H, Worker& worker,
                 Rgb* from_outside = nullptr) const;
 
   private:
-    /// Collects the shadow rays of x, whose light goes to H[first + set].
+    // Collect the shadow rays of x towards all suns and point lights, some of them, or one, whose light, times a
+    // factor, goes to H[first + set].
     void add_outside(const SurfacePoint& x, std::size_t first, Worker& worker) const;
+    void add_drawn(const SurfacePoint& x, std::size_t first, RandomStream& stream, Worker& worker) const;
+    void add_sun(const SurfacePoint& x, const SurfacePoint& from, std::size_t sun, double factor, std::size_t first,
+                 Worker& worker) const;
+    void add_point(const SurfacePoint& x, const SurfacePoint& from, std::size_t point, double factor, std::size_t first,
+                   Worker& worker) const;
     void cast(Worker& worker) const;
     Segment shadow_ray(const SurfacePoint& from, const Vec3& direction, double length) const;
 
@@ -86,6 +102,7 @@ class DirectLight {
     LightSets sets_;
     std::vector<std::pair<Sun, Index>> suns_;          ///< those that shine, and their sets
     std::vector<std::pair<PointLight, Index>> points_; ///< likewise
+    std::vector<double> suns_below_, points_below_;    ///< strengths up to and including each one
     double reach_;                                     ///< a length that leads out of the scene from any of its points
     double rounding_;                                  ///< of a position computed from scene coordinates
     std::vector<char> area_light_materials_;

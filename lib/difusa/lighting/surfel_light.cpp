@@ -152,6 +152,9 @@ SurfelLight light_on_surfels(const Scene& scene, const Surfels& surfels, const D
     parallel_for(surfels.size(), grain, execution, [&](std::size_t begin, std::size_t end, unsigned) {
         Averages averages(scene, surfels, light, channels);
         for (std::size_t s = begin; s < end; ++s) {
+            if (s % 16 == 0) {
+                execution.check();
+            }
             averages.add(static_cast<Index>(s), RandomStream(seed, "light on surfels", s), result);
         }
         cast[begin / grain] = averages.cast();

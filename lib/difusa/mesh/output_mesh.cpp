@@ -157,6 +157,53 @@ void split(Sheets& sheets, OpenMesh::EdgeHandle edge) {
     DIFUSA_REQUIRE(next_face == links.n_faces());
 }
 
+/// Triangles much lower than `max_edge` and much longer.
+std::vector<char> find_needles(const Mesh& mesh, double max_edge) {
+    constexpr double low = 1.0 / 64.0, length = 4.0; // in edges
+    std::vector<char> needle(mesh.triangles.size(), 0);
+    for (Index t = 0; t < mesh.triangles.size(); ++t) {
+        double longest = 0.0;
+        for (int k = 0; k < 3; ++k) {
+            longest = std::max(longest, (mesh.corner(t, (k + 1) % 3) - mesh.corner(t, k)).norm());
+        }
+        needle[t] = longest > length * max_edge && 2.0 * mesh.areas[t] < low * max_edge * longest ? 1 : 0;
+    }
+    return needle;
+}
+
+/// True if an edge runs inside an input triangle that is a needle.
+bool in_needle(const Sheets& sheets, const std::vector<char>& needle, OpenMesh::EdgeHandle edge) {
+    const auto& links = sheets.links;
+    const auto one = links.face_handle(links.halfedge_handle(edge, 0));
+    const auto other = links.face_handle(links.halfedge_handle(edge, 1));
+    return one.is_valid() && other.is_valid() && sheets.parent[number(one)] == sheets.parent[number(other)] &&
+           needle[sheets.parent[number(one)]] != 0;
+}
+
+/// Replaces an edge inside an input triangle by the other diagonal of its two faces, if that is much shorter.
+bool flip_to_shorter(Sheets& sheets, OpenMesh::EdgeHandle edge) {
+    auto& links = sheets.links;
+    const auto a = links.halfedge_handle(edge, 0), b = links.halfedge_handle(edge, 1);
+    const auto to_a = links.next_halfedge_handle(a), to_b = links.next_halfedge_handle(b); // to the far corners
+    const auto position = [&](OpenMesh::HalfedgeHandle h) {
+        return sheets.position[number(links.to_vertex_handle(h))];
+    };
+    if ((position(to_a) - position(to_b)).squaredNorm() > 0.5 * sheets.squared_length(edge) ||
+        !links.is_flip_ok(edge)) {
+        return false;
+    }
+    const Eigen::Vector2d q = sheets.place[number(a)], p = sheets.place[number(b)], r = sheets.place[number(to_a)],
+                          s = sheets.place[number(to_b)];
+    const auto turn = [](const Eigen::Vector2d& x, const Eigen::Vector2d& y) { return x[0] * y[1] - x[1] * y[0]; };
+    if (!(turn(q - s, r - s) > 0.0 && turn(p - r, s - r) > 0.0)) { // the faces are no convex quadrangle
+        return false;
+    }
+    links.flip(edge);
+    sheets.place[number(a)] = r;
+    sheets.place[number(b)] = s;
+    return true;
+}
+
 /// No refinement has fewer triangles: a triangle without an edge longer than d has at most the area of the equilateral
 /// one, and a triangle whose sides are divided into n pieces in total is divided into at least n - 2.
 double least_triangles(const Mesh& mesh, double max_edge) {
@@ -197,6 +244,9 @@ double least_triangles(const Mesh& mesh, double max_edge) {
 /// Whether and where an edge is split depends only on its two ends, so sheets that touch along an edge without being
 /// joined still get the same points on it. The longest edge of all is also the longest of its triangles, hence no new
 /// edge is longer, and angles stay at least half as large as the smallest of the input (Rosenberg and Stenger 1975).
+///
+/// In a needle each half would again have two long sides, so that n pieces of its length became n^1.6 triangles. There
+/// the sides are split before the edges between them, which are then flipped: across the needle instead of along it.
 void refine(Sheets& sheets, const Mesh& mesh, double max_edge, std::size_t limit, const Execution& execution) {
     // A midpoint is rounded by at most eps * |coordinate|. From 16 times that on, the two halves and the median to the
     // opposite corner are shorter than 0.93 of the edge whatever the rounding, so this terminates.
@@ -215,10 +265,11 @@ void refine(Sheets& sheets, const Mesh& mesh, double max_edge, std::size_t limit
         }
     };
     std::priority_queue<Candidate> candidates;
+    const std::vector<char> needle = find_needles(mesh, max_edge);
     const auto consider = [&](OpenMesh::EdgeHandle edge) {
         const double squared_length = sheets.squared_length(edge);
         if (squared_length > max_edge * max_edge && can_be_halved(edge)) {
-            candidates.push({squared_length, edge.idx()});
+            candidates.push({(in_needle(sheets, needle, edge) ? 0.5 : 1.0) * squared_length, edge.idx()});
         }
     };
     auto& links = sheets.links;
@@ -231,6 +282,10 @@ void refine(Sheets& sheets, const Mesh& mesh, double max_edge, std::size_t limit
         }
         const OpenMesh::EdgeHandle edge(candidates.top().edge);
         candidates.pop();
+        if (in_needle(sheets, needle, edge) && flip_to_shorter(sheets, edge)) {
+            consider(edge);
+            continue;
+        }
         const auto old_edges = static_cast<int>(links.n_edges());
         split(sheets, edge);
         if (sheets.face_count() > limit) {

@@ -19,7 +19,8 @@ struct OutputMesh {
 };
 
 /// Refines until no edge is longer than `max_edge` (longest edges first, each split at its midpoint, identically on
-/// both sides of an edge: no cracks), keeping input vertices and the number of the input triangle.
+/// both sides of an edge: no cracks), keeping input vertices and the number of the input triangle. Edges along the
+/// inside of needles are flipped across them instead.
 ///
 /// Neighbouring triangles share vertices exactly where the surface is smooth (the input triangles turn by at most
 /// `crease_angle`, in radians, across a manifold edge) and of one material; elsewhere each side has its own. Throws

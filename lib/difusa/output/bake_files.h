@@ -15,8 +15,8 @@ namespace difusa {
 /// radiosity to linear [0,1] is in the notes), Normals. Cell arrays: original_face_id (number in the mesh file),
 /// material_id; with BakeOptions::face_centres also radiosity to emission at the centres of the triangles. With light
 /// groups, radiosity_of_NAME and irradiance_of_NAME of each, at points and centres. With an error estimate, also
-/// `residual` and `error_bound` (W/m^2, BakeResult). Notes: versions, options, seed, iterations, residual, times,
-/// materials.
+/// error_estimate, error_noise and error_discretisation (W/m^2, ErrorsAt). Notes: versions, options,
+/// seed, iterations, residual, times, materials.
 FieldFile field_of(const BakeResult& result);
 
 /// The sites as a point cloud: Normals, radius, area, coefficient (of the irradiance excluding suns, point lights and
@@ -40,7 +40,7 @@ struct BakeFiles {
 
 /// Writes field_of, sites_of, point_table and report_of as the phase "write" of `execution`. All are written before the
 /// first appears under its name: on failure none of them appears, and older files stay as they were. Throws what
-/// `write_field` throws, and Interrupted.
+/// `write_field` and `require_finite` throw, and Interrupted.
 void write_bake(const BakeResult& result, const BakeFiles& files, const Execution& execution);
 
 /// The factor from radiosity to linear display values: 0.9 over the luminance below which 95 % of the area of

@@ -7,12 +7,15 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 
 namespace difusa {
 
 namespace {
 
+/// Throws InternalError for a value that is no result.
 void append(std::string& text, double value) {
+    DIFUSA_REQUIRE(std::isfinite(value), "after `" + text.substr(text.find_last_of('\n') + 1) + "`");
     std::array<char, 32> digits{};
     const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), value);
     text += text.empty() || text.back() == '\n' ? "" : ",";

@@ -180,7 +180,7 @@ std::string report_of(const BakeResult& result) {
     const bool baked = !result.dry_run;
     Json report;
     report["schema"] = "difusa-bake-report";
-    report["schema_version"] = 1;
+    report["schema_version"] = 2;
     report["difusa_version"] = version();
     for (const auto& [name, number] : library_versions()) {
         report["library_versions"][name] = number;

@@ -220,6 +220,17 @@ std::vector<std::string> Registry::names(std::string_view kind) const {
     return names;
 }
 
+std::vector<fs::path> Registry::files() const {
+    std::vector<fs::path> files;
+    for (const LoadedPlugin& plugin : plugins_) {
+        files.push_back(plugin.file);
+    }
+    for (const RefusedPlugin& refused : refused_) {
+        files.push_back(refused.file);
+    }
+    return files;
+}
+
 std::string Registry::describe(std::string_view kind, std::string_view choice) const {
     const Choice chosen = choose(kind, choice);
     const std::string parameters = chosen.parameters.text();

@@ -45,6 +45,9 @@ class Registry {
     const std::vector<LoadedPlugin>& plugins() const { return plugins_; }
     const std::vector<RefusedPlugin>& refused() const { return refused_; }
 
+    /// The modules of all of them.
+    std::vector<std::filesystem::path> files() const;
+
     /// Makes the plugin `choice` = "name" or "name:parameter=value,...". '-' and '_' in names are equal.
     /// T is the interface, for example Basis.
     /// Throws UsageError for an unknown name (with the nearest one, and why a module of that name was refused)

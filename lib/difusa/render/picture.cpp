@@ -4,6 +4,7 @@
 #include <difusa/core/memory.h>
 #include <difusa/core/parallel.h>
 #include <difusa/core/random.h>
+#include <difusa/core/text.h>
 #include <difusa/mesh/smooth_sides.h>
 #include <difusa/plugin/parameters.h>
 #include <difusa/radiosity/error_estimate.h>
@@ -49,6 +50,7 @@ constexpr Name names[] = {
 };
 
 Pixel pixel_of(const Rgb& c) {
+    DIFUSA_REQUIRE(c.allFinite(), text_of(c[0]) + "," + text_of(c[1]) + "," + text_of(c[2]));
     return {static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2])};
 }
 

@@ -1,6 +1,7 @@
 #include <difusa/repair/diagnosis.h>
 
 #include <difusa/core/error.h>
+#include <difusa/core/text.h>
 #include <difusa/mesh/crossing_faces.h>
 #include <difusa/mesh/edges.h>
 #include <difusa/mesh/outline.h>
@@ -12,12 +13,17 @@
 #include <difusa/repair/soup_check.h>
 #include <difusa/repair/texture_coordinates.h>
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <tuple>
 
 namespace difusa {
 
 namespace {
+
+/// Below it products of two areas underflow.
+constexpr double least_size = 1e-75;
 
 /// The triangles on their way from the file to the mesh. Corners are numbers of points and corners of the file.
 struct Triangles {
@@ -168,6 +174,23 @@ void remove_duplicates(const PolygonSoup& soup, Triangles& triangles, FindingLis
     triangles = std::move(kept);
 }
 
+/// What to do if no face has an area: numbers may not have enough digits for them.
+std::string remedy(const PolygonSoup& soup) {
+    Eigen::AlignedBox3d box;
+    for (const Index corner : soup.corners) {
+        box.extend(soup.points[corner]);
+    }
+    const double size = box.diagonal().stableNorm(),
+                 most = box.min().cwiseAbs().cwiseMax(box.max().cwiseAbs()).maxCoeff();
+    if (size < 0x1p-30 * most) {
+        return "The mesh is " + text_of(size) + " across, at coordinates up to " + text_of(most) +
+               ", which leave too few digits for it: move it to the origin.";
+    }
+    return size < least_size
+               ? "The mesh is " + text_of(size) + " across; areas of that size underflow: use a smaller unit of length."
+               : "Correct these faces.";
+}
+
 /// Rejects a mesh without faces, and says what became of them.
 void refuse_empty(const PolygonSoup& soup, const FindingList& found) {
     std::string message = file_prefix(soup, 0);
@@ -182,7 +205,7 @@ void refuse_empty(const PolygonSoup& soup, const FindingList& found) {
     for (const Finding& finding : found.findings()) {
         message += " " + finding.message() + ".";
     }
-    throw InputError(message + " Correct these faces.");
+    throw InputError(message + " " + remedy(soup));
 }
 
 /// Points, triangles, materials and colours of the mesh, in the order of the file.

@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <span>
 #include <string>
@@ -52,6 +53,10 @@ struct PolygonSoup {
 
     /// Notes of the reader for the user ("2 lines of kind `l` carry no surface").
     std::vector<std::string> notes;
+
+    /// Every file that was read: the mesh or scene file itself, what it names, and what those name. None may be
+    /// overwritten by what is made from them.
+    std::vector<std::filesystem::path> files;
 
     std::size_t face_count() const { return first_corner.size() - 1; }
     /// True if faces without a material take their reflectance from their corner colours.

@@ -9,6 +9,7 @@
 #include <difusa/discretisation/discretisation.h>
 #include <difusa/discretisation/sampler.h>
 #include <difusa/import/scene_file.h>
+#include <difusa/io/same_file.h>
 #include <difusa/mesh/point_tree.h>
 #include <difusa/rays/visibility.h>
 #include <difusa/rays/visibility_choice.h>
@@ -228,6 +229,15 @@ void judge_elements(BasisInspection& result, const Basis& basis, const Execution
     result.mean_lebesgue /= area;
 }
 
+void read_mesh(BasisInspection& result, const Registry& registry, const std::filesystem::path& file) {
+    const PolygonSoup soup = read_scene(registry, file);
+    refuse_to_overwrite(soup.files, result.options.outputs);
+    refuse_to_overwrite(registry.files(), result.options.outputs);
+    DiagnosedMesh diagnosed = diagnose(soup);
+    result.diagnosis = std::move(diagnosed.diagnosis);
+    result.mesh = std::move(diagnosed.mesh);
+}
+
 } // namespace
 
 BasisInspection inspect_basis(const Registry& registry, const std::filesystem::path& file,
@@ -257,9 +267,7 @@ BasisInspection inspect_basis(const Registry& registry, const std::filesystem::p
     }
 
     execution.phase("read");
-    DiagnosedMesh diagnosed = diagnose(read_scene(registry, file));
-    result.diagnosis = std::move(diagnosed.diagnosis);
-    result.mesh = std::move(diagnosed.mesh);
+    read_mesh(result, registry, file);
     if (execution.progress != nullptr) {
         for (const Finding& finding : result.diagnosis.findings) {
             if (finding.repaired) {

@@ -28,6 +28,7 @@ struct InspectOptions {
     std::uint64_t seed = 1;
     std::vector<Index> elements; ///< elements to show
     std::vector<Vec3> near; ///< and those with sites nearest to these points; if both are empty, to the mesh's centroid
+    std::vector<std::filesystem::path> outputs; ///< as BakeOptions::outputs
 };
 
 struct BasisInspection {
@@ -57,8 +58,8 @@ struct BasisInspection {
 };
 
 /// Reads the mesh, places sites, binds the basis, and evaluates it. Each step reports itself as a phase of
-/// `execution.progress`. Throws UsageError (plugin, option, or a nonexistent element: names the range), InputError,
-/// ResourceError, Interrupted.
+/// `execution.progress`. Throws UsageError (plugin, option, or a nonexistent element: names the range; an
+/// output that would overwrite a file that is read), InputError, ResourceError, Interrupted.
 BasisInspection inspect_basis(const Registry& registry, const std::filesystem::path& file,
                               const InspectOptions& options, const Execution& execution);
 

@@ -79,6 +79,8 @@ const std::vector<Column>& columns() {
         {"indirect_relative_p99", indirect<&ErrorNorms::percentile99>},
         {"indirect_relative_bias", indirect<&ErrorNorms::bias>},
         {"l2_error_W_per_m2", [](const Measurement& m) { return known(m, m.total.l2.error); }},
+        {"estimate_W_per_m2", [](const Measurement& m) { return known(m, m.estimate.rms); }},
+        {"estimate_high_W_per_m2", [](const Measurement& m) { return known(m, m.estimate.high); }},
         {"bound_W_per_m2", [](const Measurement& m) { return known(m, m.bound); }},
         {"bound_over_error", bound_over_error},
     };
