@@ -6,7 +6,9 @@
 #include <difusa/mesh/nearest_surface.h>
 #include <difusa/mesh/output_mesh.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace difusa {
 
@@ -37,22 +39,34 @@ PointValues values_at(const BakeResult& result, const std::vector<SurfacePoint>&
     return values;
 }
 
-/// The root mean square of the noise around each vertex (the difference of two halves may vanish by chance: the root
-/// mean square around a vertex does not): #V by 1, W/m².
-Values noise_around(const BakeResult& result) {
+struct GatherNoise {
+    Values around;    ///< #V by 1: root mean square over the triangles at each vertex, W/m²
+    double rms = 0.0; ///< over the area, W/m²
+};
+
+/// The difference of two halves may vanish at a vertex by chance, but hardly at all around it.
+GatherNoise noise_of(const BakeResult& result) {
     const auto count = static_cast<Eigen::Index>(result.mesh.vertices.size());
     Values sum = Values::Zero(count, 1), weight = Values::Zero(count, 1);
+    double all = 0.0, area = 0.0;
     for (const auto& triangle : result.mesh.triangles) {
+        const Vec3& a = result.mesh.vertices[triangle[0]].position;
+        const double own = 0.5 * (result.mesh.vertices[triangle[1]].position - a)
+                                     .cross(result.mesh.vertices[triangle[2]].position - a)
+                                     .norm();
         double squares = 0.0;
         for (const Index v : triangle) {
-            squares += result.output.noise.row(static_cast<Eigen::Index>(v)).squaredNorm() / 3.0;
+            squares += own / 3.0 * result.output.noise.row(static_cast<Eigen::Index>(v)).squaredNorm();
         }
+        all += squares;
+        area += own;
         for (const Index v : triangle) {
             sum(static_cast<Eigen::Index>(v), 0) += squares;
-            weight(static_cast<Eigen::Index>(v), 0) += 1.0;
+            weight(static_cast<Eigen::Index>(v), 0) += own;
         }
     }
-    return (sum.array() / weight.array().max(1.0)).sqrt();
+    const double least = std::numeric_limits<double>::min();
+    return {(sum.array() / weight.array().max(least)).sqrt(), std::sqrt(all / std::max(least, area))};
 }
 
 void map_errors(BakeResult& result, const Execution& execution) {
@@ -62,8 +76,9 @@ void map_errors(BakeResult& result, const Execution& execution) {
         result.errors = map.at(result.mesh.vertices, execution);
         return;
     }
-    judge_gathered(error, std::sqrt(result.output.noise.rowwise().squaredNorm().mean()));
-    result.errors = map.gathered_at(result.mesh.vertices, noise_around(result), execution);
+    const GatherNoise noise = noise_of(result);
+    judge_gathered(error, noise.rms);
+    result.errors = map.gathered_at(result.mesh.vertices, noise.around, execution);
 }
 
 } // namespace
@@ -108,8 +123,7 @@ void estimate_error_of(BakeResult& result, const Execution& execution) {
         return;
     }
     execution.phase("estimate error");
-    result.error = estimate_error(result.solution, points, error_rays(result.options),
-                                  result.options.seed, execution);
+    result.error = estimate_error(result.solution, points, error_rays(result.options), result.options.seed, execution);
     if (!(result.error->largest_reflectance < 1.0)) {
         execution.note("some surface absorbs nothing (reflectance 1): the error is estimated, but has no proven bound");
     }

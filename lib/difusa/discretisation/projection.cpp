@@ -195,7 +195,8 @@ struct Projection::Map::Inverse final : Map {
 struct Projection::Map::Correction final : Map {
     RowMatrix Z;
     int sweeps;
-    Correction(RowMatrix collocation, int count) : Z(std::move(collocation)), sweeps(count) {}
+    /// Takes the matrix over.
+    Correction(RowMatrix& collocation, int count) : sweeps(count) { Z.swap(collocation); }
     Values apply(const Values& values, const Execution& execution) const override {
         Values b = values, next(values.rows(), values.cols());
         for (int k = 0; k < sweeps; ++k) {
@@ -334,7 +335,7 @@ Projection::Projection(const Basis& basis, const SiteSet& sites, const Projectio
     if (kind == ProjectionKind::interpolation) {
         map_ = std::make_unique<Map::Inverse>(Z);
     } else if (kind == ProjectionKind::corrected) {
-        map_ = std::make_unique<Map::Correction>(std::move(Z), choice.sweeps);
+        map_ = std::make_unique<Map::Correction>(Z, choice.sweeps);
     } else {
         const Eigen::VectorXd W = kind == ProjectionKind::galerkin ? quadrature_weights(sites, points, integrals)
                                                                    : Eigen::VectorXd::Ones(Z.rows());

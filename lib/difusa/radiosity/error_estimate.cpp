@@ -4,6 +4,7 @@
 #include <difusa/discretisation/evaluate.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -11,7 +12,7 @@ namespace difusa {
 
 namespace {
 
-constexpr std::size_t groups = 3; ///< of error points, p being known from each by itself
+constexpr auto groups = static_cast<Eigen::Index>(ErrorPoints::groups); ///< p is known from each by itself
 
 /// The mean of `values` over the area, its standard error, how many points of equal values would leave as much doubt
 /// (Kish 1965), and by how much a point raises the mean at most.
@@ -136,8 +137,9 @@ class Estimation {
         Values b = Values::Zero(static_cast<Eigen::Index>(surfels.size()), channels * groups);
         for (std::size_t p = 0; p < result_.points; ++p) {
             const Index s = result_.at.surfel[p];
-            b.row(s).segment(group_of(p) * channels, channels) +=
-                groups * result_.at.weight[p] / surfels.area(s) * residual.row(static_cast<Eigen::Index>(p));
+            b.row(s).segment(group_of(p) * channels, channels) += static_cast<double>(groups) * result_.at.weight[p] /
+                                                                  surfels.area(s) *
+                                                                  residual.row(static_cast<Eigen::Index>(p));
         }
         SolveOptions solve;
         solve.tolerance = 0.05;
@@ -148,7 +150,7 @@ class Estimation {
         carried_ = evaluate(*discretisation.basis, c, result_.at.place, execution_);
     }
 
-    static Eigen::Index group_of(std::size_t p) { return static_cast<Eigen::Index>(p % groups); }
+    Eigen::Index group_of(std::size_t p) const { return static_cast<Eigen::Index>(result_.at.group[p]); }
 
     /// p at point number `p`, from group `g`.
     Eigen::RowVectorXd carried(std::size_t p, Eigen::Index g) const {
@@ -164,8 +166,8 @@ class Estimation {
             const auto row = static_cast<Eigen::Index>(p);
             Eigen::RowVectorXd e_1 = r_1.row(row), e_2 = r_2.row(row);
             if (with_carried) {
-                e_1 += carried(p, (group_of(p) + 1) % static_cast<Eigen::Index>(groups));
-                e_2 += carried(p, (group_of(p) + 2) % static_cast<Eigen::Index>(groups));
+                e_1 += carried(p, (group_of(p) + 1) % groups);
+                e_2 += carried(p, (group_of(p) + 2) % groups);
             }
             squares[p] = e_1.dot(e_2);
         }
@@ -176,10 +178,36 @@ class Estimation {
     std::vector<double> carried_squares() const {
         std::vector<double> squares(result_.points);
         for (std::size_t p = 0; p < result_.points; ++p) {
-            squares[p] = carried(p, (group_of(p) + 1) % static_cast<Eigen::Index>(groups))
-                             .dot(carried(p, (group_of(p) + 2) % static_cast<Eigen::Index>(groups)));
+            squares[p] = carried(p, (group_of(p) + 1) % groups).dot(carried(p, (group_of(p) + 2) % groups));
         }
         return squares;
+    }
+
+    /// Adds to the standard error of the mean of |r + p|² that of p, which all points share: of 2 <r + p, p>, from the
+    /// differences between the groups. Without `measured`, r = 0.
+    Mean with_doubt_of_carried(Mean mean, const Measured* measured) const {
+        std::array<double, ErrorPoints::groups> overlap{};
+        const Values r = measured == nullptr ? Values(Values::Zero(rho_.rows(), rho_.cols()))
+                                             : Values(0.5 * (measured->residual(measured->first, rho_) +
+                                                             measured->residual(measured->second, rho_)));
+        for (std::size_t p = 0; p < result_.points; ++p) {
+            Eigen::RowVectorXd e = r.row(static_cast<Eigen::Index>(p));
+            for (Eigen::Index g = 0; g < groups; ++g) {
+                e += carried(p, g) / static_cast<double>(groups);
+            }
+            for (Eigen::Index g = 0; g < groups; ++g) {
+                overlap[static_cast<std::size_t>(g)] += result_.at.weight[p] / scene_.mesh.area * e.dot(carried(p, g));
+            }
+        }
+        double centre = 0.0, squares = 0.0;
+        for (const double each : overlap) {
+            centre += each / static_cast<double>(groups);
+        }
+        for (const double each : overlap) {
+            squares += (each - centre) * (each - centre) / static_cast<double>(groups - 1);
+        }
+        mean.deviation = std::hypot(mean.deviation, 2.0 * std::sqrt(squares / static_cast<double>(groups)));
+        return mean;
     }
 
     void judge() {
@@ -187,9 +215,9 @@ class Estimation {
         const ErrorPoints& at = result_.at;
         result_.squared = squares(total_, false);
         result_.residual = root_of(mean_over(at, area, result_.squared));
-        result_.total = root_of(mean_over(at, area, squares(total_, true)));
-        result_.carried_rms = root_of(mean_over(at, area, carried_squares()));
-        result_.indirect = root_of(mean_over(at, area, squares(indirect_, true)));
+        result_.total = root_of(with_doubt_of_carried(mean_over(at, area, squares(total_, true)), &total_));
+        result_.carried_rms = root_of(with_doubt_of_carried(mean_over(at, area, carried_squares()), nullptr));
+        result_.indirect = root_of(with_doubt_of_carried(mean_over(at, area, squares(indirect_, true)), &indirect_));
         std::vector<double> reflected(result_.points);
         for (std::size_t p = 0; p < result_.points; ++p) {
             const auto row = static_cast<Eigen::Index>(p);

@@ -16,7 +16,8 @@
 
 namespace difusa {
 
-/// A root mean square over the area, all channels together, W/m²: estimate, and ends of the 95 % confidence interval.
+/// The root of the mean over the area of the sum of the squares of all channels, W/m²: estimate, and ends of the 95 %
+/// confidence interval.
 struct RmsEstimate {
     double rms = 0.0, low = 0.0, high = 0.0;
 };
@@ -32,7 +33,7 @@ struct ErrorEstimate {
     RmsEstimate carried_rms; ///< p
 
     double largest_reflectance = 0.0; ///< rho_max
-    double noise = 0.0;               ///< rms over the vertices of a gathered output of its noise, W/m²; else 0
+    double noise = 0.0;               ///< rms over the area of a gathered output of its noise, W/m²; else 0
     double bound = 0.0; ///< residual.high / (1 - rho_max), W/m²; infinite if some surface absorbs nothing
 
     // What was measured, to be spread over the surface (error_map.h):
@@ -47,7 +48,8 @@ struct ErrorEstimate {
 ErrorEstimate estimate_error(const Solution& solution, std::size_t points, std::size_t rays, std::uint64_t seed,
                              const Execution& execution);
 
-/// The same for the light gathered at points from this solution: e = p, plus the noise of the gathering (rms, W/m²).
+/// The same for the light gathered at points from this solution: e = p, plus the noise of the gathering (rms over the
+/// area, W/m²), all of which counts as error of the indirect light too.
 void judge_gathered(ErrorEstimate& estimate, double noise);
 
 /// The largest reflectance of the scene, over faces and channels.

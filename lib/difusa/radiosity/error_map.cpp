@@ -1,6 +1,9 @@
 #include <difusa/radiosity/error_map.h>
 
 #include <difusa/core/parallel.h>
+#include <difusa/core/random.h>
+#include <difusa/discretisation/evaluate.h>
+#include <difusa/mesh/surface_sampling.h>
 
 #include <algorithm>
 #include <cmath>
@@ -23,14 +26,15 @@ ErrorMap::ErrorMap(const Solution& solution, const ErrorEstimate& estimate, std:
                    const Execution& execution)
     : solution_(solution), estimate_(estimate),
       coefficients_(sum_of_parts(solution.field->parts().smooth, solution.field->channels())) {
+    const Discretisation& discretisation = solution.field->parts().system->discretisation();
     Values irradiance;
-    solution.field->parts().system->discretisation().averages->apply(coefficients_, irradiance, execution);
-    noise_ = variance_of_rays(solution, irradiance, execution);
-    const Basis& basis = *solution.field->parts().system->discretisation().basis;
-    double measured = 0.0, expected = 0.0;
+    discretisation.averages->apply(coefficients_, irradiance, execution);
+    const Values variance = variance_of_rays(solution, irradiance, execution);
+    noise_ = variance.topRows(static_cast<Eigen::Index>(discretisation.sites->size()));
     BasisRow row;
+    double measured = 0.0, expected = 0.0;
     for (std::size_t p = 0; p < estimate.at.size(); ++p) {
-        basis.evaluate(estimate.at.place[p], row);
+        discretisation.basis->evaluate(estimate.at.place[p], row);
         double here = 0.0;
         for (std::size_t k = 0; k < row.element.size(); ++k) {
             here += row.weight[k] * noise_.row(static_cast<Eigen::Index>(row.element[k])).sum();
@@ -38,11 +42,40 @@ ErrorMap::ErrorMap(const Solution& solution, const ErrorEstimate& estimate, std:
         measured += estimate.at.weight[p] * estimate.spread[p];
         expected += estimate.at.weight[p] * std::max(0.0, here);
     }
-    const double factor = expected > 0.0 ? measured / expected : 0.0;
-    noise_ *= factor * std::pow(static_cast<double>(rays) /
-                                    static_cast<double>(std::max<std::size_t>(1, estimate.rays_per_gather)),
-                                decline);
+    const double gathered = static_cast<double>(std::max<std::size_t>(1, estimate.rays_per_gather));
+    const double of_rays =
+        expected > 0.0 ? measured / expected * std::pow(static_cast<double>(rays) / gathered, decline) : 0.0;
+    noise_ *= of_rays * passed_on(variance, execution);
     fit();
+}
+
+/// What the projection makes of noise: the variance of the field at the error points if the light at the points is off
+/// by random signs times its standard deviation, over what `local` expects of coefficients that are the light itself.
+double ErrorMap::passed_on(const Values& variance, const Execution& execution) const {
+    constexpr Eigen::Index probes = 4;
+    const Discretisation& discretisation = solution_.field->parts().system->discretisation();
+    Values probe(variance.rows(), probes);
+    for (Eigen::Index i = 0; i < probe.rows(); ++i) {
+        RandomStream stream(0, "signs", static_cast<std::uint64_t>(i));
+        const double deviation = std::sqrt(variance.row(i).sum());
+        for (Eigen::Index k = 0; k < probes; ++k) {
+            probe(i, k) = stream.below(2) == 0 ? deviation : -deviation;
+        }
+    }
+    const Values field = evaluate(*discretisation.basis, discretisation.evaluation->coefficients(probe, execution),
+                                  estimate_.at.place, execution);
+    double got = 0.0, plain = 0.0;
+    BasisRow row;
+    for (std::size_t p = 0; p < estimate_.at.size(); ++p) {
+        discretisation.basis->evaluate(estimate_.at.place[p], row);
+        double here = 0.0;
+        for (std::size_t k = 0; k < row.element.size(); ++k) {
+            here += row.weight[k] * row.weight[k] * variance.row(static_cast<Eigen::Index>(row.element[k])).sum();
+        }
+        got += estimate_.at.weight[p] * field.row(static_cast<Eigen::Index>(p)).squaredNorm() / probes;
+        plain += estimate_.at.weight[p] * here;
+    }
+    return plain > 0.0 ? got / plain : 0.0;
 }
 
 ErrorMap::Local ErrorMap::local(const SurfacePoint& x, const BasisRow& row) const {
@@ -98,7 +131,7 @@ ErrorsAt ErrorMap::at(std::span<const SurfacePoint> x, const Execution& executio
     parallel_for(x.size(), 256, execution, [&](std::size_t begin, std::size_t end, unsigned) {
         BasisRow row;
         for (std::size_t i = begin; i < end; ++i) {
-            basis.evaluate(x[i], row);
+            basis.evaluate(inset(solution_.field->parts().scene->mesh, x[i]), row);
             const Local here = local(x[i], row);
             double ratio = 0.0, seen = 0.0;
             for (std::size_t k = 0; k < row.element.size(); ++k) {
@@ -124,7 +157,7 @@ ErrorsAt ErrorMap::gathered_at(std::span<const SurfacePoint> x, const Values& no
     parallel_for(x.size(), 256, execution, [&](std::size_t begin, std::size_t end, unsigned) {
         BasisRow row;
         for (std::size_t i = begin; i < end; ++i) {
-            basis.evaluate(x[i], row);
+            basis.evaluate(inset(solution_.field->parts().scene->mesh, x[i]), row);
             const double carried = local(x[i], row).carried;
             const auto at = static_cast<Eigen::Index>(i);
             errors.discretisation(at, 0) = std::sqrt(carried);

@@ -8,16 +8,17 @@
 
 namespace difusa {
 
-/// Estimated errors of the radiosity at points, root mean squares over all channels: #x by 1, W/m².
+/// Estimated errors of the radiosity at points, roots of the sum of the squares of all channels: #x by 1, W/m².
 struct ErrorsAt {
     Values noise;          ///< of the rays cast from the sites
-    Values discretisation; ///< what the basis cannot represent
+    Values discretisation; ///< what the basis cannot represent; of gathered light, what bounces carry on to it
     Values error;          ///< of both, and of what bounces carry on from elsewhere
 };
 
 /// The noise of a site follows from the variance of the light that its rays met: it is in proportion to it, with a
-/// factor that the error points tell. The rest of the residual is the basis's: in proportion to how much the
-/// coefficients vary among the basis functions at a point, with a factor from the error points around it.
+/// factor that the error points tell, and with what the projection makes of it. The rest of the residual is the
+/// basis's: in proportion to how much the coefficients vary among the basis functions at a point, with a factor from
+/// the error points around it.
 class ErrorMap {
   public:
     /// `rays`: from each site. Keeps references.
@@ -31,6 +32,7 @@ class ErrorMap {
   private:
     struct Local;
     Local local(const SurfacePoint& x, const BasisRow& row) const;
+    double passed_on(const Values& variance, const Execution& execution) const;
     void fit();
 
     const Solution& solution_;

@@ -1,5 +1,7 @@
 #include <difusa/radiosity/error_points.h>
 
+#include <difusa/algebra/hit_lists.h>
+#include <difusa/core/error.h>
 #include <difusa/core/parallel.h>
 #include <difusa/core/random.h>
 #include <difusa/scene/sky_parts.h>
@@ -7,10 +9,14 @@
 #include <algorithm>
 #include <array>
 #include <numeric>
+#include <utility>
+#include <vector>
 
 namespace difusa {
 
 namespace {
+
+constexpr double rounding = 1e-12; ///< of a variance, relative to the square of the mean
 
 /// The light of the total: on the surfels according to the coefficients, and its variance over the rays of each site.
 struct Light {
@@ -24,8 +30,57 @@ Light light_of(const Solution& solution, const Execution& execution) {
     Light light;
     P.apply(c, light.mean, execution);
     P.apply(c.cwiseAbs2(), light.square, execution);
-    P.apply(variance_of_rays(solution, light.mean, execution), light.noise, execution);
+    const auto sites = static_cast<Eigen::Index>(P.columns());
+    P.apply(variance_of_rays(solution, light.mean, execution).topRows(sites), light.noise, execution);
     return light;
+}
+
+/// The mixture's integral over each surfel; they sum to 1, or all are 0 if nothing reflects.
+std::vector<double> density_of(const Solution& solution, const Execution& execution) {
+    const Surfels& surfels = *solution.field->parts().system->discretisation().surfels;
+    const Values& rho = solution.light.reflectance;
+    const Light light = light_of(solution, execution);
+    std::array<std::vector<double>, 3> parts;
+    parts.fill(std::vector<double>(surfels.size()));
+    std::vector<double> brightness(surfels.size()); // by which variances that are rounding errors are told from others
+    parallel_for(surfels.size(), 4096, execution, [&](std::size_t begin, std::size_t end, unsigned) {
+        for (std::size_t s = begin; s < end; ++s) {
+            const auto row = static_cast<Eigen::Index>(s);
+            const Eigen::RowVectorXd rho_2 = rho.row(row).cwiseAbs2() * surfels.area(static_cast<Index>(s));
+            const Eigen::RowVectorXd mean_2 = light.mean.row(row).cwiseAbs2();
+            parts[0][s] = rho_2.sum();
+            parts[1][s] = rho_2.dot((light.square.row(row) - mean_2).cwiseMax(0.0));
+            parts[2][s] = rho_2.dot(light.noise.row(row).cwiseMax(0.0));
+            brightness[s] = rho_2.dot(mean_2);
+        }
+    });
+    const double least = rounding * std::accumulate(brightness.begin(), brightness.end(), 0.0);
+    std::array<double, 3> factor{};
+    double present = 0.0;
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+        const double sum = std::accumulate(parts[k].begin(), parts[k].end(), 0.0);
+        factor[k] = sum > (k == 0 ? 0.0 : least) ? 1.0 / sum : 0.0;
+        present += factor[k] > 0.0 ? 1.0 : 0.0;
+    }
+    std::vector<double> density(surfels.size(), 0.0);
+    for (std::size_t s = 0; s < surfels.size() && factor[0] > 0.0; ++s) {
+        for (std::size_t k = 0; k < parts.size(); ++k) {
+            density[s] += factor[k] / present * parts[k][s];
+        }
+    }
+    return density;
+}
+
+/// Of each share of [0, 1) one number for each group, in ascending order, with the groups.
+std::vector<std::pair<double, Index>> places_in_shares(std::size_t shares, RandomStream& stream) {
+    std::vector<std::pair<double, Index>> places;
+    for (std::size_t share = 0; share < shares; ++share) {
+        for (Index g = 0; g < ErrorPoints::groups; ++g) {
+            places.emplace_back((static_cast<double>(share) + stream.uniform()) / static_cast<double>(shares), g);
+        }
+    }
+    std::sort(places.begin(), places.end());
+    return places;
 }
 
 } // namespace
@@ -34,6 +89,9 @@ Values variance_of_rays(const Solution& solution, const Values& irradiance, cons
     const FieldParts& parts = solution.field->parts();
     const RadiositySystem& system = *parts.system;
     const SurfelLight& light = solution.light;
+    if (dynamic_cast<const HitLists*>(system.transport().W.get()) == nullptr) {
+        return Values::Zero(static_cast<Eigen::Index>(system.transport().points()), parts.channels);
+    }
     Values b = irradiance;
     if (!parts.direct_in_basis) {
         b += sum_of_parts(light.direct, parts.channels);
@@ -43,69 +101,46 @@ Values variance_of_rays(const Solution& solution, const Values& irradiance, cons
     Values mean, square;
     system.transport().gather(b, sky, mean, execution);
     system.transport().gather(b.cwiseAbs2(), sky.cwiseAbs2(), square, execution);
-    const auto sites = static_cast<Eigen::Index>(system.discretisation().sites->size());
-    return (square - mean.cwiseAbs2()).topRows(sites).cwiseMax(0.0);
+    return (square - mean.cwiseAbs2()).cwiseMax(0.0);
 }
 
 ErrorPoints draw_error_points(const Solution& solution, std::size_t count, std::uint64_t seed,
                               const Execution& execution) {
-    const FieldParts& parts = solution.field->parts();
-    const Surfels& surfels = *parts.system->discretisation().surfels;
-    const Values& rho = solution.light.reflectance;
-    const Light light = light_of(solution, execution);
-    // Densities, to be mixed in equal parts.
-    std::array<std::vector<double>, 3> density;
-    density.fill(std::vector<double>(surfels.size()));
-    parallel_for(surfels.size(), 4096, execution, [&](std::size_t begin, std::size_t end, unsigned) {
-        for (std::size_t s = begin; s < end; ++s) {
-            const auto row = static_cast<Eigen::Index>(s);
-            const Eigen::RowVectorXd rho_2 = rho.row(row).cwiseAbs2() * surfels.area(static_cast<Index>(s));
-            density[0][s] = rho_2.sum();
-            density[1][s] = rho_2.dot((light.square.row(row) - light.mean.row(row).cwiseAbs2()).cwiseMax(0.0));
-            density[2][s] = rho_2.dot(light.noise.row(row).cwiseMax(0.0));
-        }
-    });
-    std::array<double, 3> part{};
-    double parts_present = 0.0;
-    for (std::size_t k = 0; k < density.size(); ++k) {
-        part[k] = std::accumulate(density[k].begin(), density[k].end(), 0.0);
-        parts_present += part[k] > 0.0 ? 1.0 : 0.0;
-    }
+    const Surfels& surfels = *solution.field->parts().system->discretisation().surfels;
+    const std::vector<double> density = density_of(solution, execution);
+    const double all = std::accumulate(density.begin(), density.end(), 0.0); // 1 up to rounding
     ErrorPoints points;
-    if (!(part[0] > 0.0)) {
+    if (!(all > 0.0)) {
         return points;
     }
-    for (double& sum : part) {
-        sum = sum > 0.0 ? 1.0 / (sum * parts_present) : 0.0;
-    }
     RandomStream stream(seed, "error points");
-    double reflecting = 0.0, all_weights = 0.0; // areas
+    const std::vector<std::pair<double, Index>> places =
+        places_in_shares((count + ErrorPoints::groups - 1) / ErrorPoints::groups, stream);
     std::vector<Surfels::Piece> pieces;
-    double below = 0.0; // the density's integral over the surfels up to the current one
-    double wanted = stream.uniform() / static_cast<double>(count);
+    double below = 0.0, area = 0.0, weights = 0.0;
     for (Index s = 0; s < surfels.size(); ++s) {
-        double own = 0.0;
-        for (std::size_t k = 0; k < density.size(); ++k) {
-            own += part[k] * density[k][s];
+        if (!(density[s] > 0.0)) {
+            continue;
         }
-        below += own;
-        reflecting += own > 0.0 ? surfels.area(s) : 0.0;
+        below += density[s];
+        area += surfels.area(s);
         bool known = false;
-        while (points.size() < count && own > 0.0 && wanted < below) {
+        while (points.size() < places.size() && places[points.size()].first * all < below) {
             if (!known) {
                 surfels.pieces(s, pieces);
                 known = true;
             }
+            points.group.push_back(places[points.size()].second);
             const double u = stream.uniform(), v = stream.uniform();
             points.place.push_back(surfels.point_on(pieces, u, v));
-            points.weight.push_back(surfels.area(s) / (own * static_cast<double>(count)));
             points.surfel.push_back(s);
-            all_weights += points.weight.back();
-            wanted = (static_cast<double>(points.size()) + stream.uniform()) / static_cast<double>(count);
+            points.weight.push_back(surfels.area(s) / (density[s] * static_cast<double>(places.size())));
+            weights += points.weight.back();
         }
     }
+    DIFUSA_REQUIRE(points.size() == places.size());
     for (double& weight : points.weight) {
-        weight *= reflecting / all_weights; // so that constants are integrated exactly
+        weight *= area / weights; // so that constants are integrated exactly
     }
     return points;
 }

@@ -14,20 +14,24 @@ struct ErrorPoints {
     std::vector<SurfacePoint> place;
     std::vector<double> weight; ///< area
     std::vector<Index> surfel;  ///< each is on
+    std::vector<Index> group;   ///< each belongs to: of `groups` of equal size, independent of each other
+
+    static constexpr Index groups = 3;
 
     std::size_t size() const { return place.size(); }
 };
 
-/// `count` points (one fewer by rounding), one from each of as many equal shares of a density over the surfels: in
-/// equal parts in proportion to rho², with which the square of an error of the irradiance counts in the radiosity; to
-/// rho² times the variance of the coefficients among the basis functions there, because the error of an approximation
-/// grows with the variation of what it approximates; and to rho² times the variance over the rays of the sites, which
-/// makes their noise. None if nothing reflects.
+/// `count` points, rounded up to a multiple of the groups: one of each group from each of as many equal shares of a
+/// density over the surfels as there are points in a group. The density is a mixture: in equal parts in proportion to
+/// rho², with which the square of an error of the irradiance counts in the radiosity; to rho² times the variance of the
+/// coefficients among the basis functions there, because the error of an approximation grows with the variation of what
+/// it approximates; and to rho² times the variance over the rays of the sites, which makes their noise (zero for
+/// transport without rays). None if nothing reflects.
 ErrorPoints draw_error_points(const Solution& solution, std::size_t count, std::uint64_t seed,
                               const Execution& execution);
 
-/// The variance over the rays of each site of the light they meet: #S by #channels, W²/m⁴. `irradiance`: of the
-/// surfels, #surfels by #channels, according to the coefficients of all sets together.
+/// The variance over the rays of each point of the light they meet: #points by #channels, W²/m⁴; 0 for pairwise
+/// transport. `irradiance`: of the surfels, #surfels by #channels, according to the coefficients of all sets together.
 Values variance_of_rays(const Solution& solution, const Values& irradiance, const Execution& execution);
 
 } // namespace difusa

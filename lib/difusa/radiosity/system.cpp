@@ -326,7 +326,9 @@ Values RadiositySystem::respond(const Values& reflectance, const Values& b, cons
     Values g;
     transport().gather(b, {}, g, execution);
     const ReflectedTransport T(discretisation(), transport(), reflectance);
-    return parts_.solver->solve({&T, g}, options, execution).h;
+    Values reflected;
+    T.apply(g, reflected, execution);
+    return g + parts_.solver->solve({&T, std::move(reflected)}, options, execution).h;
 }
 
 } // namespace difusa

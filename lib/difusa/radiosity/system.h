@@ -79,7 +79,9 @@ class RadiositySystem : public std::enable_shared_from_this<RadiositySystem> {
 
     /// The irradiance at the points that a radiosity b of the surfels causes directly and by further reflections,
     /// h = D b + T h. `reflectance`: #surfels by #channels; `b`: #surfels by any number of columns, of which column c
-    /// is reflected by channel c modulo #channels. May be less accurate than asked for if the solver did not converge.
+    /// is reflected by channel c modulo #channels. The first bounce is computed, and the others are solved for, because
+    /// b may be that of a few points: the tolerance is relative to D diag(rho) P Π D b, which is smooth. May be less
+    /// accurate than asked for if the solver did not converge.
     Values respond(const Values& reflectance, const Values& b, const SolveOptions& options,
                    const Execution& execution) const;
 

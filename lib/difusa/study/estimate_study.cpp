@@ -25,14 +25,14 @@ double median(std::vector<double> values) {
     return *middle;
 }
 
-/// Over the area, from the places that are denser where errors may be large.
+/// Over the area, from the places that are denser where errors may be large, without the noise of what is known.
 double rms(const KnownLight& light, const Values& difference) {
     const std::size_t first = light.even < light.places.size() ? light.even : 0;
     double squares = 0.0;
     for (std::size_t i = first; i < light.places.size(); ++i) {
         squares += light.weight[i] * difference.row(static_cast<Eigen::Index>(i)).squaredNorm();
     }
-    return std::sqrt(squares / light.scene.mesh.area);
+    return std::sqrt(std::max(0.0, squares / light.scene.mesh.area - light.noise * light.noise));
 }
 
 /// Ranks from 0; equal values share their mean rank.
@@ -105,7 +105,7 @@ EstimateTrial compare(const KnownLight& light, const BakeResult& result, const E
 } // namespace
 
 KnownLight known_light(const Judge& judge) {
-    KnownLight light{judge.reference.name, judge.reference.scene, judge.places, {}, {}, {}, judge.places.size()};
+    KnownLight light{judge.reference.name, judge.reference.scene, judge.places, {}, {}, {}, 0.0, judge.places.size()};
     light.weight.assign(judge.places.size(), light.scene.mesh.area / static_cast<double>(judge.places.size()));
     const auto count = static_cast<Eigen::Index>(judge.places.size());
     light.B.resize(count, 1);
@@ -137,7 +137,7 @@ BakeOptions finer(const BakeOptions& options) {
 
 KnownLight known_light(const BakeResult& result, const std::string& name, std::size_t places,
                        const Execution& execution) {
-    KnownLight light{name, *result.scene, {}, {}, {}, {}, places};
+    KnownLight light{name, *result.scene, {}, {}, {}, {}, 0.0, places};
     light.places = even_points(result.scene->mesh, places, RandomStream(result.options.seed, "places"));
     light.weight.assign(places, result.scene->mesh.area / static_cast<double>(places));
     const ErrorPoints dense = draw_error_points(result.solution, places, result.options.seed + 1, execution);
@@ -146,6 +146,10 @@ KnownLight known_light(const BakeResult& result, const std::string& name, std::s
     constexpr std::size_t rays = 8192;
     const PointValues values = result.field().at(light.places, rays, result.options.seed, "known", execution);
     light.B = values.B.leftCols(result.channels);
+    for (std::size_t i = places; i < light.places.size(); ++i) {
+        light.noise += light.weight[i] * values.noise.row(static_cast<Eigen::Index>(i)).squaredNorm();
+    }
+    light.noise = std::sqrt(light.noise / light.scene.mesh.area);
     light.indirect = values.rho.cwiseProduct(values.H_indirect).leftCols(result.channels);
     return light;
 }
@@ -153,6 +157,9 @@ KnownLight known_light(const BakeResult& result, const std::string& name, std::s
 std::vector<EstimateTrial> try_estimate(const Registry& registry, const KnownLight& light, const BakeOptions& options,
                                         std::size_t bakes, const Execution& execution,
                                         const std::function<void(const EstimateTrial&)>& tell) {
+    if (options.error_points && *options.error_points == 0) {
+        throw UsageError("a study of the error estimate needs one: error_points must not be 0");
+    }
     std::vector<EstimateTrial> trials;
     for (std::size_t i = 0; i < bakes; ++i) {
         execution.check();
@@ -202,7 +209,7 @@ std::string estimate_row(const std::string& name, const std::vector<EstimateTria
         name.c_str(), trials.size(), median(error), missed, missed_indirect, median(high), largest(high),
         median(high_indirect), largest(high_indirect), median(mid), median(mid_indirect), median(rank), median(covered),
         median(time));
-    return row.data();
+    return "| " + name + row.data();
 }
 
 std::string estimate_csv_header() {

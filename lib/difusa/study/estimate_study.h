@@ -19,6 +19,7 @@ struct KnownLight {
     Values B;                   ///< radiosity, W/m²
     Values indirect;            ///< rho H_indirect, W/m²; no rows if unknown
     std::vector<double> weight; ///< area that each place stands for
+    double noise = 0.0;         ///< rms over the area of the noise of B, W/m²
     std::size_t even = 0; ///< the first places, drawn evenly, for statistics per place; the others are denser where
                           ///< errors may be large, for the mean over the area
 };
