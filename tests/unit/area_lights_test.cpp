@@ -360,6 +360,33 @@ TEST(AreaLights, SamplesHaveTheirIrradianceAsMean) {
     }
 }
 
+/// A lamp 2 long and 0.2 wide at a distance of 0.2, of which a plate half as far away hides a part: its ends send far
+/// less than its middle.
+TEST(AreaLights, SamplesOfALampNearbyAreUnbiased) {
+    const Mesh mesh = test::together(test::together(rectangle(-2, 2, -2, 2, 0), rectangle(-1, 1, -0.1, 0.1, 0.2, true)),
+                                     rectangle(-3, 0, -1, 1, 0.1));
+    const Scene scene = scene_of(mesh, {2, 3});
+    BruteForceVisibility visibility;
+    visibility.build(scene.mesh);
+    const AreaLights light(scene, {2, 3}, {scene.mesh, visibility}, std::make_shared<const Shafts>(scene.mesh));
+    for (const double at : {0.1, 0.3}) {
+        const SurfacePoint x = place_at(mesh, Vec3(at, 0.03, 0.0));
+        const double F = unblocked(rectangle(-at, 1, -0.1, 0.1, 0.2, true), {0, 1}, x); // the plate ends at 0, half way
+        AreaLights::Worker worker;
+        RandomStream stream(1, "samples");
+        const int count = 40000;
+        double mean = 0.0, squares = 0.0;
+        for (int i = 0; i < count; ++i) {
+            const double H =
+                light.sample(x, {stream.uniform(), stream.uniform(), stream.uniform(), stream.uniform()}, worker).H[0];
+            mean += H / count;
+            squares += H * H / count;
+        }
+        EXPECT_NEAR(mean, F, 4.5 * std::sqrt((squares - mean * mean) / count)) << at;
+        EXPECT_LT(std::sqrt(squares / count), 0.01 * F) << "else nothing is shown";
+    }
+}
+
 std::vector<Index> lamp_triangles(const Scene& scene) {
     const std::vector<char> lamps = area_light_materials(scene);
     std::vector<Index> triangles;

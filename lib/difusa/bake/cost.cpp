@@ -4,6 +4,7 @@
 #include <difusa/discretisation/discretisation.h>
 #include <difusa/mesh/output_mesh.h>
 #include <difusa/mesh/surface_sampling.h>
+#include <difusa/radiosity/error_points.h>
 #include <difusa/rays/tracer.h>
 
 #include <algorithm>
@@ -75,7 +76,8 @@ std::size_t most_output_triangles() {
 }
 
 std::size_t error_points(const BakeOptions& options, std::size_t sites) {
-    return options.error_points.value_or(std::clamp<std::size_t>(sites / 8, 128, 4096));
+    const std::size_t wanted = options.error_points.value_or(std::clamp<std::size_t>(sites / 8, 128, 4096));
+    return (wanted + ErrorPoints::groups - 1) / ErrorPoints::groups * ErrorPoints::groups;
 }
 
 std::size_t error_rays(const BakeOptions& options) {

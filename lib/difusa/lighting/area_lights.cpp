@@ -24,7 +24,7 @@ constexpr double opening = 0.15;
 constexpr std::size_t few_chosen = 4;
 
 /// Points on an area light from which one is chosen for a single ray.
-constexpr std::size_t candidates = 4;
+constexpr std::size_t candidates = 8;
 
 /// Up to this many area lights are tested for occluders; for more, the test costs more than rays.
 constexpr std::size_t few_shafts = 8;
@@ -134,21 +134,22 @@ bool AreaLights::may_be_hidden(const SurfacePoint& x, const Worker& worker) cons
 }
 
 /// Sample s goes to the light that holds the share (s + shift) / samples of the irradiance, to an evenly distributed
-/// point on it. Returns the share of the light that got through.
-double AreaLights::cast_round(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker) const {
+/// point on it. Rounds continue one sequence. Returns the share of the light that got through.
+double AreaLights::cast_round(const SurfacePoint& x, std::size_t samples, std::size_t round,
+                              const std::array<double, 3>& start, Worker& worker) const {
     worker.segments.clear();
     worker.light.clear();
     worker.owner.clear();
+    constexpr double golden = 0.6180339887498949; // rounds divide the strata evenly
     const double whole = worker.parts.back().mean_below;
-    const double shift = stream.uniform();
-    const std::array<double, 2> place_shift{stream.uniform(), stream.uniform()};
+    const double shift = fraction(start[0] + static_cast<double>(round) * golden);
     auto part = worker.parts.begin();
     for (std::size_t s = 0; s < samples; ++s) {
         const double share = whole * (static_cast<double>(s) + shift) / static_cast<double>(samples);
         while (part + 1 != worker.parts.end() && part->mean_below <= share) {
             ++part;
         }
-        const auto [u, v] = even_point<2>(s, place_shift);
+        const auto [u, v] = even_point<2>(round * samples + s, {start[1], start[2]});
         const SurfacePoint y = uniform_point(scene_.mesh, part->triangle, u, v);
         const Vec3 way = y.position - x.position;
         const double cosine = x.normal.dot(way), cosines = cosine * -y.normal.dot(way);
@@ -193,13 +194,14 @@ void AreaLights::irradiance(const SurfacePoint& x, std::size_t samples, RandomSt
         }
         return;
     }
+    const double u = stream.uniform(), v = stream.uniform(), w = stream.uniform();
     double sum = 0.0, squares = 0.0;
-    for (int round = 1; round <= static_cast<int>(most_rounds); ++round) {
-        const double share = cast_round(from, samples, stream, worker);
+    for (std::size_t round = 0; round < most_rounds; ++round) {
+        const double share = cast_round(from, samples, round, {u, v, w}, worker);
         sum += share;
         squares += share * share;
-        const double n = round;
-        if (round > 1 && (squares - sum * sum / n) / (n * (n - 1.0)) <= settled * settled) {
+        const auto n = static_cast<double>(round + 1);
+        if (round > 0 && (squares - sum * sum / n) / (n * (n - 1.0)) <= settled * settled) {
             break;
         }
     }
@@ -254,23 +256,28 @@ AreaLights::Sample AreaLights::sample(const SurfacePoint& x, const std::array<do
     if (choice.triangle == none || !(choice.form_factor > 0.0)) {
         return {};
     }
-    if (shafts_) {
-        const SurfacePoint from = inset(scene_.mesh, x);
-        const Vec3 to = place_on(from, choice.triangle, {u[1], u[2], u[3]});
-        const Segment segment{from.position, to, from.face, choice.triangle};
+    double seen = choice.form_factor;
+    const SurfacePoint from = inset(scene_.mesh, x);
+    if (shafts_ && shafts_->may_be_blocked(from, choice.triangle)) {
+        const Target target = target_on(from, choice.triangle, {u[1], u[2], u[3]});
+        if (!(target.form_factor > 0.0)) {
+            return {};
+        }
+        const Segment segment{from.position, target.position, from.face, choice.triangle};
         std::uint8_t blocked = 0;
         worker.cast += tracer_.occluded({&segment, 1}, {&blocked, 1});
         if (blocked != 0) {
             return {};
         }
+        seen = target.form_factor;
     }
-    return {scene_.mesh.material[choice.triangle], choice.weight * choice.form_factor * emission(choice.triangle)};
+    return {scene_.mesh.material[choice.triangle], choice.weight * seen * emission(choice.triangle)};
 }
 
-/// A point on the triangle: one of several spread over it, chosen in proportion to what it sends to x, so that its
-/// visibility carries the right weight. If all of them are below the horizon, one lifted above it by a few steps
-/// towards the highest corner.
-Vec3 AreaLights::place_on(const SurfacePoint& x, Index triangle, const std::array<double, 3>& u) const {
+/// One of several points spread over the triangle, chosen in proportion to what it sends to x, and the form factor as
+/// the mean over them: their product with the visibility of the chosen point has the visible form factor as its
+/// expectation.
+AreaLights::Target AreaLights::target_on(const SurfacePoint& x, Index triangle, const std::array<double, 3>& u) const {
     const Mesh& mesh = scene_.mesh;
     std::array<Vec3, candidates> place;
     std::array<double, candidates> below{};
@@ -283,26 +290,9 @@ Vec3 AreaLights::place_on(const SurfacePoint& x, Index triangle, const std::arra
         sum += std::max(0.0, x.normal.dot(way)) * std::max(0.0, -mesh.normals[triangle].dot(way)) / (r2 * r2);
         below[i] = sum;
     }
-    const double wanted = u[2] * sum;
-    for (std::size_t i = 0; i < candidates; ++i) {
-        if (wanted < below[i]) {
-            return place[i];
-        }
-    }
-    Index top = 0;
-    double highest = -std::numeric_limits<double>::infinity();
-    for (Index k = 0; k < 3; ++k) {
-        const double height = x.normal.dot(mesh.corner(triangle, static_cast<int>(k)) - x.position);
-        if (height > highest) {
-            highest = height;
-            top = k;
-        }
-    }
-    Vec3 at = place[0];
-    for (int step = 0; step < 8 && !(x.normal.dot(at - x.position) > 0.0); ++step) {
-        at = 0.5 * (at + mesh.corner(triangle, static_cast<int>(top)));
-    }
-    return at;
+    const auto chosen = std::upper_bound(below.begin(), below.end() - 1, u[2] * sum) - below.begin();
+    return {place[static_cast<std::size_t>(chosen)],
+            sum * mesh.areas[triangle] / (static_cast<double>(candidates) * std::numbers::pi)};
 }
 
 } // namespace difusa

@@ -77,10 +77,10 @@ class AreaLights {
         Rgb H = Rgb::Zero();
     };
 
-    /// An estimate of all light with one shadow ray, from four random numbers in [0, 1): the light of one area light
-    /// divided by the probability of choosing it, if the ray gets through. Where the lights are few and nothing blocks,
-    /// it is the irradiance itself, whichever light is chosen; where all is occluded, 0. In a penumbra it is unbiased
-    /// to the extent that the target point of the ray, chosen among four by their contribution, represents the light.
+    /// An unbiased estimate of all light with at most one shadow ray, from four random numbers in [0, 1): the light of
+    /// one area light divided by the probability of choosing it, if the ray gets through. Where the lights are few and
+    /// no face reaches between x and the chosen one (Shafts), it is the irradiance itself, and no ray is cast; where
+    /// all is occluded, 0.
     Sample sample(const SurfacePoint& x, const std::array<double, 4>& u, Worker& worker) const;
 
     /// Rounds of shadow rays stop once the standard error of their mean share is at most this.
@@ -93,12 +93,17 @@ class AreaLights {
         double weight = 0.0, form_factor = 0.0; ///< weight: 1 / probability
     };
     Choice choose(const SurfacePoint& x, double u, Worker& worker) const;
-    Vec3 place_on(const SurfacePoint& x, Index triangle, const std::array<double, 3>& u) const;
+    struct Target {
+        Vec3 position;
+        double form_factor = 0.0; ///< an unbiased estimate
+    };
+    Target target_on(const SurfacePoint& x, Index triangle, const std::array<double, 3>& u) const;
     double form_factor(const SurfacePoint& x, Index triangle) const;
     const Rgb& emission(Index triangle) const { return scene_.materials[scene_.mesh.material[triangle]].emission; }
     void collect(const SurfacePoint& x, RandomStream& stream, Worker& worker) const;
     bool may_be_hidden(const SurfacePoint& x, const Worker& worker) const;
-    double cast_round(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker) const;
+    double cast_round(const SurfacePoint& x, std::size_t samples, std::size_t round, const std::array<double, 3>& start,
+                      Worker& worker) const;
 
     const Scene& scene_;
     Tracer tracer_;

@@ -44,7 +44,7 @@ constexpr Name names[] = {
     {"emission", Quantity::emission, ""},
     {"reflectance", Quantity::reflectance, ""},
     {"luminance", Quantity::luminance, "luminance, W/m^2"},
-    {"error", Quantity::error, "error bound, W/m^2"},
+    {"error", Quantity::error, "estimated error, W/m^2"},
     {"basis", Quantity::basis, "sum of basis"},
     {"sites", Quantity::sites, ""},
 };
