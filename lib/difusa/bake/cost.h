@@ -10,8 +10,8 @@ namespace difusa {
 /// Points where light is gathered.
 std::size_t gather_points(const ProjectionChoice& projection, std::size_t sites);
 
-/// Points where the error is estimated: BakeOptions::error_points, or an eighth of the sites, 128 to 4096; rounded up to
-/// a multiple of ErrorPoints::groups.
+/// Points where the error is estimated: BakeOptions::error_points, or an eighth of the sites, 128 to 4096; rounded up
+/// to a multiple of ErrorPoints::groups.
 std::size_t error_points(const BakeOptions& options, std::size_t sites);
 
 /// Rays of each of the two gathers at such a point.

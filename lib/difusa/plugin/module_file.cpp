@@ -15,7 +15,7 @@ namespace difusa {
 namespace {
 
 using ElfHeader = ElfW(Ehdr); // of this process' word size
-using Segment = ElfW(Phdr);
+using ProgramHeader = ElfW(Phdr);
 using Section = ElfW(Shdr);
 
 constexpr std::string_view section_name = ".difusa_plugin";
@@ -109,7 +109,7 @@ ElfHeader read_header(BoundedFile& file) {
         throw ModuleRefused("not a shared object but another kind of ELF file (type " + std::to_string(header.e_type) +
                             ", expected " + std::to_string(ET_DYN) + ")");
     }
-    if (header.e_shentsize != sizeof(Section) || header.e_phentsize != sizeof(Segment) || header.e_shoff == 0 ||
+    if (header.e_shentsize != sizeof(Section) || header.e_phentsize != sizeof(ProgramHeader) || header.e_shoff == 0 ||
         header.e_shnum == 0 || header.e_shstrndx >= header.e_shnum) {
         throw ModuleRefused("damaged: its ELF header describes no usable tables of sections and segments");
     }
@@ -117,7 +117,7 @@ ElfHeader read_header(BoundedFile& file) {
 }
 
 void check_segments(BoundedFile& file, const ElfHeader& header) {
-    for (const auto& segment : file.read_table<Segment>(header.e_phoff, header.e_phnum)) {
+    for (const auto& segment : file.read_table<ProgramHeader>(header.e_phoff, header.e_phnum)) {
         if (!file.contains(segment.p_offset, segment.p_filesz)) {
             throw ModuleRefused("the file is truncated: one of its segments would end at " +
                                 std::to_string(segment.p_offset) + " + " + std::to_string(segment.p_filesz));

@@ -205,10 +205,9 @@ std::string estimate_row(const std::string& name, const std::vector<EstimateTria
     std::array<char, 512> row{};
     std::snprintf(
         row.data(), row.size(),
-        "| %s | %zu | %.2g %% | %zu | %zu | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f | %.0f %% | %.0f %% |\n",
-        name.c_str(), trials.size(), median(error), missed, missed_indirect, median(high), largest(high),
-        median(high_indirect), largest(high_indirect), median(mid), median(mid_indirect), median(rank), median(covered),
-        median(time));
+        " | %zu | %.2g %% | %zu | %zu | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f | %.0f %% | %.0f %% |\n",
+        trials.size(), median(error), missed, missed_indirect, median(high), largest(high), median(high_indirect),
+        largest(high_indirect), median(mid), median(mid_indirect), median(rank), median(covered), median(time));
     return "| " + name + row.data();
 }
 
