@@ -85,7 +85,8 @@ TEST(FiniteFields, WithoutABoundThereIsStillAnEstimate) {
         scene.materials[0].reflectance = Rgb::Constant(rho);
         BakeOptions options = lit::quick(0.3, 4);
         options.error_points = 16;
-        const FieldFile field = field_of(lit::baked(scene, options));
+        const BakeResult result = lit::baked(scene, options);
+        const FieldFile field = field_of(result);
         EXPECT_NO_THROW(require_finite(field));
         const bool estimated = std::any_of(field.point_arrays.begin(), field.point_arrays.end(),
                                            [](const FieldArray& array) { return array.name == "error_estimate"; });

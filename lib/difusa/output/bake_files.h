@@ -18,6 +18,7 @@ namespace difusa {
 /// error_estimate, error_noise and error_discretisation (W/m^2, ErrorsAt). Notes: versions, options,
 /// seed, iterations, residual, times, materials.
 FieldFile field_of(const BakeResult& result);
+FieldFile field_of(BakeResult&&) = delete;
 
 /// The sites as a point cloud: Normals, radius, area, coefficient (of the irradiance excluding suns, point lights and
 /// area lights), irradiance, radiosity, reflectance, emission, original_face_id, region.
