@@ -5,6 +5,7 @@
 #include <difusa/core/text.h>
 #include <difusa/mesh/nearest_surface.h>
 #include <difusa/mesh/output_mesh.h>
+#include <difusa/mesh/triangle_area.h>
 
 #include <algorithm>
 #include <cmath>
@@ -50,9 +51,9 @@ GatherNoise noise_of(const BakeResult& result) {
     Values sum = Values::Zero(count, 1), weight = Values::Zero(count, 1);
     double all = 0.0, area = 0.0;
     for (const auto& triangle : result.mesh.triangles) {
-        const Vec3& a = result.mesh.vertices[triangle[0]].position;
-        const double own = 0.5 * (result.mesh.vertices[triangle[1]].position - a)
-                                     .cross(result.mesh.vertices[triangle[2]].position - a)
+        const std::vector<SurfacePoint>& vertices = result.mesh.vertices;
+        const double own = 0.5 * twice_vector_area(vertices[triangle[0]].position, vertices[triangle[1]].position,
+                                                   vertices[triangle[2]].position)
                                      .norm();
         double squares = 0.0;
         for (const Index v : triangle) {

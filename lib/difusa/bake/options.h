@@ -12,6 +12,8 @@
 
 namespace difusa {
 
+inline constexpr std::size_t default_sites = 5000;
+
 /// A place where a user wants to know the light: the nearest point of the surface is evaluated.
 struct ListedPoint {
     Vec3 position = Vec3::Zero();
@@ -35,7 +37,7 @@ struct BakeOptions {
     std::string direct = "exact";
 
     double spacing = 0.0;                    ///< unit of the scene; 0: from `sites`
-    std::size_t sites = 0;                   ///< wanted number; 0: 5000
+    std::size_t sites = 0;                   ///< wanted number; 0: default_sites
     int neighbours = 10;                     ///< m
     std::size_t rays = 512;                  ///< a site
     SolveOptions solve;                      ///< tolerance, iterations

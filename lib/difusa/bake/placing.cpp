@@ -12,7 +12,6 @@ namespace difusa {
 
 namespace {
 
-constexpr std::size_t default_sites = 5000;
 constexpr std::size_t most_sites = std::size_t{1} << 30U;
 constexpr std::size_t bytes_of_site = 400; ///< while it is placed and linked to its neighbours
 

@@ -133,13 +133,19 @@ void add_default_material(BakeResult& result, const PolygonSoup& soup, const Exe
 
 } // namespace
 
+PolygonSoup read_apart_from(const std::vector<std::filesystem::path>& outputs, const Registry& registry,
+                            const std::filesystem::path& file) {
+    PolygonSoup soup = read_scene(registry, file);
+    refuse_to_overwrite(soup.files, outputs);
+    refuse_to_overwrite(registry.files(), outputs);
+    return soup;
+}
+
 void read_into(BakeResult& result, const Registry& registry, const std::filesystem::path& file,
                const Execution& execution) {
     execution.phase("read");
     result.file = file.string();
-    const PolygonSoup soup = read_scene(registry, file);
-    refuse_to_overwrite(soup.files, result.options.outputs);
-    refuse_to_overwrite(registry.files(), result.options.outputs);
+    const PolygonSoup soup = read_apart_from(result.options.outputs, registry, file);
     execution.phase("diagnose");
     DiagnosedMesh diagnosed = diagnose(soup);
     result.diagnosis = std::move(diagnosed.diagnosis);

@@ -3,15 +3,20 @@
 
 #include <difusa/bake/result.h>
 #include <difusa/plugin/registry.h>
+#include <difusa/repair/polygon_soup.h>
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace difusa {
 
+/// Reads a mesh or scene file. Throws UsageError if the outputs would overwrite a file that is read or a plugin.
+PolygonSoup read_apart_from(const std::vector<std::filesystem::path>& outputs, const Registry& registry,
+                            const std::filesystem::path& file);
+
 /// Reads and repairs a mesh or scene file into `result`: file, diagnosis, scene, camera, channels, and the options
-/// determined by the file. Throws UsageError if the outputs would overwrite a file that is read or a plugin. Phases:
-/// "read", "diagnose".
+/// determined by the file. Throws what `read_apart_from` throws. Phases: "read", "diagnose".
 void read_into(BakeResult& result, const Registry& registry, const std::filesystem::path& file,
                const Execution& execution);
 

@@ -113,6 +113,11 @@ void write_field(const FieldFile& field, const fs::path& file, WholeFile& whole,
     write(field, whole, execution);
 }
 
+void write_finite_field(const FieldFile& field, const fs::path& file, WholeFile& whole, const Execution& execution) {
+    require_finite(field);
+    write_field(field, file, whole, execution);
+}
+
 void write_field(const FieldFile& field, const fs::path& file, const Execution& execution) {
     writer_for(file); // before a file is created
     WholeFile whole(file);

@@ -17,4 +17,8 @@ void write_ply(const FieldFile& field, WholeFile& file, const Execution& executi
 void write_field(const FieldFile& field, const std::filesystem::path& file, WholeFile& whole,
                  const Execution& execution);
 
+/// The same for a field that has a value everywhere. Throws what `require_finite` throws.
+void write_finite_field(const FieldFile& field, const std::filesystem::path& file, WholeFile& whole,
+                        const Execution& execution);
+
 } // namespace difusa

@@ -256,22 +256,24 @@ AreaLights::Sample AreaLights::sample(const SurfacePoint& x, const std::array<do
     if (choice.triangle == none || !(choice.form_factor > 0.0)) {
         return {};
     }
-    double seen = choice.form_factor;
-    const SurfacePoint from = inset(scene_.mesh, x);
-    if (shafts_ && shafts_->may_be_blocked(from, choice.triangle)) {
-        const Target target = target_on(from, choice.triangle, {u[1], u[2], u[3]});
-        if (!(target.form_factor > 0.0)) {
-            return {};
-        }
-        const Segment segment{from.position, target.position, from.face, choice.triangle};
-        std::uint8_t blocked = 0;
-        worker.cast += tracer_.occluded({&segment, 1}, {&blocked, 1});
-        if (blocked != 0) {
-            return {};
-        }
-        seen = target.form_factor;
+    const auto sample_of = [&](double seen) {
+        return Sample{scene_.mesh.material[choice.triangle], choice.weight * seen * emission(choice.triangle)};
+    };
+    if (!shafts_) {
+        return sample_of(choice.form_factor);
     }
-    return {scene_.mesh.material[choice.triangle], choice.weight * seen * emission(choice.triangle)};
+    const SurfacePoint from = inset(scene_.mesh, x);
+    if (!shafts_->may_be_blocked(from, choice.triangle)) {
+        return sample_of(choice.form_factor);
+    }
+    const Target target = target_on(from, choice.triangle, {u[1], u[2], u[3]});
+    if (!(target.form_factor > 0.0)) {
+        return {};
+    }
+    const Segment segment{from.position, target.position, from.face, choice.triangle};
+    std::uint8_t blocked = 0;
+    worker.cast += tracer_.occluded({&segment, 1}, {&blocked, 1});
+    return blocked != 0 ? Sample{} : sample_of(target.form_factor);
 }
 
 /// One of several points spread over the triangle, chosen in proportion to what it sends to x, and the form factor as

@@ -199,11 +199,7 @@ void DirectLight::sample(std::span<const SurfacePoint> x, RandomStream& stream, 
     std::fill(H.begin(), H.end(), Rgb(Rgb::Zero()));
     clear(worker);
     for (std::size_t i = 0; i < x.size(); ++i) {
-        if (std::max(suns_.size(), points_.size()) > most_sampled) {
-            add_drawn(x[i], i * sets, stream, worker);
-        } else {
-            add_outside(x[i], i * sets, worker);
-        }
+        add_drawn(x[i], i * sets, stream, worker);
     }
     cast(worker);
     for (std::size_t k = 0; k < worker.owner.size(); ++k) {

@@ -86,8 +86,8 @@ class DirectLight {
                 Rgb* from_outside = nullptr) const;
 
   private:
-    // Collect the shadow rays of x towards all suns and point lights, some of them, or one, whose light, times a
-    // factor, goes to H[first + set].
+    // Collect the shadow rays of x towards all suns and point lights, at most `most_sampled` of each, or one, whose
+    // light, times a factor, goes to H[first + set].
     void add_outside(const SurfacePoint& x, std::size_t first, Worker& worker) const;
     void add_drawn(const SurfacePoint& x, std::size_t first, RandomStream& stream, Worker& worker) const;
     void add_sun(const SurfacePoint& x, const SurfacePoint& from, std::size_t sun, double factor, std::size_t first,

@@ -296,16 +296,6 @@ std::string format_seconds(double seconds) {
     return text.data();
 }
 
-namespace {
-
-void write_finite(const FieldFile& field, const std::filesystem::path& name, WholeFile& file,
-                  const Execution& execution) {
-    require_finite(field);
-    write_field(field, name, file, execution);
-}
-
-} // namespace
-
 void write_bake(const BakeResult& result, const BakeFiles& files, const Execution& execution) {
     execution.phase("write");
     std::vector<std::unique_ptr<WholeFile>> written;
@@ -318,8 +308,8 @@ void write_bake(const BakeResult& result, const BakeFiles& files, const Executio
             }
         }
     };
-    write(files.field, [&](WholeFile& file) { write_finite(field_of(result), files.field, file, execution); });
-    write(files.sites, [&](WholeFile& file) { write_finite(sites_of(result), files.sites, file, execution); });
+    write(files.field, [&](WholeFile& file) { write_finite_field(field_of(result), files.field, file, execution); });
+    write(files.sites, [&](WholeFile& file) { write_finite_field(sites_of(result), files.sites, file, execution); });
     write(files.listed, [&](WholeFile& file) { file.write(point_table(result)); });
     write(files.report, [&](WholeFile& file) { file.write(report_of(result)); });
     for (const std::unique_ptr<WholeFile>& file : written) {

@@ -135,16 +135,12 @@ std::string summary_of(const BasisInspection& inspection) {
 void write_inspection(const BasisInspection& inspection, const std::filesystem::path& field,
                       const std::filesystem::path& sites, const Execution& execution) {
     execution.phase("write");
-    const auto write = [](const FieldFile& content, const std::filesystem::path& name, WholeFile& file) {
-        require_finite(content);
-        write_field(content, name, file, {});
-    };
     WholeFile field_file(field);
-    write(field_of(inspection), field, field_file);
+    write_finite_field(field_of(inspection), field, field_file, {});
     std::unique_ptr<WholeFile> sites_file;
     if (!sites.empty()) {
         sites_file = std::make_unique<WholeFile>(sites);
-        write(sites_of(inspection), sites, *sites_file);
+        write_finite_field(sites_of(inspection), sites, *sites_file, {});
     }
     if (execution.progress != nullptr) {
         execution.progress->check();

@@ -27,17 +27,14 @@ ErrorMap::ErrorMap(const Solution& solution, const ErrorEstimate& estimate, std:
     : solution_(solution), estimate_(estimate),
       coefficients_(sum_of_parts(solution.field->parts().smooth, solution.field->channels())) {
     const Discretisation& discretisation = solution.field->parts().system->discretisation();
-    Values irradiance;
-    discretisation.averages->apply(coefficients_, irradiance, execution);
-    const Values variance = variance_of_rays(solution, irradiance, execution);
-    noise_ = variance.topRows(static_cast<Eigen::Index>(discretisation.sites->size()));
-    BasisRow row;
+    noise_ = estimate.at.variance.topRows(static_cast<Eigen::Index>(discretisation.sites->size()));
+    std::vector<BasisRow> rows(estimate.at.size());
+    discretisation.basis->evaluate(estimate.at.place, rows);
     double measured = 0.0, expected = 0.0;
-    for (std::size_t p = 0; p < estimate.at.size(); ++p) {
-        discretisation.basis->evaluate(estimate.at.place[p], row);
+    for (std::size_t p = 0; p < rows.size(); ++p) {
         double here = 0.0;
-        for (std::size_t k = 0; k < row.element.size(); ++k) {
-            here += row.weight[k] * noise_.row(static_cast<Eigen::Index>(row.element[k])).sum();
+        for (std::size_t k = 0; k < rows[p].element.size(); ++k) {
+            here += rows[p].weight[k] * noise_.row(static_cast<Eigen::Index>(rows[p].element[k])).sum();
         }
         measured += estimate.at.weight[p] * estimate.spread[p];
         expected += estimate.at.weight[p] * std::max(0.0, here);
@@ -45,13 +42,14 @@ ErrorMap::ErrorMap(const Solution& solution, const ErrorEstimate& estimate, std:
     const double gathered = static_cast<double>(std::max<std::size_t>(1, estimate.rays_per_gather));
     const double of_rays =
         expected > 0.0 ? measured / expected * std::pow(static_cast<double>(rays) / gathered, decline) : 0.0;
-    noise_ *= of_rays * passed_on(variance, execution);
-    fit();
+    noise_ *= of_rays * passed_on(rows, execution);
+    fit(rows);
 }
 
 /// What the projection makes of noise: the variance of the field at the error points if the light at the points is off
 /// by random signs times its standard deviation, over what `local` expects of coefficients that are the light itself.
-double ErrorMap::passed_on(const Values& variance, const Execution& execution) const {
+double ErrorMap::passed_on(const std::vector<BasisRow>& rows, const Execution& execution) const {
+    const Values& variance = estimate_.at.variance;
     constexpr Eigen::Index probes = 4;
     const Discretisation& discretisation = solution_.field->parts().system->discretisation();
     Values probe(variance.rows(), probes);
@@ -65,9 +63,8 @@ double ErrorMap::passed_on(const Values& variance, const Execution& execution) c
     const Values field = evaluate(*discretisation.basis, discretisation.evaluation->coefficients(probe, execution),
                                   estimate_.at.place, execution);
     double got = 0.0, plain = 0.0;
-    BasisRow row;
-    for (std::size_t p = 0; p < estimate_.at.size(); ++p) {
-        discretisation.basis->evaluate(estimate_.at.place[p], row);
+    for (std::size_t p = 0; p < rows.size(); ++p) {
+        const BasisRow& row = rows[p];
         double here = 0.0;
         for (std::size_t k = 0; k < row.element.size(); ++k) {
             here += row.weight[k] * row.weight[k] * variance.row(static_cast<Eigen::Index>(row.element[k])).sum();
@@ -103,13 +100,11 @@ ErrorMap::Local ErrorMap::local(const SurfacePoint& x, const BasisRow& row) cons
     return local;
 }
 
-void ErrorMap::fit() {
-    const Basis& basis = *solution_.field->parts().system->discretisation().basis;
-    ratio_.assign(basis.size(), 0.0);
-    seen_.assign(basis.size(), 0.0);
-    BasisRow row;
-    for (std::size_t p = 0; p < estimate_.at.size(); ++p) {
-        basis.evaluate(estimate_.at.place[p], row);
+void ErrorMap::fit(const std::vector<BasisRow>& rows) {
+    ratio_.assign(static_cast<std::size_t>(noise_.rows()), 0.0);
+    seen_ = ratio_;
+    for (std::size_t p = 0; p < rows.size(); ++p) {
+        const BasisRow& row = rows[p];
         const Local here = local(estimate_.at.place[p], row);
         const double weight = estimate_.at.weight[p];
         const double rest = weight * (estimate_.squared[p] - here.noise), variation = weight * here.variation;
@@ -126,7 +121,7 @@ ErrorsAt ErrorMap::at(std::span<const SurfacePoint> x, const Execution& executio
     const Basis& basis = *solution_.field->parts().system->discretisation().basis;
     const auto count = static_cast<Eigen::Index>(x.size());
     ErrorsAt errors{Values::Zero(count, 1), Values::Zero(count, 1), Values::Zero(count, 1)};
-    const double typical = basis.size() > 0 ? mean_seen_ / static_cast<double>(basis.size()) : 0.0;
+    const double typical = mean_seen_ / static_cast<double>(basis.size());
     const double mean = mean_seen_ > 0.0 ? std::max(0.0, mean_ratio_ / mean_seen_) : 0.0;
     parallel_for(x.size(), 256, execution, [&](std::size_t begin, std::size_t end, unsigned) {
         BasisRow row;

@@ -32,8 +32,9 @@ class ErrorMap {
   private:
     struct Local;
     Local local(const SurfacePoint& x, const BasisRow& row) const;
-    double passed_on(const Values& variance, const Execution& execution) const;
-    void fit();
+    // `rows`: the basis at the error points.
+    double passed_on(const std::vector<BasisRow>& rows, const Execution& execution) const;
+    void fit(const std::vector<BasisRow>& rows);
 
     const Solution& solution_;
     const ErrorEstimate& estimate_;

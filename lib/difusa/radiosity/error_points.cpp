@@ -18,28 +18,40 @@ namespace {
 
 constexpr double rounding = 1e-12; ///< of a variance, relative to the square of the mean
 
-/// The light of the total: on the surfels according to the coefficients, and its variance over the rays of each site.
-struct Light {
-    Values mean, square, noise;
-};
-
-Light light_of(const Solution& solution, const Execution& execution) {
+/// ErrorPoints::variance. `irradiance`: of the surfels, #surfels by #channels, according to the coefficients of all
+/// sets together.
+Values variance_of_rays(const Solution& solution, const Values& irradiance, const Execution& execution) {
     const FieldParts& parts = solution.field->parts();
-    const BasisAverages& P = *parts.system->discretisation().averages;
-    const Values c = sum_of_parts(parts.smooth, parts.channels);
-    Light light;
-    P.apply(c, light.mean, execution);
-    P.apply(c.cwiseAbs2(), light.square, execution);
-    const auto sites = static_cast<Eigen::Index>(P.columns());
-    P.apply(variance_of_rays(solution, light.mean, execution).topRows(sites), light.noise, execution);
-    return light;
+    const RadiositySystem& system = *parts.system;
+    const SurfelLight& light = solution.light;
+    if (dynamic_cast<const HitLists*>(system.transport().W.get()) == nullptr) {
+        return Values::Zero(static_cast<Eigen::Index>(system.transport().points()), parts.channels);
+    }
+    Values b = irradiance;
+    if (!parts.direct_in_basis) {
+        b += sum_of_parts(light.direct, parts.channels);
+    }
+    b = sum_of_parts(light.emission, parts.channels) + light.reflectance.cwiseProduct(b);
+    const Values sky = parts.scene->has_sky() ? sky_radiosity(*parts.scene, parts.channels) : Values();
+    Values mean, square;
+    system.transport().gather(b, sky, mean, execution);
+    system.transport().gather(b.cwiseAbs2(), sky.cwiseAbs2(), square, execution);
+    return (square - mean.cwiseAbs2()).cwiseMax(0.0);
 }
 
-/// The mixture's integral over each surfel; they sum to 1, or all are 0 if nothing reflects.
-std::vector<double> density_of(const Solution& solution, const Execution& execution) {
-    const Surfels& surfels = *solution.field->parts().system->discretisation().surfels;
+/// The mixture's integral over each surfel; they sum to 1, or all are 0 if nothing reflects. `variance` receives
+/// ErrorPoints::variance.
+std::vector<double> density_of(const Solution& solution, Values& variance, const Execution& execution) {
+    const FieldParts& field = solution.field->parts();
+    const Surfels& surfels = *field.system->discretisation().surfels;
+    const BasisAverages& P = *field.system->discretisation().averages;
     const Values& rho = solution.light.reflectance;
-    const Light light = light_of(solution, execution);
+    const Values c = sum_of_parts(field.smooth, field.channels);
+    Values mean, square, noise;
+    P.apply(c, mean, execution);
+    P.apply(c.cwiseAbs2(), square, execution);
+    variance = variance_of_rays(solution, mean, execution);
+    P.apply(variance.topRows(c.rows()), noise, execution);
     std::array<std::vector<double>, 3> parts;
     parts.fill(std::vector<double>(surfels.size()));
     std::vector<double> brightness(surfels.size()); // by which variances that are rounding errors are told from others
@@ -47,10 +59,10 @@ std::vector<double> density_of(const Solution& solution, const Execution& execut
         for (std::size_t s = begin; s < end; ++s) {
             const auto row = static_cast<Eigen::Index>(s);
             const Eigen::RowVectorXd rho_2 = rho.row(row).cwiseAbs2() * surfels.area(static_cast<Index>(s));
-            const Eigen::RowVectorXd mean_2 = light.mean.row(row).cwiseAbs2();
+            const Eigen::RowVectorXd mean_2 = mean.row(row).cwiseAbs2();
             parts[0][s] = rho_2.sum();
-            parts[1][s] = rho_2.dot((light.square.row(row) - mean_2).cwiseMax(0.0));
-            parts[2][s] = rho_2.dot(light.noise.row(row).cwiseMax(0.0));
+            parts[1][s] = rho_2.dot((square.row(row) - mean_2).cwiseMax(0.0));
+            parts[2][s] = rho_2.dot(noise.row(row).cwiseMax(0.0));
             brightness[s] = rho_2.dot(mean_2);
         }
     });
@@ -85,31 +97,12 @@ std::vector<std::pair<double, Index>> places_in_shares(std::size_t shares, Rando
 
 } // namespace
 
-Values variance_of_rays(const Solution& solution, const Values& irradiance, const Execution& execution) {
-    const FieldParts& parts = solution.field->parts();
-    const RadiositySystem& system = *parts.system;
-    const SurfelLight& light = solution.light;
-    if (dynamic_cast<const HitLists*>(system.transport().W.get()) == nullptr) {
-        return Values::Zero(static_cast<Eigen::Index>(system.transport().points()), parts.channels);
-    }
-    Values b = irradiance;
-    if (!parts.direct_in_basis) {
-        b += sum_of_parts(light.direct, parts.channels);
-    }
-    b = sum_of_parts(light.emission, parts.channels) + light.reflectance.cwiseProduct(b);
-    const Values sky = parts.scene->has_sky() ? sky_radiosity(*parts.scene, parts.channels) : Values();
-    Values mean, square;
-    system.transport().gather(b, sky, mean, execution);
-    system.transport().gather(b.cwiseAbs2(), sky.cwiseAbs2(), square, execution);
-    return (square - mean.cwiseAbs2()).cwiseMax(0.0);
-}
-
 ErrorPoints draw_error_points(const Solution& solution, std::size_t count, std::uint64_t seed,
                               const Execution& execution) {
     const Surfels& surfels = *solution.field->parts().system->discretisation().surfels;
-    const std::vector<double> density = density_of(solution, execution);
-    const double all = std::accumulate(density.begin(), density.end(), 0.0); // 1 up to rounding
     ErrorPoints points;
+    const std::vector<double> density = density_of(solution, points.variance, execution);
+    const double all = std::accumulate(density.begin(), density.end(), 0.0); // 1 up to rounding
     if (!(all > 0.0)) {
         return points;
     }

@@ -16,6 +16,10 @@ struct ErrorPoints {
     std::vector<Index> surfel;  ///< each is on
     std::vector<Index> group;   ///< each belongs to: of `groups` of equal size, independent of each other
 
+    /// The variance over the rays of each point of the system (Discretisation::points) of the light they meet, to which
+    /// their noise is in proportion: #points of the system by #channels, W²/m⁴; 0 for transport without rays.
+    Values variance;
+
     static constexpr Index groups = 3;
 
     std::size_t size() const { return place.size(); }
@@ -29,9 +33,5 @@ struct ErrorPoints {
 /// transport without rays). None if nothing reflects.
 ErrorPoints draw_error_points(const Solution& solution, std::size_t count, std::uint64_t seed,
                               const Execution& execution);
-
-/// The variance over the rays of each point of the light they meet: #points by #channels, W²/m⁴; 0 for pairwise
-/// transport. `irradiance`: of the surfels, #surfels by #channels, according to the coefficients of all sets together.
-Values variance_of_rays(const Solution& solution, const Values& irradiance, const Execution& execution);
 
 } // namespace difusa

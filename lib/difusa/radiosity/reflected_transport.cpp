@@ -1,19 +1,18 @@
 #include <difusa/radiosity/reflected_transport.h>
 
-#include <difusa/core/parallel.h>
+#include <difusa/algebra/vector_blocks.h>
 
 namespace difusa {
 
 void ReflectedTransport::reflect(Values& b, const Execution& execution) const {
     const Eigen::Index channels = reflectance_.cols();
-    parallel_for(static_cast<std::size_t>(b.rows()), 4096, execution.silent(),
-                 [&](std::size_t begin, std::size_t end, unsigned) {
-                     for (auto s = static_cast<Eigen::Index>(begin); s < static_cast<Eigen::Index>(end); ++s) {
-                         for (Eigen::Index c = 0; c < b.cols(); ++c) {
-                             b(s, c) *= reflectance_(s, c % channels);
-                         }
-                     }
-                 });
+    for_blocks(b.rows(), execution, [&](Eigen::Index first, Eigen::Index count, Eigen::Index) {
+        for (Eigen::Index s = first; s < first + count; ++s) {
+            for (Eigen::Index c = 0; c < b.cols(); ++c) {
+                b(s, c) *= reflectance_(s, c % channels);
+            }
+        }
+    });
 }
 
 void ReflectedTransport::apply(const Values& h, Values& y, const Execution& execution) const {

@@ -7,7 +7,7 @@
 #include <difusa/core/text.h>
 #include <difusa/mesh/smooth_sides.h>
 #include <difusa/plugin/parameters.h>
-#include <difusa/radiosity/error_estimate.h>
+#include <difusa/radiosity/error_map.h>
 #include <difusa/render/camera_rays.h>
 #include <difusa/render/draw.h>
 
@@ -110,6 +110,10 @@ class Look {
             return show.quantity != Quantity::basis && show.quantity != Quantity::sites &&
                    show.quantity != Quantity::reflectance && show.quantity != Quantity::emission;
         });
+        if (std::any_of(view.shows.begin(), view.shows.end(),
+                        [](const Show& show) { return show.quantity == Quantity::error; })) {
+            errors_.emplace(result.solution, *result.error, result.options.rays, execution_);
+        }
         // The shadow rays to area lights of all samples of a pixel add up.
         parts_.shadow_rays_per_round = std::max<std::size_t>(8, parts_.shadow_rays_per_round / view.options.samples);
     }
@@ -255,10 +259,9 @@ class Look {
 
     /// BakeResult::errors at the points of the picture.
     void add_error(const PointValues& light, std::vector<Pixel>& values) {
-        const ErrorMap map(result_.solution, *result_.error, result_.options.rays, execution_);
         const Values errors = view_.options.final_gather > 0
-                                  ? map.gathered_at(points_, light.noise.rowwise().norm(), execution_).error
-                                  : map.at(points_, execution_).error;
+                                  ? errors_->gathered_at(points_, light.noise.rowwise().norm(), execution_).error
+                                  : errors_->at(points_, execution_).error;
         for (std::size_t p = 0; p < points_.size(); ++p) {
             values[offset_ + numbers_[p]] = pixel_of(Rgb::Constant(errors(static_cast<Eigen::Index>(p), 0)));
         }
@@ -284,7 +287,8 @@ class Look {
     PartOfPhase progress_;
     Execution execution_;
     std::vector<Vec3> corner_normals_;
-    bool lit_ = false; ///< some picture needs the light
+    bool lit_ = false;               ///< some picture needs the light
+    std::optional<ErrorMap> errors_; ///< if some picture shows them
 
     // Of the batch:
     std::size_t offset_ = 0; ///< number of its first sample

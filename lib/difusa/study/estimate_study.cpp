@@ -105,7 +105,11 @@ EstimateTrial compare(const KnownLight& light, const BakeResult& result, const E
 } // namespace
 
 KnownLight known_light(const Judge& judge) {
-    KnownLight light{judge.reference.name, judge.reference.scene, judge.places, {}, {}, {}, 0.0, judge.places.size()};
+    KnownLight light;
+    light.name = judge.reference.name;
+    light.scene = judge.reference.scene;
+    light.places = judge.places;
+    light.even = judge.places.size();
     light.weight.assign(judge.places.size(), light.scene.mesh.area / static_cast<double>(judge.places.size()));
     const auto count = static_cast<Eigen::Index>(judge.places.size());
     light.B.resize(count, 1);
@@ -127,7 +131,7 @@ BakeOptions finer(const BakeOptions& options) {
     if (fine.spacing > 0.0) {
         fine.spacing /= 2.0;
     } else {
-        fine.sites = 4 * (fine.sites > 0 ? fine.sites : 5000);
+        fine.sites = 4 * (fine.sites > 0 ? fine.sites : default_sites);
     }
     fine.seed = options.seed + 1000003;
     fine.error_points = 0;
@@ -137,7 +141,10 @@ BakeOptions finer(const BakeOptions& options) {
 
 KnownLight known_light(const BakeResult& result, const std::string& name, std::size_t places,
                        const Execution& execution) {
-    KnownLight light{name, *result.scene, {}, {}, {}, {}, 0.0, places};
+    KnownLight light;
+    light.name = name;
+    light.scene = *result.scene;
+    light.even = places;
     light.places = even_points(result.scene->mesh, places, RandomStream(result.options.seed, "places"));
     light.weight.assign(places, result.scene->mesh.area / static_cast<double>(places));
     const ErrorPoints dense = draw_error_points(result.solution, places, result.options.seed + 1, execution);

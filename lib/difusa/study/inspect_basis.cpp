@@ -1,5 +1,6 @@
 #include <difusa/study/inspect_basis.h>
 
+#include <difusa/bake/scene.h>
 #include <difusa/core/error.h>
 #include <difusa/core/memory.h>
 #include <difusa/core/parallel.h>
@@ -8,8 +9,6 @@
 #include <difusa/discretisation/basis_averages.h>
 #include <difusa/discretisation/discretisation.h>
 #include <difusa/discretisation/sampler.h>
-#include <difusa/import/scene_file.h>
-#include <difusa/io/same_file.h>
 #include <difusa/mesh/point_tree.h>
 #include <difusa/rays/visibility.h>
 #include <difusa/rays/visibility_choice.h>
@@ -229,15 +228,6 @@ void judge_elements(BasisInspection& result, const Basis& basis, const Execution
     result.mean_lebesgue /= area;
 }
 
-void read_mesh(BasisInspection& result, const Registry& registry, const std::filesystem::path& file) {
-    const PolygonSoup soup = read_scene(registry, file);
-    refuse_to_overwrite(soup.files, result.options.outputs);
-    refuse_to_overwrite(registry.files(), result.options.outputs);
-    DiagnosedMesh diagnosed = diagnose(soup);
-    result.diagnosis = std::move(diagnosed.diagnosis);
-    result.mesh = std::move(diagnosed.mesh);
-}
-
 } // namespace
 
 BasisInspection inspect_basis(const Registry& registry, const std::filesystem::path& file,
@@ -267,7 +257,9 @@ BasisInspection inspect_basis(const Registry& registry, const std::filesystem::p
     }
 
     execution.phase("read");
-    read_mesh(result, registry, file);
+    DiagnosedMesh diagnosed = diagnose(read_apart_from(result.options.outputs, registry, file));
+    result.diagnosis = std::move(diagnosed.diagnosis);
+    result.mesh = std::move(diagnosed.mesh);
     if (execution.progress != nullptr) {
         for (const Finding& finding : result.diagnosis.findings) {
             if (finding.repaired) {

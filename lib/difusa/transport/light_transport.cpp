@@ -1,7 +1,7 @@
 #include <difusa/transport/light_transport.h>
 
+#include <difusa/algebra/vector_blocks.h>
 #include <difusa/core/error.h>
-#include <difusa/core/parallel.h>
 
 namespace difusa {
 
@@ -9,8 +9,7 @@ void LightTransport::gather(const Values& b, const Values& sky_radiosity, Values
     const auto surfel_rows = static_cast<Eigen::Index>(surfels), all = static_cast<Eigen::Index>(W->columns());
     DIFUSA_REQUIRE(b.rows() == surfel_rows && (sky_radiosity.rows() == 0 || sky_radiosity.rows() == all - surfel_rows));
     Values x(all, b.cols());
-    parallel_for(surfels, 16384, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
-        const auto first = static_cast<Eigen::Index>(begin), count = static_cast<Eigen::Index>(end - begin);
+    for_blocks(surfel_rows, execution, [&](Eigen::Index first, Eigen::Index count, Eigen::Index) {
         x.middleRows(first, count) = b.middleRows(first, count);
     });
     if (sky_radiosity.rows() > 0) {
