@@ -9,6 +9,7 @@
 #include <CLI/CLI.hpp>
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -54,17 +55,21 @@ struct BakeArguments {
     BakeOptions options;      ///< except `at`
     BakeFiles files;          ///< sites, listed and report
     std::filesystem::path at; ///< file with points
+    /// Whether the command line has an option of this name; set by add_bake_arguments, and valid as long as its app.
+    std::function<bool(const std::string& option)> given;
 };
 
 /// All options of a bake except --seed and those of its output mesh, in groups; `gathered` says where --final-gather
 /// gathers: "each output vertex".
 void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::string& gathered);
 
-/// `check_outputs` with the files of the bake added. Throws UsageError if only one of --at and --at-output is given.
+/// `check_outputs` with the files of the bake added. Throws UsageError for --at without --at-output, and for options
+/// of places without any.
 void check_bake_outputs(const BakeArguments& arguments, std::vector<OutputName> outputs,
                         std::vector<std::pair<std::filesystem::path, std::string>> inputs);
 
-/// The options, with the points of --at read, and the files of the bake as outputs. Throws what reading them throws.
+/// The options, with what --quality chooses for those that are not given, the points of --at read, and the files of the
+/// bake as outputs. Throws what reading them throws.
 BakeOptions bake_options(const BakeArguments& arguments);
 
 } // namespace difusa

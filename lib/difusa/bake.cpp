@@ -3,8 +3,10 @@
 #include <difusa/bake/choices.h>
 #include <difusa/bake/cost.h>
 #include <difusa/bake/evaluation.h>
+#include <difusa/bake/fronts.h>
 #include <difusa/bake/placing.h>
 #include <difusa/bake/scene.h>
+#include <difusa/bake/sensing.h>
 #include <difusa/core/error.h>
 #include <difusa/core/random.h>
 #include <difusa/core/text.h>
@@ -64,7 +66,7 @@ void check_coverage(BakeResult& result, const Discretisation& discretisation, co
     if (result.mean_back > 0.1) {
         execution.note(text_of(std::round(100.0 * result.mean_back)) +
                        " % of the light paths end on back faces, which neither receive nor emit light: if the "
-                       "result is too dark, flip those faces in the modelling program");
+                       "result is too dark, turn those faces over (--flip, or in the modelling program)");
     }
 }
 
@@ -87,21 +89,15 @@ struct Placed {
     double dark_area = 0.0;
 };
 
-void build_visibility(const BakeResult& result, const Choices& choices, const Execution& execution) {
-    execution.phase("build visibility");
-    choices.engine->build(result.scene->mesh);
-}
-
 /// Refuses what may be refused before time is spent, and estimates the cost.
 void check_request(BakeResult& result, const Choices& choices, const DirectLight& lights, std::size_t sites,
                    const Execution& execution) {
     check_output(result);
-    find_listed(result, execution);
+    find_places(result, execution);
     result.estimate = estimate_cost(result, choices, lights, sites, execution);
 }
 
-Placed build_and_place(BakeResult& result, const Choices& choices, const Tracer& tracer, const Execution& execution) {
-    build_visibility(result, choices, execution);
+Placed place_and_check(BakeResult& result, const Choices& choices, const Tracer& tracer, const Execution& execution) {
     const DirectLight lights(*result.scene, tracer);
     const LitSurface lit = lit_surface(result, lights, tracer, execution);
     Placed placed{place_sites(result, choices, lit, execution), lit.dark_area};
@@ -110,10 +106,22 @@ Placed build_and_place(BakeResult& result, const Choices& choices, const Tracer&
     return placed;
 }
 
+/// Builds the engine, and settles which sides are fronts.
+void build_visibility(BakeResult& result, const Registry& registry, Choices& choices, const Execution& execution) {
+    execution.phase("build visibility");
+    choices.engine->build(result.scene->mesh);
+    if (settle_fronts(result, choices, execution)) {
+        choices.engine = registry.create<Visibility>(choices.visibility);
+        choices.engine->build(result.scene->mesh);
+    }
+    if (result.options.when_visible) {
+        result.options.when_visible(*result.scene, *choices.engine, result.camera, result.up);
+    }
+}
+
 /// Estimates the cost, placing sites only where that is cheap.
 void forecast(BakeResult& result, const Choices& choices, const Execution& execution) {
     const Tracer tracer(result.scene->mesh, *choices.engine);
-    build_visibility(result, choices, execution);
     const DirectLight lights(*result.scene, tracer);
     const LitSurface lit = lit_surface(result, lights, tracer, execution);
     const std::optional<std::size_t> many = forecast_sites(result, choices, lit, execution);
@@ -165,7 +173,7 @@ void solve_with(BakeResult& result, const ElementChoice& elements, const Choices
 /// The steps after the scene is there.
 void finish(BakeResult& result, Choices& choices, const Execution& execution) {
     const Tracer tracer(result.scene->mesh, *choices.engine);
-    const Placed placed = build_and_place(result, choices, tracer, execution);
+    const Placed placed = place_and_check(result, choices, tracer, execution);
     std::optional<LightTransport> transport;
     try {
         solve_with(result, choices.elements, choices, tracer, placed, transport, execution);
@@ -189,6 +197,7 @@ BakeResult run(const Registry& registry, const BakeOptions& options, const Execu
     Choices choices = make_choices(registry, options);
     BakeResult result;
     result.options = options;
+    result.photometric = options.units == "photometric";
     result.threads = execution.threads;
     result.options.visibility = choices.visibility;
     result.plugins = choices.plugins;
@@ -221,6 +230,7 @@ BakeResult bake(const Registry& registry, const std::filesystem::path& file, con
                 const Execution& execution) {
     return run(registry, options, execution, [&](BakeResult& result, Choices& choices, const Execution& own) {
         read_into(result, registry, file, own);
+        build_visibility(result, registry, choices, own);
         finish(result, choices, own);
     });
 }
@@ -229,6 +239,10 @@ BakeResult bake(const Registry& registry, Scene scene, const std::string& name, 
                 const Execution& execution) {
     return run(registry, options, execution, [&](BakeResult& result, Choices& choices, const Execution& own) {
         adopt_into(result, std::move(scene), name, own);
+        if (choices.flip == Flip::certain) { // a program knows its fronts, and may light them otherwise later
+            choices.flip = Flip::nothing;
+        }
+        build_visibility(result, registry, choices, own);
         finish(result, choices, own);
     });
 }
@@ -237,6 +251,7 @@ BakeResult dry_run(const Registry& registry, const std::filesystem::path& file, 
                    const Execution& execution) {
     return run(registry, options, execution, [&](BakeResult& result, Choices& choices, const Execution& own) {
         read_into(result, registry, file, own);
+        build_visibility(result, registry, choices, own);
         forecast(result, choices, own);
         result.dry_run = true;
     });

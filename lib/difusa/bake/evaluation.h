@@ -5,16 +5,13 @@
 
 namespace difusa {
 
-/// Fills in `listed` and `listed_distance`. Throws InputError for a listed place whose normal no surface has.
-void find_listed(BakeResult& result, const Execution& execution);
-
 /// Throws ResourceError if the output mesh is sure to have more triangles than memory allows.
 void check_output(const BakeResult& result);
 
 /// Fills in `error`, measured at random surface points. Phase "estimate error".
 void estimate_error_of(BakeResult& result, const Execution& execution);
 
-/// Fills in `mesh`, `output` and what else the options request: centres, listed_values, errors.
+/// Fills in `mesh`, `output` and what else the options request: centres, errors, the light at places (bake/sensing.h).
 /// Phases "refine output", "evaluate".
 void evaluate_output(BakeResult& result, const Execution& execution);
 

@@ -5,6 +5,7 @@
 #include <difusa/core/journal.h>
 #include <difusa/mesh/output_mesh.h>
 #include <difusa/radiosity/error_map.h>
+#include <difusa/radiosity/sensors.h>
 #include <difusa/radiosity/system.h>
 #include <difusa/repair/diagnosis.h>
 #include <difusa/scene/camera.h>
@@ -29,6 +30,13 @@ struct BakeEstimate {
     double further_seconds = 0.0; ///< likewise, with their shadow rays
 };
 
+/// A sensor, and what asked for it.
+struct PlacedSensor {
+    Sensor sensor;
+    Index listed = none; ///< number in BakeOptions::at, or none
+    Index grid = none;   ///< number in BakeOptions::grids, or none
+};
+
 struct BakeResult {
     Diagnosis diagnosis;
     std::string file;
@@ -39,7 +47,10 @@ struct BakeResult {
     bool dry_run = false;                                     ///< nothing below `estimate` is filled in
     unsigned threads = 1;
     std::optional<Camera> camera; ///< from the scene file
+    Vec3 up = Vec3::UnitZ();      ///< unit, upwards: what the scene file says, or the convention of the mesh format
     int channels = 3;             ///< 1 for a grey scene
+    bool sky_assumed = false;     ///< nothing else emits light
+    bool photometric = false;     ///< what people read is in lux and cd/m²
     Journal journal;              ///< times of the phases, notes, savings; counts "rays", "segments", "output rays",
                                   ///< "output segments"
 
@@ -53,9 +64,13 @@ struct BakeResult {
     OutputMesh mesh;
     PointValues output;                  ///< at its vertices
     std::optional<PointValues> centres;  ///< at the centres of its triangles
-    std::vector<SurfacePoint> listed;    ///< the surface points nearest to BakeOptions::at
+    std::vector<SurfacePoint> listed;    ///< the surface points nearest to those of BakeOptions::at that ask for them
     std::vector<double> listed_distance; ///< their distances from those points
+    std::vector<Index> listed_number;    ///< their numbers in BakeOptions::at
     PointValues listed_values;
+    std::optional<ErrorsAt> listed_errors; ///< of B there, with an error estimate
+    std::vector<PlacedSensor> sensors;     ///< the others, in order, and then those of the grids
+    SensorReadings readings;
     std::optional<ErrorsAt> errors; ///< of B at the vertices, with an error estimate
 
     const Field& field() const { return *solution.field; }
