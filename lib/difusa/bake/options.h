@@ -11,6 +11,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace difusa {
@@ -30,6 +31,14 @@ struct SensorGrid {
     double height = 0.0;  ///< above the face, along its normal
     double spacing = 0.0; ///< largest distance between neighbours
     double margin = 0.0;  ///< least distance from the outline of the face
+};
+
+/// A part of the surface whose mean irradiance is wanted: materials and faces together, or places (bake/goals.h).
+struct GoalRequest {
+    std::string name;
+    std::vector<std::string> materials;                     ///< by name
+    std::vector<std::pair<std::size_t, std::size_t>> faces; ///< first and last number in the mesh file
+    std::vector<ListedPoint> places;
 };
 
 /// What a user may choose. Plugins are named as on the command line, "name" or "name:parameter=value,...".
@@ -68,6 +77,8 @@ struct BakeOptions {
     std::string sensor = "planar";            ///< what is measured in mid-air (bake/sensing.h): "planar", "horizontal",
                                               ///< "spherical", "cylindrical"
     std::vector<SensorGrid> grids;            ///< further sensors
+    std::vector<GoalRequest> goals;           ///< estimate their mean irradiance
+    std::size_t goal_samples = 4096;          ///< places where residuals are gathered for each goal; at least 32
     double output_spacing = 0.0;              ///< longest edge of the output; 0: `output_in_spacings`
     double crease_angle = 0.6981317007977318; ///< 40°: sharper edges are not shaded smoothly
     /// Which faces of a file are turned over: "auto", parts that are certainly inside out (lighting/inside_out.h; those
