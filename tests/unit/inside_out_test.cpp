@@ -12,6 +12,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <fstream>
 #include <numbers>
 #include <optional>
@@ -125,6 +126,15 @@ TEST(InsideOut, WhatStandsInAnInsideOutRoomIsJudgedByTheLightThatThenFalls) {
     EXPECT_EQ(faults(with_emitter(room, 10, 12)), (Faults{"0:inside out", "1:inside out"}));
     room = test::together(test::box(1.0, 1, false), cube_at({0.3, 0.3, 0.1}, 0.2, false));
     EXPECT_EQ(faults(with_emitter(room, 10, 12)), Faults{"0:inside out"});
+}
+
+TEST(InsideOut, ACupboardThatIsOpenToTheRoomIsNoFault) {
+    Mesh cupboard = cube_at({0.1, 0.1, 0.1}, 0.3, false);
+    const std::vector<std::array<Index, 3>> sides(cupboard.triangles.begin() + 2, cupboard.triangles.end());
+    cupboard = test::make_mesh(cupboard.points, sides);
+    const Mesh room = test::together(test::box(1.0, 1, true), cupboard);
+    const Camera camera{Vec3(0.05, 0.3, 0.3), Vec3::UnitX(), Vec3::UnitZ(), 0.7}; // looks in
+    EXPECT_EQ(faults(with_lamp(room, {0.05, 0.2, 0.2}), camera), Faults());
 }
 
 TEST(InsideOut, ACavityIsNoFault) {

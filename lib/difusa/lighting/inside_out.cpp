@@ -279,6 +279,9 @@ class Judge {
             return std::nullopt;
         }
         const Sight fronts = look(p, 1.0, samples_);
+        if (!backs.sealed() && fronts.others > 0) {
+            return std::nullopt; // an open cupboard in a room, perhaps
+        }
         if (backs.eye > 0 || (fronts.light() == 0 && fronts.others == 0)) {
             const Sight again = look(p, -1.0, confirming_samples_);
             return again.escaped == 0 ? std::optional(FrontFault::inside_out) : std::nullopt;
