@@ -377,7 +377,10 @@ SurfacePoint Surfels::point_on(const std::vector<Piece>& pieces, double u, doubl
     double below = 0.0;
     for (std::size_t i = 0; i < pieces.size(); ++i) {
         if (wanted < below + pieces[i].area || i + 1 == pieces.size()) {
-            const double part = pieces[i].area > 0.0 ? std::clamp((wanted - below) / pieces[i].area, 0.0, 1.0) : 0.5;
+            // Not on the outline, where a wall may stand.
+            constexpr double margin = 0x1p-10;
+            const double part =
+                pieces[i].area > 0.0 ? std::clamp((wanted - below) / pieces[i].area, margin, 1.0 - margin) : 0.5;
             const Eigen::Vector2d uv = pieces[i].outline.at(part, v);
             return mesh_->at(pieces[i].triangle, uv[0], uv[1]);
         }

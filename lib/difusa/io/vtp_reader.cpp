@@ -174,7 +174,7 @@ class QuietReader : public vtkXMLPolyDataReader {
         const bool arrays =
             data || kind == "Points" || kind == "Verts" || kind == "Lines" || kind == "Strips" || kind == "Polys";
         std::set<std::string> names;
-        std::vector<vtkXMLDataElement*> texts;
+        std::vector<vtkXMLDataElement*> unwanted;
         for (int i = 0; i < element.GetNumberOfNestedElements(); ++i) {
             vtkXMLDataElement& nested = *element.GetNestedElement(i);
             const std::string nested_kind = nested.GetName();
@@ -184,11 +184,18 @@ class QuietReader : public vtkXMLPolyDataReader {
             if (arrays != array) {
                 return complain("it has " + nested_kind + " in " + kind);
             }
+            if (nested_kind == "InformationKey") {
+                const char* key = nested.GetAttribute("name");
+                if (key == nullptr || std::string_view(key) != "UNITS_LABEL") {
+                    unwanted.push_back(&nested); // of others VTK tells the terminal what is wrong with them
+                }
+                continue;
+            }
             if (array && nested.GetWordTypeAttribute("type", type) == 0) {
                 return complain("an array in " + kind + " is of unknown type");
             }
             if (array && type == VTK_STRING && kind != "FieldData") {
-                texts.push_back(&nested); // not needed, and VTK crashes if one of them is too short
+                unwanted.push_back(&nested); // not needed, and VTK crashes if one of them is too short
             }
             const char* name = nested.GetAttribute("Name");
             if (data && (name == nullptr || !names.insert(name).second)) {
@@ -203,8 +210,8 @@ class QuietReader : public vtkXMLPolyDataReader {
                 return false;
             }
         }
-        for (vtkXMLDataElement* text : texts) {
-            element.RemoveNestedElement(text);
+        for (vtkXMLDataElement* each : unwanted) {
+            element.RemoveNestedElement(each);
         }
         return true;
     }
