@@ -1,5 +1,6 @@
 #include "bake_arguments.h"
 
+#include <difusa/bake/goals.h>
 #include <difusa/output/point_list.h>
 
 #include <algorithm>
@@ -143,6 +144,15 @@ void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::stri
         [](const std::string& option, const std::string& text) { return parse_whole<std::size_t>(option, text, 0); })
         ->group(output)
         ->type_name("N");
+    app.add_option("--goal", arguments.goal,
+                   "JSON file of goals: faces, materials or places whose mean irradiance is estimated by itself, "
+                   "corrected by the adjoint, with its interval")
+        ->group(output)
+        ->type_name("FILE.json");
+    add_whole<std::size_t>(app, "--goal-samples", options.goal_samples, 32, "surface points that judge each goal")
+        ->group(output)
+        ->type_name("N")
+        ->default_str(shown(options.goal_samples));
     app.add_option("--sites-output", arguments.files.sites, "write the sites as points, .vtp or .ply")
         ->group(output)
         ->type_name("FILE");
@@ -163,6 +173,11 @@ BakeOptions bake_options(const BakeArguments& arguments) {
     if (!arguments.at.empty()) {
         options.at = read_point_list(arguments.at);
     }
+    if (!arguments.goal.empty()) {
+        options.goals = read_goals(arguments.goal);
+    } else if (options.goal_samples != BakeOptions().goal_samples) {
+        throw UsageError("--goal-samples: there are no goals; name a file of goals, --goal FILE.json");
+    }
     return options;
 }
 
@@ -179,6 +194,9 @@ void check_bake_outputs(const BakeArguments& arguments, std::vector<OutputName> 
     outputs.push_back({arguments.files.listed, false});
     if (!arguments.at.empty()) {
         inputs.emplace_back(arguments.at, "the list of points");
+    }
+    if (!arguments.goal.empty()) {
+        inputs.emplace_back(arguments.goal, "the file of goals");
     }
     check_outputs(outputs, inputs);
 }

@@ -51,9 +51,10 @@ void add_light_arguments(CLI::App& app, BakeOptions& options, const std::string&
 
 /// The values of these options.
 struct BakeArguments {
-    BakeOptions options;      ///< except `at`
-    BakeFiles files;          ///< sites, listed and report
-    std::filesystem::path at; ///< file with points
+    BakeOptions options;        ///< except `at` and `goals`
+    BakeFiles files;            ///< sites, listed and report
+    std::filesystem::path at;   ///< file with points
+    std::filesystem::path goal; ///< file with goals
 };
 
 /// All options of a bake except --seed and those of its output mesh, in groups; `gathered` says where --final-gather
@@ -64,7 +65,8 @@ void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::stri
 void check_bake_outputs(const BakeArguments& arguments, std::vector<OutputName> outputs,
                         std::vector<std::pair<std::filesystem::path, std::string>> inputs);
 
-/// The options, with the points of --at read, and the files of the bake as outputs. Throws what reading them throws.
+/// The options, with the points of --at and the goals of --goal read, and the files of the bake as outputs. Throws what
+/// reading them throws.
 BakeOptions bake_options(const BakeArguments& arguments);
 
 } // namespace difusa

@@ -3,6 +3,7 @@
 #include <difusa/bake/choices.h>
 #include <difusa/bake/cost.h>
 #include <difusa/bake/evaluation.h>
+#include <difusa/bake/goals.h>
 #include <difusa/bake/placing.h>
 #include <difusa/bake/scene.h>
 #include <difusa/core/error.h>
@@ -98,6 +99,7 @@ void check_request(BakeResult& result, const Choices& choices, const DirectLight
                    const Execution& execution) {
     check_output(result);
     find_listed(result, execution);
+    result.goals = find_goals(result.options.goals, *result.scene, result.options.spacing, execution);
     result.estimate = estimate_cost(result, choices, lights, sites, execution);
 }
 
@@ -180,6 +182,7 @@ void finish(BakeResult& result, Choices& choices, const Execution& execution) {
         solve_with(result, *choices.fallback, choices, tracer, placed, transport, execution);
     }
     estimate_error_of(result, execution);
+    estimate_goals_of(result, execution);
     evaluate_output(result, execution);
     list_savings(result, execution);
 }

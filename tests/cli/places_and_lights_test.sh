@@ -37,6 +37,21 @@ awk -F, -v n="$(column irradiance_R)" 'NR > 1 { r = sqrt(4 + ($1 - 0.5)^2 + ($2 
 sed -n '/<CellData/,/<\/CellData/p' out.vtp >cells
 expect_text cells 'Name="radiosity"' 'Name="irradiance"' 'Name="original_face_id"'
 
+# The mean over a goal is that of the floor's irradiance: over the unit square around the foot of the light it is
+# 8/2 times the solid angle that the square fills, 4 atan(1 / (4 h sqrt(1/2 + h^2))), and h = 2.
+cat >goals.json <<'GOALS'
+{"goals": [{"name": "all", "faces": [0]}, {"name": "foot", "places": [[0.5, 0.5, 0.001]]}]}
+GOALS
+refuse 1 "would overwrite the file of goals" --goal goals.json --report ./goals.json
+refuse 1 "--goal-samples: there are no goals" --goal-samples 64
+refuse 2 "no-such.json" --goal no-such.json
+expect_exit 0 "$bake" square.off out.vtp $small --reflectance 0.5 --point-light 0.5,0.5,2,8,4,2 --goal goals.json \
+    --report report.json
+expect_text stdout 'goal "all": mean irradiance ' 'goal "foot": mean irradiance 2, 1, 0.5 W/m^2'
+awk '/"name": "all"/ { inside = 1 } inside && /"mean"/ { getline; mean = $1 + 0; want = 8 * 4 * atan2(1, 4 * 2 * sqrt(4.5))
+    if (!((mean - want)^2 < (1e-3 * want)^2)) { print "mean", mean, "not", want; exit 1 } exit 0 }' report.json ||
+    fail "the mean over the square is not that of the point light"
+
 # Groups add up to all; without the option there are none.
 expect_no_text out.vtp 'Name="radiosity_of_'
 expect_exit 0 "$bake" "$box" out.vtp $small --sun 0,-1,0.2,3 --point-light 0,0,0,1 --light-groups

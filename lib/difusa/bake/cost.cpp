@@ -139,6 +139,7 @@ void time_sample(BakeEstimate& estimate, const BakeResult& result, const Choices
             each * 2.0 * static_cast<double>(at) * static_cast<double>(half * (1 + shadow) + lights.rays_per_point(64));
     };
     gathered_twice(error_points(options, estimate.sites), error_rays(options));
+    gathered_twice(options.goals.size() * options.goal_samples / 2, error_rays(options));
     if (options.final_gather > 0) {
         const OutputMesh output = refine(result.scene->mesh, options.output_spacing, options.crease_angle,
                                          most_output_triangles(), execution);

@@ -130,6 +130,19 @@ void estimate_error_of(BakeResult& result, const Execution& execution) {
     }
 }
 
+void estimate_goals_of(BakeResult& result, const Execution& execution) {
+    if (result.goals.empty()) {
+        return;
+    }
+    execution.phase("estimate goals");
+    const BakeOptions& options = result.options;
+    for (std::size_t i = 0; i < result.goals.size(); ++i) {
+        result.goal_estimates.push_back(estimate_goal(result.solution, result.goals[i], options.goal_samples,
+                                                      error_rays(options), options.seed, i, execution));
+        execution.count("goal rays", result.goal_estimates.back().rays);
+    }
+}
+
 void evaluate_output(BakeResult& result, const Execution& execution) {
     execution.phase("refine output");
     const BakeOptions& options = result.options;

@@ -14,6 +14,9 @@ void check_output(const BakeResult& result);
 /// Fills in `error`, measured at random surface points. Phase "estimate error".
 void estimate_error_of(BakeResult& result, const Execution& execution);
 
+/// Fills in `goal_estimates`. Phase "estimate goals", if there are any.
+void estimate_goals_of(BakeResult& result, const Execution& execution);
+
 /// Fills in `mesh`, `output` and what else the options request: centres, listed_values, errors.
 /// Phases "refine output", "evaluate".
 void evaluate_output(BakeResult& result, const Execution& execution);

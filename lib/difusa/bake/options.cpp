@@ -47,6 +47,9 @@ void check_options(const BakeOptions& options) {
         (*options.error_points < 16 || *options.error_points > (std::size_t{1} << 24U))) {
         refuse("--error-points", "must be 0, for no estimate, or from 16 to 16777216");
     }
+    if (options.goal_samples < 32 || options.goal_samples > (std::size_t{1} << 24U)) {
+        refuse("--goal-samples", "must be from 32 to 16777216");
+    }
     if (options.final_gather > (std::size_t{1} << 24U)) {
         refuse("--final-gather", "must be at most 16777216");
     }

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace difusa {
@@ -18,6 +19,14 @@ inline constexpr std::size_t default_sites = 5000;
 struct ListedPoint {
     Vec3 position = Vec3::Zero();
     std::optional<Vec3> normal; ///< only surface whose front turns from it by less than 90° counts; absent: all
+};
+
+/// A part of the surface whose mean irradiance is wanted: materials and faces together, or places (bake/goals.h).
+struct GoalRequest {
+    std::string name;
+    std::vector<std::string> materials;                     ///< by name
+    std::vector<std::pair<std::size_t, std::size_t>> faces; ///< first and last number in the mesh file
+    std::vector<ListedPoint> places;
 };
 
 /// What a user may choose. Plugins are named as on the command line, "name" or "name:parameter=value,...".
@@ -52,6 +61,8 @@ struct BakeOptions {
                                               ///< that is to be lit otherwise
     bool face_centres = false;                ///< evaluate at the centres of the output's triangles too
     std::vector<ListedPoint> at;              ///< evaluate at these places too
+    std::vector<GoalRequest> goals;           ///< estimate their mean irradiance
+    std::size_t goal_samples = 4096;          ///< places where residuals are gathered for each goal; at least 32
     double output_spacing = 0.0;              ///< longest edge of the output; 0: the site spacing
     double crease_angle = 0.6981317007977318; ///< 40°: sharper edges are not shaded smoothly
     std::uint64_t seed = 1;

@@ -5,6 +5,7 @@
 #include <difusa/core/journal.h>
 #include <difusa/mesh/output_mesh.h>
 #include <difusa/radiosity/error_map.h>
+#include <difusa/radiosity/goal_estimate.h>
 #include <difusa/radiosity/system.h>
 #include <difusa/repair/diagnosis.h>
 #include <difusa/scene/camera.h>
@@ -25,7 +26,7 @@ struct BakeEstimate {
     std::size_t rays = 0, segments = 0;
     double transport_bytes = 0.0; ///< upper estimate
     double seconds = 0.0;         ///< of the whole bake up to its field, from a sample of rays; 0 if not measured
-    std::size_t further_rays = 0; ///< those of the error estimate and of a final gather; 0 if not measured
+    std::size_t further_rays = 0; ///< those of the error estimate, of goals and of a final gather; 0 if not measured
     double further_seconds = 0.0; ///< likewise, with their shadow rays
 };
 
@@ -49,6 +50,8 @@ struct BakeResult {
     double constant_error = 0.0; ///< rms by which the basis misses the function 1 at random surface points
     double mean_back = 0.0;      ///< share of the rays that hit the back of a face
     std::optional<ErrorEstimate> error;
+    std::vector<Goal> goals;                  ///< those of BakeOptions::goals on this mesh
+    std::vector<GoalEstimate> goal_estimates; ///< of each
 
     OutputMesh mesh;
     PointValues output;                  ///< at its vertices

@@ -335,6 +335,26 @@ std::string error_sentence(const ErrorEstimate& error) {
     return text.str();
 }
 
+/// The corrected mean with its interval; one number if all channels are equal.
+std::string goal_sentence(const GoalEstimate& goal) {
+    std::ostringstream text;
+    text << std::setprecision(5);
+    const auto channels = [&](const Rgb& c) {
+        const bool grey = c[0] == c[1] && c[1] == c[2];
+        text << c[0];
+        if (!grey) {
+            text << ", " << c[1] << ", " << c[2];
+        }
+    };
+    text << "goal \"" << goal.name << "\": mean irradiance ";
+    channels(goal.mean);
+    text << " W/m^2, +/- " << std::setprecision(2);
+    channels(0.5 * (goal.high - goal.low));
+    text << std::setprecision(5) << " with a confidence of 95 %; evaluated from the basis ";
+    channels(goal.field);
+    return text.str();
+}
+
 } // namespace
 
 std::string summary_of(const BakeResult& result) {
@@ -358,7 +378,8 @@ std::string summary_of(const BakeResult& result) {
         text << "rays: " << estimate.rays << ", visibility segments: at most " << estimate.segments << "\n"
              << "memory for transport: at most " << format_bytes(estimate.transport_bytes) << "\n"
              << "time for transport: about " << format_seconds(estimate.seconds) << "\n"
-             << "error estimate" << (result.options.final_gather > 0 ? " and final gather: " : ": ")
+             << "error estimate" << (result.options.goals.empty() ? "" : ", goals")
+             << (result.options.final_gather > 0 ? ", final gather: " : ": ")
              << estimate.further_rays << " rays, about " << format_seconds(estimate.further_seconds) << "\n";
         return text.str();
     }
@@ -384,6 +405,9 @@ std::string summary_of(const BakeResult& result) {
     text << "\n";
     if (result.error) {
         text << error_sentence(*result.error) << "\n";
+    }
+    for (const GoalEstimate& goal : result.goal_estimates) {
+        text << goal_sentence(goal) << "\n";
     }
     text << "time: " << format_seconds(total) << "; peak memory " << format_bytes(static_cast<double>(peak_memory()))
          << "\n";

@@ -58,6 +58,23 @@ Json error_of(const ErrorEstimate& error) {
             {"bound", number(error.bound)}};
 }
 
+Json goals_of(const BakeResult& result) {
+    Json goals = Json::array();
+    for (const GoalEstimate& goal : result.goal_estimates) {
+        goals.push_back({{"name", goal.name},
+                         {"unit", "irradiance, W/m^2"},
+                         {"area", goal.places == 0 ? Json(goal.area) : Json(nullptr)},
+                         {"places", goal.places},
+                         {"mean", list(goal.mean)},
+                         {"low", list(goal.low)},
+                         {"high", list(goal.high)},
+                         {"field", list(goal.field)},
+                         {"rays", goal.rays},
+                         {"segments", goal.segments}});
+    }
+    return goals;
+}
+
 Json input_of(const BakeResult& result) {
     Json input;
     input["file"] = result.file;
@@ -96,6 +113,7 @@ Json options_of(const BakeResult& result) {
     chosen["direct"] = options.direct;
     chosen["final_gather"] = options.final_gather;
     chosen["error_points"] = options.error_points ? Json(*options.error_points) : Json(nullptr);
+    chosen["goal_samples"] = options.goals.empty() ? Json(nullptr) : Json(options.goal_samples);
     chosen["reflectance"] = list(options.reflectance.value_or(Material{}.reflectance));
     chosen["sky"] = list(result.scene->sky);
     chosen["suns"] = Json::array();
@@ -167,6 +185,7 @@ void add_outcome(const BakeResult& result, Json& report) {
             {{"what", saving.what}, {"because", saving.because}, {"saved", saving.amount}, {"unit", saving.unit}});
     }
     report["error"] = result.error ? error_of(*result.error) : Json(nullptr);
+    report["goals"] = goals_of(result);
     report["output"] = {{"vertices", result.mesh.vertices.size()},
                         {"triangles", result.mesh.triangles.size()},
                         {"rays", result.journal.count_of("output rays")},

@@ -1,7 +1,6 @@
 #include <difusa/radiosity/error_points.h>
 
 #include <difusa/algebra/hit_lists.h>
-#include <difusa/core/error.h>
 #include <difusa/core/parallel.h>
 #include <difusa/core/random.h>
 #include <difusa/scene/sky_parts.h>
@@ -39,19 +38,10 @@ Values variance_of_rays(const Solution& solution, const Values& irradiance, cons
     return (square - mean.cwiseAbs2()).cwiseMax(0.0);
 }
 
-/// The mixture's integral over each surfel; they sum to 1, or all are 0 if nothing reflects. `variance` receives
-/// ErrorPoints::variance.
-std::vector<double> density_of(const Solution& solution, Values& variance, const Execution& execution) {
-    const FieldParts& field = solution.field->parts();
-    const Surfels& surfels = *field.system->discretisation().surfels;
-    const BasisAverages& P = *field.system->discretisation().averages;
+/// The mixture's integral over each surfel; they sum to 1, or all are 0 if nothing reflects.
+std::vector<double> density_of(const Solution& solution, const ErrorSources& sources, const Execution& execution) {
+    const Surfels& surfels = *solution.field->parts().system->discretisation().surfels;
     const Values& rho = solution.light.reflectance;
-    const Values c = sum_of_parts(field.smooth, field.channels);
-    Values mean, square, noise;
-    P.apply(c, mean, execution);
-    P.apply(c.cwiseAbs2(), square, execution);
-    variance = variance_of_rays(solution, mean, execution);
-    P.apply(variance.topRows(c.rows()), noise, execution);
     std::array<std::vector<double>, 3> parts;
     parts.fill(std::vector<double>(surfels.size()));
     std::vector<double> brightness(surfels.size()); // by which variances that are rounding errors are told from others
@@ -59,11 +49,10 @@ std::vector<double> density_of(const Solution& solution, Values& variance, const
         for (std::size_t s = begin; s < end; ++s) {
             const auto row = static_cast<Eigen::Index>(s);
             const Eigen::RowVectorXd rho_2 = rho.row(row).cwiseAbs2() * surfels.area(static_cast<Index>(s));
-            const Eigen::RowVectorXd mean_2 = mean.row(row).cwiseAbs2();
             parts[0][s] = rho_2.sum();
-            parts[1][s] = rho_2.dot((square.row(row) - mean_2).cwiseMax(0.0));
-            parts[2][s] = rho_2.dot(noise.row(row).cwiseMax(0.0));
-            brightness[s] = rho_2.dot(mean_2);
+            parts[1][s] = rho_2.dot(sources.variation.row(row));
+            parts[2][s] = rho_2.dot(sources.noise.row(row));
+            brightness[s] = rho_2.dot(sources.light.row(row).cwiseAbs2());
         }
     });
     const double least = rounding * std::accumulate(brightness.begin(), brightness.end(), 0.0);
@@ -83,55 +72,37 @@ std::vector<double> density_of(const Solution& solution, Values& variance, const
     return density;
 }
 
-/// Of each share of [0, 1) one number for each group, in ascending order, with the groups.
-std::vector<std::pair<double, Index>> places_in_shares(std::size_t shares, RandomStream& stream) {
-    std::vector<std::pair<double, Index>> places;
-    for (std::size_t share = 0; share < shares; ++share) {
-        for (Index g = 0; g < ErrorPoints::groups; ++g) {
-            places.emplace_back((static_cast<double>(share) + stream.uniform()) / static_cast<double>(shares), g);
-        }
-    }
-    std::sort(places.begin(), places.end());
-    return places;
-}
-
 } // namespace
+
+ErrorSources error_sources(const Solution& solution, const Execution& execution) {
+    const FieldParts& field = solution.field->parts();
+    const BasisAverages& P = *field.system->discretisation().averages;
+    const Values c = sum_of_parts(field.smooth, field.channels);
+    ErrorSources sources;
+    Values square;
+    P.apply(c, sources.light, execution);
+    P.apply(c.cwiseAbs2(), square, execution);
+    sources.variation = (square - sources.light.cwiseAbs2()).cwiseMax(0.0);
+    sources.variance = variance_of_rays(solution, sources.light, execution);
+    P.apply(sources.variance.topRows(c.rows()), sources.noise, execution);
+    sources.noise = sources.noise.cwiseMax(0.0);
+    return sources;
+}
 
 ErrorPoints draw_error_points(const Solution& solution, std::size_t count, std::uint64_t seed,
                               const Execution& execution) {
     const Surfels& surfels = *solution.field->parts().system->discretisation().surfels;
-    ErrorPoints points;
-    const std::vector<double> density = density_of(solution, points.variance, execution);
-    const double all = std::accumulate(density.begin(), density.end(), 0.0); // 1 up to rounding
-    if (!(all > 0.0)) {
-        return points;
-    }
+    ErrorSources sources = error_sources(solution, execution);
+    const std::vector<double> density = density_of(solution, sources, execution);
     RandomStream stream(seed, "error points");
-    const std::vector<std::pair<double, Index>> places =
-        places_in_shares((count + ErrorPoints::groups - 1) / ErrorPoints::groups, stream);
-    std::vector<Surfels::Piece> pieces;
-    double below = 0.0, area = 0.0, weights = 0.0;
+    const std::size_t shares = (count + ErrorPoints::groups - 1) / ErrorPoints::groups;
+    ErrorPoints points{draw_surfel_points(surfels, density, shares, ErrorPoints::groups, stream),
+                       std::move(sources.variance)};
+    double area = 0.0;
     for (Index s = 0; s < surfels.size(); ++s) {
-        if (!(density[s] > 0.0)) {
-            continue;
-        }
-        below += density[s];
-        area += surfels.area(s);
-        bool known = false;
-        while (points.size() < places.size() && places[points.size()].first * all < below) {
-            if (!known) {
-                surfels.pieces(s, pieces);
-                known = true;
-            }
-            points.group.push_back(places[points.size()].second);
-            const double u = stream.uniform(), v = stream.uniform();
-            points.place.push_back(surfels.point_on(pieces, u, v));
-            points.surfel.push_back(s);
-            points.weight.push_back(surfels.area(s) / (density[s] * static_cast<double>(places.size())));
-            weights += points.weight.back();
-        }
+        area += density[s] > 0.0 ? surfels.area(s) : 0.0;
     }
-    DIFUSA_REQUIRE(points.size() == places.size());
+    const double weights = std::accumulate(points.weight.begin(), points.weight.end(), 0.0);
     for (double& weight : points.weight) {
         weight *= area / weights; // so that constants are integrated exactly
     }

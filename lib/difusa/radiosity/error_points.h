@@ -1,36 +1,37 @@
 // Surface points where the error of a solution is measured: more of them where it may be large.
 #pragma once
 
+#include <difusa/radiosity/surfel_points.h>
 #include <difusa/radiosity/system.h>
 
 #include <cstdint>
-#include <vector>
 
 namespace difusa {
 
-/// Random points with weights w_p: sum_p w_p f(x_p) estimates ∫ f dA for any f that vanishes where nothing is
-/// reflected; the weights sum to the area where something is.
-struct ErrorPoints {
-    std::vector<SurfacePoint> place;
-    std::vector<double> weight; ///< area
-    std::vector<Index> surfel;  ///< each is on
-    std::vector<Index> group;   ///< each belongs to: of `groups` of equal size, independent of each other
-
+/// The weights of the points sum to the area where something is reflected.
+struct ErrorPoints : SurfelPoints {
     /// The variance over the rays of each point of the system (Discretisation::points) of the light they meet, to which
     /// their noise is in proportion: #points of the system by #channels, W²/m⁴; 0 for transport without rays.
     Values variance;
 
     static constexpr Index groups = 3;
-
-    std::size_t size() const { return place.size(); }
 };
+
+/// Where the error of a solution may be large: #surfels by #channels.
+struct ErrorSources {
+    Values light;     ///< that the coefficients represent, W/m²
+    Values variation; ///< variance of the coefficients among the basis functions there, because the error of an
+                      ///< approximation grows with the variation of what it approximates; W²/m⁴
+    Values noise;     ///< ErrorPoints::variance around; W²/m⁴
+    Values variance;  ///< ErrorPoints::variance
+};
+
+ErrorSources error_sources(const Solution& solution, const Execution& execution);
 
 /// `count` points, rounded up to a multiple of the groups: one of each group from each of as many equal shares of a
 /// density over the surfels as there are points in a group. The density is a mixture: in equal parts in proportion to
-/// rho², with which the square of an error of the irradiance counts in the radiosity; to rho² times the variance of the
-/// coefficients among the basis functions there, because the error of an approximation grows with the variation of what
-/// it approximates; and to rho² times the variance over the rays of the sites, which makes their noise (zero for
-/// transport without rays). None if nothing reflects.
+/// rho², with which the square of an error of the irradiance counts in the radiosity, to rho² times
+/// ErrorSources::variation, and to rho² times ErrorSources::noise. None if nothing reflects.
 ErrorPoints draw_error_points(const Solution& solution, std::size_t count, std::uint64_t seed,
                               const Execution& execution);
 

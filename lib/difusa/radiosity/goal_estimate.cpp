@@ -1,0 +1,305 @@
+#include <difusa/radiosity/goal_estimate.h>
+
+#include <difusa/core/colour.h>
+#include <difusa/core/even_sequence.h>
+#include <difusa/discretisation/evaluate.h>
+#include <difusa/mesh/surface_sampling.h>
+#include <difusa/radiosity/error_points.h>
+#include <difusa/transport/gathered.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+namespace difusa {
+
+namespace {
+
+/// Independent repetitions, which tell the variance of their mean, and the 97.5 % quantile of Student's t for it.
+constexpr std::size_t repetitions = 16;
+constexpr double quantile = 2.1314;
+
+/// Points of direct light for each at which the residual is gathered: they take no rays where nothing is in the way.
+constexpr std::size_t direct_points = 4;
+
+constexpr std::size_t adjoint_rays = 4096; ///< at least, for the first step of the adjoint from places
+
+/// Uniform over triangles, or each place in turn.
+class GoalSampler {
+  public:
+    GoalSampler(const Mesh& mesh, const Goal& goal) : mesh_(mesh), goal_(goal) {
+        double sum = 0.0;
+        for (const Index t : goal.triangles) {
+            sum += mesh.areas[t];
+            below_.push_back(sum);
+        }
+    }
+
+    double area() const { return below_.empty() ? 0.0 : below_.back(); }
+
+    std::vector<SurfacePoint> draw(std::size_t count, RandomStream stream) const {
+        std::vector<SurfacePoint> points;
+        points.reserve(count);
+        if (below_.empty()) {
+            for (std::size_t i = 0; i < std::max(count, goal_.places.size()); ++i) {
+                points.push_back(goal_.places[i % goal_.places.size()]);
+            }
+            points.resize(points.size() / goal_.places.size() * goal_.places.size());
+            return points;
+        }
+        const std::array<double, 3> shift{stream.uniform(), stream.uniform(), stream.uniform()};
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::array<double, 3> u = even_point(i, shift);
+            const auto at = std::upper_bound(below_.begin(), below_.end(), u[0] * area());
+            const auto k = std::min(static_cast<std::size_t>(at - below_.begin()), below_.size() - 1);
+            points.push_back(uniform_point(mesh_, goal_.triangles[k], u[1], u[2]));
+        }
+        return points;
+    }
+
+  private:
+    const Mesh& mesh_;
+    const Goal& goal_;
+    std::vector<double> below_; ///< area of the triangles up to each
+};
+
+class GoalEstimation {
+  public:
+    GoalEstimation(const Solution& solution, const Goal& goal, std::size_t samples, std::size_t rays,
+                   std::uint64_t seed, std::size_t number, const Execution& execution)
+        : solution_(solution), goal_(goal), field_(*solution.field), parts_(field_.parts()), system_(*parts_.system),
+          scene_(*parts_.scene), sampler_(scene_.mesh, goal), channels_(field_.channels()), rays_(rays),
+          count_(std::max<std::size_t>(1, samples / (2 * repetitions))),
+          seed_(RandomStream(seed, "goal", number).bits()), execution_(execution.silent()) {
+        if (goal.triangles.empty() && goal.places.empty()) {
+            throw UsageError("the goal " + goal.name + " has neither triangles nor places");
+        }
+    }
+
+    GoalEstimate run() {
+        result_.name = goal_.name;
+        result_.area = sampler_.area();
+        result_.places = goal_.triangles.empty() ? goal_.places.size() : 0;
+        share_surfels();
+        find_adjoint();
+        draw_sources();
+        Values own(repetitions, channels_), corrected(repetitions, channels_);
+        for (std::size_t k = 0; k < repetitions; ++k) {
+            const auto row = static_cast<Eigen::Index>(k);
+            own.row(row) = field_mean(k);
+            corrected.row(row) = own.row(row) + residual_mean(k) + carried_mean(k);
+        }
+        const Eigen::RowVectorXd mean = corrected.colwise().mean();
+        const Eigen::RowVectorXd reach =
+            quantile *
+            ((corrected.rowwise() - mean).colwise().squaredNorm() / (repetitions * (repetitions - 1.0))).cwiseSqrt();
+        result_.field = rgb_of(own.colwise().mean());
+        result_.mean = rgb_of(mean);
+        result_.low = rgb_of(mean - reach);
+        result_.high = rgb_of(mean + reach);
+        return std::move(result_);
+    }
+
+  private:
+    Rgb rgb_of(const Eigen::RowVectorXd& row) const {
+        return channels_ == 1 ? Rgb(Rgb::Constant(row[0])) : Rgb(row.transpose().array());
+    }
+    Values sum(const Values& H) const { return sum_of_parts(H, channels_); }
+    RandomStream stream(const std::string& purpose, std::size_t k) const { return {seed_, purpose, k}; }
+    static std::string named(const std::string& purpose, std::size_t k) { return purpose + " " + std::to_string(k); }
+
+    /// Of an area: how much of it is on each surfel, and the mean of the light there, which the solution knows.
+    void share_surfels() {
+        if (goal_.triangles.empty()) {
+            return;
+        }
+        const Discretisation& discretisation = system_.discretisation();
+        const Surfels& surfels = *discretisation.surfels;
+        std::vector<char> inside(scene_.mesh.triangles.size(), 0);
+        for (const Index t : goal_.triangles) {
+            inside[t] = 1;
+        }
+        discretisation.averages->apply(sum(parts_.smooth), known_, execution_);
+        if (!parts_.direct_in_basis) {
+            known_ += sum(solution_.light.direct);
+        }
+        share_.assign(surfels.size(), 0.0);
+        mean_known_ = Eigen::RowVectorXd::Zero(channels_);
+        std::vector<Surfels::Piece> pieces;
+        for (Index s = 0; s < surfels.size(); ++s) {
+            surfels.pieces(s, pieces);
+            for (const Surfels::Piece& piece : pieces) {
+                share_[s] += inside[piece.triangle] != 0 ? piece.area / result_.area : 0.0;
+            }
+            mean_known_ += share_[s] * known_.row(s);
+        }
+    }
+
+    /// The radiosity of the goal as a lamp; per surfel.
+    Values lamp() const {
+        const Surfels& surfels = *system_.discretisation().surfels;
+        Values d(static_cast<Eigen::Index>(surfels.size()), channels_);
+        for (Index s = 0; s < surfels.size(); ++s) {
+            d.row(s).setConstant(share_[s] / surfels.area(s));
+        }
+        return d;
+    }
+
+    /// The irradiance from the places as lamps of the power 1 together, by reciprocity; per surfel.
+    Values light_of_places() {
+        const SystemParts& parts = system_.parts();
+        const Surfels& surfels = *system_.discretisation().surfels;
+        const std::size_t rays = std::max(rays_, (adjoint_rays + goal_.places.size() - 1) / goal_.places.size());
+        const LightTransport sight =
+            gathered(system_.tracer(), goal_.places, surfels, *parts.directions, rays, seed_, execution_);
+        result_.rays += sight.rays;
+        const auto n = static_cast<Eigen::Index>(goal_.places.size());
+        Values shares;
+        sight.W->apply_transpose(Values::Constant(n, 1, 1.0 / static_cast<double>(n)), shares, execution_);
+        Values light(static_cast<Eigen::Index>(surfels.size()), channels_);
+        for (Index s = 0; s < surfels.size(); ++s) {
+            light.row(s).setConstant(shares(s, 0) / surfels.area(s));
+        }
+        return light;
+    }
+
+    /// z = adjoint_ on the surfels + the function of the coefficients adjoint_smooth_.
+    void find_adjoint() {
+        const Values& rho = solution_.light.reflectance;
+        adjoint_ = Values::Zero(rho.rows(), channels_);
+        Values b;
+        if (goal_.triangles.empty()) {
+            adjoint_ = light_of_places();
+            b = rho.cwiseProduct(adjoint_);
+        } else {
+            b = lamp();
+        }
+        SolveOptions solve;
+        solve.tolerance = 1e-3;
+        solve.max_iterations = 100;
+        const Values z = system_.respond(rho, b, solve, execution_);
+        adjoint_smooth_ = system_.discretisation().evaluation->coefficients(z, execution_);
+    }
+
+    /// Points where the goal's error comes from: half of them in proportion to rho z, half to its product with the
+    /// deviation of what is approximated there.
+    void draw_sources() {
+        const Discretisation& discretisation = system_.discretisation();
+        const Surfels& surfels = *discretisation.surfels;
+        Values z;
+        discretisation.averages->apply(adjoint_smooth_, z, execution_);
+        const Values weight = (z + adjoint_).cwiseAbs().cwiseProduct(solution_.light.reflectance);
+        const ErrorSources sources = error_sources(solution_, execution_);
+        const Values deviation = (sources.variation + sources.noise / static_cast<double>(rays_)).cwiseSqrt();
+        std::vector<double> density(surfels.size());
+        double all = 0.0, deviating = 0.0;
+        const auto both = [&](Index s) {
+            return std::array<double, 2>{weight.row(s).sum() * surfels.area(s),
+                                         weight.row(s).dot(deviation.row(s)) * surfels.area(s)};
+        };
+        for (Index s = 0; s < surfels.size(); ++s) {
+            all += both(s)[0];
+            deviating += both(s)[1];
+        }
+        for (Index s = 0; s < surfels.size() && all > 0.0; ++s) {
+            density[s] = both(s)[0] / all + (deviating > 0.0 ? both(s)[1] / deviating : 0.0);
+        }
+        RandomStream own = stream("goal sources", 0);
+        sources_ = draw_surfel_points(surfels, density, count_, static_cast<Index>(repetitions), own);
+    }
+
+    /// h(x; h~) - h~(x), all sets together; adds up the rays.
+    Values residual(std::span<const SurfacePoint> x, const std::string& purpose) {
+        const Irradiance own = field_.evaluate_smooth(x, execution_);
+        const Irradiance fresh = field_.gather_smooth(x, rays_, seed_, purpose, execution_);
+        result_.rays += fresh.rays;
+        result_.segments += fresh.segments;
+        Values s = sum(fresh.direct + fresh.indirect) - sum(own.direct + own.indirect);
+        if (parts_.direct_in_basis) {
+            s += sharp(x, purpose);
+        }
+        return s;
+    }
+
+    Values sharp(std::span<const SurfacePoint> x, const std::string& purpose) {
+        DirectLight::Effort effort;
+        Values light = sum(field_.sharp(x, seed_, purpose, execution_, effort));
+        result_.segments += effort.segments;
+        return light;
+    }
+
+    /// On an area, what is known of the surfels is a control variate: only the light's variation within them is drawn.
+    Eigen::RowVectorXd field_mean(std::size_t k) {
+        const std::vector<SurfacePoint> x = sampler_.draw(direct_points * count_, stream("goal field", k));
+        const Irradiance own = field_.evaluate_smooth(x, execution_);
+        Values H = sum(own.direct + own.indirect);
+        if (!parts_.direct_in_basis) {
+            H += sharp(x, named("goal field", k));
+        }
+        if (goal_.triangles.empty()) {
+            return H.colwise().mean();
+        }
+        const Surfels& surfels = *system_.discretisation().surfels;
+        for (std::size_t i = 0; i < x.size(); ++i) {
+            H.row(static_cast<Eigen::Index>(i)) -= known_.row(surfels.at(x[i].face, x[i].u, x[i].v));
+        }
+        return mean_known_ + H.colwise().mean();
+    }
+
+    Eigen::RowVectorXd residual_mean(std::size_t k) {
+        return residual(sampler_.draw(count_, stream("goal residual", k)), named("goal residual", k)).colwise().mean();
+    }
+
+    /// <rho z, s> from the points of group k.
+    Eigen::RowVectorXd carried_mean(std::size_t k) {
+        Eigen::RowVectorXd product = Eigen::RowVectorXd::Zero(channels_);
+        std::vector<SurfacePoint> x;
+        std::vector<std::size_t> number;
+        for (std::size_t p = 0; p < sources_.size(); ++p) {
+            if (sources_.group[p] == k) {
+                x.push_back(sources_.place[p]);
+                number.push_back(p);
+            }
+        }
+        const Values s = residual(x, named("goal sources", k));
+        const Values z = evaluate(*system_.discretisation().basis, adjoint_smooth_, x, execution_);
+        for (std::size_t i = 0; i < x.size(); ++i) {
+            const std::size_t p = number[i];
+            const auto row = static_cast<Eigen::Index>(i);
+            const Eigen::RowVectorXd rho = scene_.reflectance(x[i]).head(channels_).matrix().transpose();
+            const Eigen::RowVectorXd all = z.row(row) + adjoint_.row(static_cast<Eigen::Index>(sources_.surfel[p]));
+            // The weights are those of a mean over all repetitions.
+            product += repetitions * sources_.weight[p] * rho.cwiseProduct(all).cwiseProduct(s.row(row));
+        }
+        return product;
+    }
+
+    const Solution& solution_;
+    const Goal& goal_;
+    const Field& field_;
+    const FieldParts& parts_;
+    const RadiositySystem& system_;
+    const Scene& scene_;
+    GoalSampler sampler_;
+    int channels_;
+    std::size_t rays_, count_; ///< a gather; points of a repetition
+    std::uint64_t seed_;
+    Execution execution_;
+    std::vector<double> share_;     ///< #surfels: of the goal's area
+    Values known_;                  ///< #surfels by #channels: mean irradiance
+    Eigen::RowVectorXd mean_known_; ///< over the goal
+    Values adjoint_;                ///< #surfels by #channels
+    Values adjoint_smooth_;         ///< #S by #channels
+    SurfelPoints sources_;
+    GoalEstimate result_;
+};
+
+} // namespace
+
+GoalEstimate estimate_goal(const Solution& solution, const Goal& goal, std::size_t samples, std::size_t rays,
+                           std::uint64_t seed, std::size_t number, const Execution& execution) {
+    return GoalEstimation(solution, goal, samples, rays, seed, number, execution).run();
+}
+
+} // namespace difusa

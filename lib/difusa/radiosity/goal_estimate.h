@@ -1,0 +1,44 @@
+// Goal-oriented error estimation: the mean irradiance over a part of the surface, corrected, with an interval.
+//
+// Let h~ be the light that the coefficients represent, and s(x) = h(x; h~) - h~(x) its residual, with h(.; h~) gathered
+// from h~. Then the true light is h~ + e with e = s + K rho e, where K carries the radiosity of the surface to
+// irradiance. K is symmetric: the mean of e over a goal, whose normalised indicator is d, is
+//     <d, e> = <d, s> + <rho z, s>,   z = K d + K rho z,
+// where z is the irradiance that the goal would cause as a lamp of radiosity d (the dual-weighted residual: Becker and
+// Rannacher 2001). Both products are measured with fresh rays. The correction is unbiased but for the product of the
+// errors of z and h~.
+#pragma once
+
+#include <difusa/radiosity/system.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace difusa {
+
+/// Where a mean is wanted: over the area of triangles or, without any, over places of equal weight.
+struct Goal {
+    std::string name;
+    std::vector<Index> triangles; ///< of the scene's mesh, each at most once
+    std::vector<SurfacePoint> places;
+};
+
+/// Irradiance, direct and indirect, W/m²; a grey scene has three equal channels.
+struct GoalEstimate {
+    std::string name;
+    double area = 0.0;                  ///< of the goal; 0 for places
+    std::size_t places = 0;             ///< of the goal; 0 for an area
+    Rgb field = Rgb::Zero();            ///< mean of the light as evaluated from the basis
+    Rgb mean = Rgb::Zero();             ///< the same, corrected
+    Rgb low = Rgb::Zero(), high = low;  ///< ends of the 95 % confidence interval of the corrected mean
+    std::size_t rays = 0, segments = 0; ///< cast
+};
+
+/// `samples`: places at which the residual is gathered, half of them on the goal, half where its error comes from;
+/// `rays` from each. `number`: of the goal, which selects its random streams. Throws UsageError for a goal without
+/// triangles and places.
+GoalEstimate estimate_goal(const Solution& solution, const Goal& goal, std::size_t samples, std::size_t rays,
+                           std::uint64_t seed, std::size_t number, const Execution& execution);
+
+} // namespace difusa

@@ -1,0 +1,60 @@
+#include <difusa/radiosity/surfel_points.h>
+
+#include <difusa/core/error.h>
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+namespace difusa {
+
+namespace {
+
+/// Of each share of [0, 1) one number for each group, in ascending order, with the groups.
+std::vector<std::pair<double, Index>> places_in_shares(std::size_t shares, Index groups, RandomStream& stream) {
+    std::vector<std::pair<double, Index>> places;
+    places.reserve(shares * groups);
+    for (std::size_t share = 0; share < shares; ++share) {
+        for (Index g = 0; g < groups; ++g) {
+            places.emplace_back((static_cast<double>(share) + stream.uniform()) / static_cast<double>(shares), g);
+        }
+    }
+    std::sort(places.begin(), places.end());
+    return places;
+}
+
+} // namespace
+
+SurfelPoints draw_surfel_points(const Surfels& surfels, std::span<const double> density, std::size_t shares,
+                                Index groups, RandomStream& stream) {
+    SurfelPoints points;
+    const double all = std::accumulate(density.begin(), density.end(), 0.0);
+    if (!(all > 0.0)) {
+        return points;
+    }
+    const std::vector<std::pair<double, Index>> places = places_in_shares(shares, groups, stream);
+    std::vector<Surfels::Piece> pieces;
+    double below = 0.0;
+    for (Index s = 0; s < surfels.size(); ++s) {
+        if (!(density[s] > 0.0)) {
+            continue;
+        }
+        below += density[s];
+        bool known = false;
+        while (points.size() < places.size() && places[points.size()].first * all < below) {
+            if (!known) {
+                surfels.pieces(s, pieces);
+                known = true;
+            }
+            points.group.push_back(places[points.size()].second);
+            const double u = stream.uniform(), v = stream.uniform();
+            points.place.push_back(surfels.point_on(pieces, u, v));
+            points.surfel.push_back(s);
+            points.weight.push_back(surfels.area(s) * all / (density[s] * static_cast<double>(places.size())));
+        }
+    }
+    DIFUSA_REQUIRE(points.size() == places.size());
+    return points;
+}
+
+} // namespace difusa
