@@ -456,5 +456,22 @@ TEST(FieldReader, DamagedVtpIsRefusedOrReadAndNothingIsPrinted) {
     EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
 }
 
+/// VTK tells the terminal if a range it has written beside an array is of the wrong length.
+TEST(FieldReader, VtksNotesAboutArraysAreNotRead) {
+    const ScratchDirectory scratch;
+    write_field(example(0), scratch / "out.vtp");
+    std::string content = test::read_file(scratch / "out.vtp");
+    const std::string right = "location=\"vtkDataArray\" length=\"2\"",
+                      wrong = "location=\"vtkDataArray\" length=\"1\"";
+    std::size_t changed = 0;
+    for (std::size_t place = 0; (place = content.find(right, place)) != std::string::npos; ++changed) {
+        content.replace(place, right.size(), wrong);
+    }
+    ASSERT_GT(changed, 0U);
+    testing::internal::CaptureStderr();
+    expect_same(read_text(scratch, "wrong.vtp", content), read_field(scratch / "out.vtp"));
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
 } // namespace
 } // namespace difusa::field_reader_test
