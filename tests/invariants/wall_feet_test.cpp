@@ -83,11 +83,8 @@ TEST_P(WallFeet, LetNoLightThrough) {
     };
     std::vector<Case> cases{{0.004, 0.23, "moving-least-squares"}};
 #ifndef DIFUSA_SANITIZED // the same code, met more often
-    cases.insert(cases.end(), {{0.004, 0.23, "shepard"},
-                               {0.004, 0.23, "normalized-radial"},
-                               {0.004, 0.1, "moving-least-squares"},
-                               {0.03, 0.23, "moving-least-squares"},
-                               {0.03, 0.1, "normalized-radial"}});
+    cases.insert(cases.end(),
+                 {{0.004, 0.23, "shepard"}, {0.004, 0.1, "moving-least-squares"}, {0.03, 0.23, "normalized-radial"}});
 #endif
     for (const Case& each : cases) {
         const TwoRooms rooms = wall_feet(each.size)[GetParam()];

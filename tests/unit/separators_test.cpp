@@ -306,7 +306,8 @@ TEST(Separators, NoElementReachesThroughAWall) {
 /// Lines of sight of all regions within `around` of them.
 std::vector<std::vector<Index>> obstacles_of(const Mesh& mesh, double around, double lift) {
     RegionTrees trees(mesh);
-    return find_obstacles(mesh, trees, std::vector<SightReach>(mesh.region_count, {around, lift}), wall_rounding(mesh));
+    return find_obstacles(mesh, trees, std::vector<SightReach>(mesh.region_count, {around, lift, true}),
+                          wall_rounding(mesh));
 }
 
 TEST(Obstacles, AreNoneWhereNothingIsBetween) {

@@ -12,30 +12,34 @@ using Box = BoxTree::Box;
 /// Looks for points of a region, and of what is lifted off it, on both sides of a triangle's plane.
 class Sides {
   public:
-    Sides(const Mesh& mesh, Index plane, double lift, double rounding)
-        : mesh_(mesh), normal_(mesh.normals[plane]), foot_(mesh.corner(plane, 0)), lift_(lift), rounding_(rounding) {}
+    /// `member`: of the region.
+    Sides(const Mesh& mesh, Index plane, Index member, const SightReach& reach, double rounding)
+        : mesh_(mesh), normal_(mesh.normals[plane]), foot_(mesh.corner(plane, 0)), rounding_(rounding) {
+        const double up = reach.lift * (reach.flat ? normal_.dot(mesh.normals[member]) : 1.0);
+        low_ = reach.flat ? std::min(up, 0.0) : -up;
+        high_ = std::max(up, 0.0);
+    }
 
     bool both() const { return below_ && above_; }
 
     /// False if nothing in the box adds to what is known.
     bool matters(const Box& box) const {
         const double middle = normal_.dot(box.center() - foot_), half = 0.5 * normal_.cwiseAbs().dot(box.sizes());
-        return (!below_ && middle - half - lift_ < -rounding_) || (!above_ && middle + half + lift_ > rounding_);
+        return (!below_ && middle - half + low_ < -rounding_) || (!above_ && middle + half + high_ > rounding_);
     }
 
     void see(Index triangle) {
-        const double up = lift_ * normal_.dot(mesh_.normals[triangle]);
         for (int k = 0; k < 3; ++k) {
             const double height = normal_.dot(mesh_.corner(triangle, k) - foot_);
-            below_ = below_ || height + std::min(up, 0.0) < -rounding_;
-            above_ = above_ || height + std::max(up, 0.0) > rounding_;
+            below_ = below_ || height + low_ < -rounding_;
+            above_ = above_ || height + high_ > rounding_;
         }
     }
 
   private:
     const Mesh& mesh_;
     const Vec3 &normal_, &foot_;
-    double lift_, rounding_;
+    double rounding_, low_ = 0.0, high_ = 0.0;
     bool below_ = false, above_ = false;
 };
 
@@ -59,6 +63,17 @@ std::vector<char> flat_regions(const Mesh& mesh, const RegionTrees& trees, doubl
     return flat;
 }
 
+std::vector<char> closed_regions(const Mesh& mesh) {
+    std::vector<char> closed(mesh.region_count, 1);
+    for (std::size_t side = 0; side < mesh.twin.size(); ++side) {
+        const Index region = mesh.region[side / 3], twin = mesh.twin[side];
+        if (twin == none || mesh.region[twin / 3] != region) {
+            closed[region] = 0;
+        }
+    }
+    return closed;
+}
+
 std::vector<std::vector<Index>> find_obstacles(const Mesh& mesh, RegionTrees& trees, std::span<const SightReach> reach,
                                                double rounding) {
     std::vector<std::vector<Index>> found(mesh.region_count);
@@ -77,7 +92,7 @@ std::vector<std::vector<Index>> find_obstacles(const Mesh& mesh, RegionTrees& tr
                 return false;
             }
             const Box near(own.min() - Vec3::Constant(here.around), own.max() + Vec3::Constant(here.around));
-            Sides sides(mesh, F, here.lift, rounding);
+            Sides sides(mesh, F, trees.members(region)[0], here, rounding);
             if (!near.intersects(whole) || !sides.matters(whole)) {
                 return false;
             }

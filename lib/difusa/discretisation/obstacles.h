@@ -13,15 +13,20 @@ namespace difusa {
 /// True for each region whose triangles lie in one plane, up to `rounding`.
 std::vector<char> flat_regions(const Mesh& mesh, const RegionTrees& trees, double rounding);
 
+/// True for each region that has no border: what is before it is connected, and folds of such bodies are let pass.
+std::vector<char> closed_regions(const Mesh& mesh);
+
 /// How far lines of sight between points of a region leave it.
 struct SightReach {
     double around = 0.0; ///< from the nearest of its triangles; 0: no lines of sight
     double lift = 0.0;   ///< along the normals of their ends
+    bool flat = false;   ///< all of the region lies in one plane
 };
 
 /// For each region, the triangles of other regions that lines of sight between two of its points may cross, ascending:
 /// those within reach that have points of the region, or of what is lifted off it, on both sides of their planes.
-/// Walls around a convex floor are not among them. `reach`: #regions.
+/// Walls around a convex floor are not among them. Of a bent region, points as far away as the lift in any direction
+/// count. `reach`: #regions.
 std::vector<std::vector<Index>> find_obstacles(const Mesh& mesh, RegionTrees& trees, std::span<const SightReach> reach,
                                                double rounding);
 

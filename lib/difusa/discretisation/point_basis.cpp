@@ -35,7 +35,7 @@ struct PointBasis::NearestSite {
 
 namespace {
 
-constexpr std::size_t few = 16, many = 1024; ///< sites looked at where no support is
+constexpr std::size_t few = 16, many = 64; ///< sites looked at where no support is
 
 } // namespace
 

@@ -32,7 +32,7 @@ class PointBasis : public Basis {
     /// Elements at x; those of sites that are out of its sight (separators.h) vanish. If a basis that sums to one has
     /// no support there, all weight goes to the nearest site of the region: of the 16 nearest in space, the one at the
     /// smallest site distance, or the nearest in space if all face away. Where something may come between, it has to be
-    /// in sight; up to 1024 sites are looked at. There is no element where none of these is: under what stands on the
+    /// in sight; up to 64 sites are looked at. There is no element where none of these is: under what stands on the
     /// surface. On a region without sites it is the nearest of all sites.
     void evaluate(const SurfacePoint& x, BasisRow& row) const final;
     void evaluate(std::span<const SurfacePoint> x, std::span<BasisRow> rows) const final;

@@ -148,11 +148,40 @@ std::vector<SightReach> sight_reach(const SiteSet& sites, std::span<const double
         // Points of a bent region lie up to the radius below the tangent plane of another.
         SightReach& here = reach[sites.region[i]];
         const bool level = flat[sites.region[i]] != 0;
+        here.flat = level;
         here.around = std::max(here.around, (level ? most_lift : 2.0) * support[i]);
         here.lift = std::max(here.lift, (level ? most_lift : most_lift + 0.5) * support[i]);
     }
     return reach;
 }
+
+/// A segment, by its centre and half of its extent: of boxes in a tree of very many triangles it meets few, though all
+/// are within its own.
+class Segment {
+  public:
+    Segment(const Vec3& a, const Vec3& b, double rounding)
+        : centre_(0.5 * (a + b)), half_(0.5 * (b - a)), extent_(half_.cwiseAbs()), rounding_(rounding) {}
+
+    /// No axis and no direction across the segment and an axis tells them apart.
+    bool meets(const Box& box) const {
+        const Vec3 m = centre_ - 0.5 * (box.min() + box.max());
+        const Vec3 h = (0.5 * (box.max() - box.min())).array() + rounding_;
+        if ((m.cwiseAbs().array() > (h + extent_).array()).any()) {
+            return false;
+        }
+        for (Eigen::Index i = 0; i < 3; ++i) {
+            const Eigen::Index j = (i + 1) % 3, k = (i + 2) % 3;
+            if (std::abs(m[j] * half_[k] - m[k] * half_[j]) > h[j] * extent_[k] + h[k] * extent_[j]) {
+                return false;
+            }
+        }
+        return true;
+    }
+
+  private:
+    Vec3 centre_, half_, extent_;
+    double rounding_;
+};
 
 BoxTree tree_of(const Mesh& mesh, std::vector<Index> triangles) {
     std::vector<Box> boxes;
@@ -185,38 +214,49 @@ Separators::Separators(const Mesh& mesh, const SiteSet& sites, std::span<const d
     }
     support_.assign(support.begin(), support.end());
     near_.assign(sites.size(), 0);
-    find_near(flat, regions, obstacles);
-    tree_.assign(mesh.region_count, none);
+    // A region that is flat, or a closed body on which nothing stands, is not looked at as an obstacle to itself.
+    std::vector<char> simple = closed_regions(mesh);
     for (Index region = 0; region < mesh.region_count; ++region) {
-        if (obstacles[region].empty() && folded_[region] == 0) {
+        simple[region] = flat[region] != 0 || (simple[region] != 0 && walls[region].empty()) ? 1 : 0;
+    }
+    tree_.assign(mesh.region_count, none);
+    const auto add_tree = [&](Index region) {
+        tree_[region] = static_cast<Index>(trees_.size());
+        trees_.push_back({tree_of(mesh, walls[region]), tree_of(mesh, obstacles[region])});
+    };
+    for (Index region = 0; region < mesh.region_count; ++region) {
+        if (!obstacles[region].empty()) {
+            add_tree(region);
+        }
+    }
+    find_near(flat, simple, regions, obstacles);
+    for (Index region = 0; region < mesh.region_count; ++region) {
+        if (simple[region] != 0 || (obstacles[region].empty() && folded_[region] == 0)) {
             continue;
         }
-        if (flat[region] == 0) {
-            const std::span<const Index> own = regions.members(region);
-            obstacles[region].insert(obstacles[region].end(), own.begin(), own.end());
+        const std::span<const Index> own = regions.members(region);
+        obstacles[region].insert(obstacles[region].end(), own.begin(), own.end());
+        if (tree_[region] == none) {
+            add_tree(region);
+        } else {
+            trees_[tree_[region]].obstacles = tree_of(mesh, obstacles[region]);
         }
-        tree_[region] = static_cast<Index>(trees_.size());
-        trees_.push_back({tree_of(mesh, std::move(walls[region])), tree_of(mesh, std::move(obstacles[region]))});
     }
 }
 
 /// Which sites have an obstacle, or a fold of their region, within reach of their lines of sight.
-void Separators::find_near(const std::vector<char>& flat, RegionTrees& regions,
+void Separators::find_near(const std::vector<char>& flat, const std::vector<char>& simple, RegionTrees& regions,
                            const std::vector<std::vector<Index>>& obstacles) {
-    std::vector<BoxTree> trees(obstacles.size());
     FoldSearch folds(*mesh_, regions);
     folded_.assign(obstacles.size(), 0);
     for (Index i = 0; i < sites_->size(); ++i) {
         const Index region = sites_->region[i];
-        if (trees[region].empty() && !obstacles[region].empty()) {
-            trees[region] = tree_of(*mesh_, obstacles[region]);
-        }
         const double reach = (flat[region] != 0 ? 1.0 + most_lift : 2.0) * support_[i];
         const Vec3& centre = sites_->points[i].position;
-        const bool close = trees[region].visit(grown(Box(centre), reach), [&](Index, const Box& box) {
-            return box.squaredExteriorDistance(centre) < reach * reach;
-        });
-        const bool folded = flat[region] == 0 && !folds.unfolded(sites_->points[i], support_[i]);
+        const auto within = [&](const Box& box) { return box.squaredExteriorDistance(centre) < reach * reach; };
+        const bool close =
+            tree_[region] != none && trees_[tree_[region]].obstacles.visit_where(within, [](Index) { return true; });
+        const bool folded = simple[region] == 0 && !folds.unfolded(sites_->points[i], support_[i]);
         folded_[region] = folded || folded_[region] != 0 ? 1 : 0;
         near_[i] = close || folded ? 1 : 0;
     }
@@ -235,7 +275,8 @@ bool Separators::crosses(Index triangle, const Vec3& a, const Vec3& b, double& t
 }
 
 bool Separators::crossed(const BoxTree& tree, const Vec3& a, const Vec3& b) const {
-    return tree.visit(Box(a).extend(b), [&](Index triangle, const Box&) {
+    const auto meets = [segment = Segment(a, b, rounding_)](const Box& box) { return segment.meets(box); };
+    return tree.visit_where(meets, [&](Index triangle) {
         double t = 0.0;
         return crosses(triangle, a, b, t);
     });
@@ -244,7 +285,8 @@ bool Separators::crossed(const BoxTree& tree, const Vec3& a, const Vec3& b) cons
 Vec3 Separators::lifted(const BoxTree& tree, const Vec3& from, const Vec3& normal, double wanted) const {
     const Vec3 to = from + wanted * normal;
     double clear = 1.0;
-    tree.visit(Box(from).extend(to), [&](Index triangle, const Box&) {
+    const auto meets = [segment = Segment(from, to, rounding_)](const Box& box) { return segment.meets(box); };
+    tree.visit_where(meets, [&](Index triangle) {
         double t = 1.0;
         if (crosses(triangle, from, to, t)) {
             clear = std::min(clear, 0.5 * t);

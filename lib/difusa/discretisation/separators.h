@@ -65,7 +65,7 @@ class Separators {
         BoxTree walls;     ///< its separators
         BoxTree obstacles; ///< these, and all others
     };
-    void find_near(const std::vector<char>& flat, RegionTrees& regions,
+    void find_near(const std::vector<char>& flat, const std::vector<char>& simple, RegionTrees& regions,
                    const std::vector<std::vector<Index>>& obstacles);
     Vec3 lifted(const BoxTree& tree, const Vec3& from, const Vec3& normal, double wanted) const;
     bool crosses(Index triangle, const Vec3& a, const Vec3& b, double& t) const;
