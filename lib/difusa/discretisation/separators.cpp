@@ -320,6 +320,12 @@ bool Separators::hides(Index site, const SurfacePoint& x) const {
         if (!crossed(obstacles, a, b)) {
             return false;
         }
+        // Under a low ceiling over one of them, as between a shelf and the table below it.
+        const double low = std::min((a - p.position).norm(), (b - x.position).norm());
+        if (share == least_lift && low > 4.0 * rounding_ && low < lift &&
+            !crossed(obstacles, p.position + low * p.normal, x.position + low * x.normal)) {
+            return false;
+        }
     }
     return true;
 }
