@@ -57,7 +57,8 @@ void check_constants(BakeResult& result, const Discretisation& discretisation, c
 void check_coverage(BakeResult& result, const Discretisation& discretisation, const LightTransport& transport,
                     double dark_area, const Execution& execution) {
     const double area = result.scene->mesh.area, uncovered = discretisation.uncovered - dark_area;
-    if (uncovered > 1e-3 * area) {
+    // Bases that sum to one leave out what nothing is in sight of: no light is lost there.
+    if (uncovered > 1e-3 * area && !discretisation.basis->sums_to_one()) {
         execution.note("no basis function covers " + text_of(100.0 * uncovered / area) +
                        " % of the surface: light is lost there; give the basis a larger width, or more sites");
     }
