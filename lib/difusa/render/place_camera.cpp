@@ -43,12 +43,12 @@ Camera from_outside(const Mesh& mesh, const Vec3& towards, const Vec3& up, doubl
 }
 
 /// What the rays of a picture of this many rows meet.
-struct Look {
+struct Glance {
     Coverage coverage;
     double depth = 0.0; ///< mean distance of what is met
 };
 
-Look look_through(const Camera& camera, const Visibility& visibility, double aspect, std::size_t rows) {
+Glance look_through(const Camera& camera, const Visibility& visibility, double aspect, std::size_t rows) {
     const auto columns = static_cast<std::size_t>(std::max(1.0, std::round(aspect * static_cast<double>(rows))));
     const CameraRays view(camera, columns, rows);
     std::vector<Ray> rays;
@@ -60,7 +60,7 @@ Look look_through(const Camera& camera, const Visibility& visibility, double asp
     }
     std::vector<Hit> hits(rays.size());
     visibility.first_hits(rays, hits);
-    Look look;
+    Glance look;
     std::size_t fronts = 0, backs = 0;
     for (const Hit& hit : hits) {
         if (hit.face != none) {
@@ -139,7 +139,7 @@ BestView best_view(const CameraWishes& wishes, const Vec3& up, const Mesh& mesh,
     const Candidates all = candidates(mesh, up, wishes, aspect);
     std::vector<double> score;
     for (const Camera& camera : all.outside) {
-        const Look look = look_through(camera, visibility, aspect, coarse_rows);
+        const Glance look = look_through(camera, visibility, aspect, coarse_rows);
         score.push_back(share_of_fronts(look.coverage, wishes.cull_backs));
     }
     const Choice outside = best_of(all.outside, score);
@@ -149,7 +149,7 @@ BestView best_view(const CameraWishes& wishes, const Vec3& up, const Mesh& mesh,
     // Inside, most of the picture shows fronts, and not the side of a wardrobe.
     score.clear();
     for (const Camera& camera : all.inside) {
-        const Look look = look_through(camera, visibility, aspect, coarse_rows);
+        const Glance look = look_through(camera, visibility, aspect, coarse_rows);
         score.push_back(look.coverage.fronts * std::min(1.0, 4.0 * look.depth / mesh.diameter()));
     }
     const Choice inside = best_of(all.inside, score);
