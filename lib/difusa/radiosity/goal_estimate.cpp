@@ -18,7 +18,7 @@ namespace {
 
 /// Independent repetitions, which tell the variance of their mean, and the 97.5 % quantile of Student's t for it.
 constexpr std::size_t repetitions = 16;
-constexpr double quantile = 2.1314;
+constexpr double t_quantile = 2.1314;
 
 /// Points of direct light for each at which the residual is gathered: they take no rays where nothing is in the way.
 constexpr std::size_t direct_points = 4;
@@ -92,7 +92,7 @@ class GoalEstimation {
         }
         const Eigen::RowVectorXd mean = corrected.colwise().mean();
         const Eigen::RowVectorXd reach =
-            quantile *
+            t_quantile *
             ((corrected.rowwise() - mean).colwise().squaredNorm() / (repetitions * (repetitions - 1.0))).cwiseSqrt();
         result_.field = rgb_of(own.colwise().mean());
         result_.mean = rgb_of(mean);
