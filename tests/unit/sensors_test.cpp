@@ -169,6 +169,7 @@ TEST(Sensors, TheirErrorsAreEstimated) {
     }
     const BakeResult result = coarse_bake(scene, options);
     options.spacing = 0.1;
+    options.output_spacing = 1e30; // a final gather at the sensors is what is wanted
     options.final_gather = 16384;
     options.rays = 1024;
     const BakeResult fine = bake(test::registry(), scene, "scene", options, Execution{});
