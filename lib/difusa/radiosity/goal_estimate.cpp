@@ -262,6 +262,9 @@ class GoalEstimation {
                 number.push_back(p);
             }
         }
+        if (x.empty()) { // nothing is reflected
+            return product;
+        }
         const Values s = residual(x, named("goal sources", k));
         const Values z = evaluate(*system_.discretisation().basis, adjoint_smooth_, x, execution_);
         for (std::size_t i = 0; i < x.size(); ++i) {
