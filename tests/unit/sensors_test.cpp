@@ -9,6 +9,7 @@
 
 #include <support/lit_scenes.h>
 #include <support/plugins.h>
+#include <support/refusal.h>
 #include <support/rooms.h>
 #include <support/sited.h>
 
@@ -186,13 +187,7 @@ std::vector<Vec3> grid_places(const Scene& scene, const SensorGrid& grid) {
 }
 
 std::string refused(const Scene& scene, const SensorGrid& grid) {
-    try {
-        places_of_grid(grid, scene);
-    } catch (const InputError& error) {
-        return error.what();
-    }
-    ADD_FAILURE() << "accepted";
-    return "";
+    return test::refusal_of([&] { places_of_grid(grid, scene); }, grid.on);
 }
 
 TEST(SensorGrids, CellsAreNoLongerThanTheSpacingAndKeepTheMargin) {
