@@ -86,6 +86,54 @@ void add_scene_arguments(CLI::App& app, BakeOptions& options) {
         ->group(group);
 }
 
+/// "1%" or "0.5 %": a share.
+double parse_percent(const std::string& option, const std::string& text) {
+    const std::size_t sign = text.find('%');
+    const std::vector<double> values =
+        parse_numbers(text.substr(0, text.find_last_not_of(" %") + 1)).value_or(std::vector<double>());
+    if (sign == std::string::npos || sign + 1 != text.size() || values.size() != 1 || !(values[0] > 0.0)) {
+        throw UsageError(option + " " + text + ": takes a positive percentage with its sign, such as 1%");
+    }
+    return values[0] / 100.0;
+}
+
+void add_target_arguments(CLI::App& app, BakeArguments& arguments) {
+    const std::string group = "Accuracy";
+    add_parsed(app, "--error", arguments.error,
+               "accuracy to reach: adds sites and rays until the estimated rms error, relative to the reflected light, "
+               "is below this with a confidence of 97.5 %; exit code 3 if it is out of reach",
+               parse_percent)
+        ->group(group)
+        ->type_name("P%");
+    add_whole<std::size_t>(app, "--max-sites", arguments.target.most_sites, 100, "do not go beyond, with --error")
+        ->group(group)
+        ->type_name("N")
+        ->default_str(shown(arguments.target.most_sites));
+    add_parsed(app, "--max-seconds", arguments.target.most_seconds,
+               "start no attempt that will probably end later, with --error: the result then depends on the machine",
+               parse_positive)
+        ->group(group)
+        ->type_name("S");
+    app.add_flag("--best-effort", arguments.target.best_effort,
+                 "if the accuracy of --error is out of reach, write the best result all the same; still exit code 3")
+        ->group(group);
+}
+
+/// Throws UsageError for options that contradict --error or do nothing without it.
+void check_target(const CLI::App& app, bool ordered) {
+    for (const char* const name : {"--max-sites", "--max-seconds", "--best-effort"}) {
+        if (!ordered && app.count(name) > 0) {
+            throw UsageError(std::string(name) + ": limits what --error may take; order an accuracy, --error 1%");
+        }
+    }
+    for (const char* const name : {"--sites", "--spacing", "--rays", "--error-points", "--final-gather"}) {
+        if (ordered && app.count(name) > 0) {
+            throw UsageError(std::string(name) + ": cannot be combined with --error, which chooses the effort; omit "
+                                                 "one of them");
+        }
+    }
+}
+
 } // namespace
 
 void add_light_arguments(CLI::App& app, BakeOptions& options, const std::string& group) {
@@ -138,6 +186,7 @@ void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::stri
                                "slower, and far more accurate")
         ->group(output)
         ->type_name("N");
+    add_target_arguments(app, arguments);
     add_parsed(
         app, "--error-points", options.error_points,
         "surface points at which the error is estimated (default: an eighth of the sites, 128 to 4096; 0: no estimate)",
@@ -165,6 +214,13 @@ void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::stri
         ->group(output)
         ->type_name("FILE.csv");
     app.add_option("--report", arguments.files.report, "write a report as JSON")->group(output)->type_name("FILE.json");
+    app.final_callback([&app, &arguments] { check_target(app, arguments.error.has_value()); });
+}
+
+void require_target(const BakeResult& result) {
+    if (result.target_missed) {
+        throw NotConverged("the accuracy ordered by --error was not reached; the files hold the best result");
+    }
 }
 
 BakeOptions bake_options(const BakeArguments& arguments) {
@@ -172,6 +228,10 @@ BakeOptions bake_options(const BakeArguments& arguments) {
     options.outputs = {arguments.files.field, arguments.files.sites, arguments.files.report, arguments.files.listed};
     if (!arguments.at.empty()) {
         options.at = read_point_list(arguments.at);
+    }
+    if (arguments.error) {
+        options.target = arguments.target;
+        options.target->relative = *arguments.error;
     }
     if (!arguments.goal.empty()) {
         options.goals = read_goals(arguments.goal);

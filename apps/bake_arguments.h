@@ -9,6 +9,7 @@
 #include <CLI/CLI.hpp>
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -51,10 +52,12 @@ void add_light_arguments(CLI::App& app, BakeOptions& options, const std::string&
 
 /// The values of these options.
 struct BakeArguments {
-    BakeOptions options;        ///< except `at` and `goals`
-    BakeFiles files;            ///< sites, listed and report
-    std::filesystem::path at;   ///< file with points
-    std::filesystem::path goal; ///< file with goals
+    BakeOptions options;         ///< except `at` and `goals`
+    BakeFiles files;             ///< sites, listed and report
+    std::filesystem::path at;    ///< file with points
+    std::filesystem::path goal;  ///< file with goals
+    std::optional<double> error; ///< to reach
+    ErrorTarget target;          ///< its limits
 };
 
 /// All options of a bake except --seed and those of its output mesh, in groups; `gathered` says where --final-gather
@@ -64,6 +67,9 @@ void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::stri
 /// `check_outputs` with the files of the bake added. Throws UsageError if only one of --at and --at-output is given.
 void check_bake_outputs(const BakeArguments& arguments, std::vector<OutputName> outputs,
                         std::vector<std::pair<std::filesystem::path, std::string>> inputs);
+
+/// Throws NotConverged if the accuracy ordered was missed, after the best result has been written.
+void require_target(const BakeResult& result);
 
 /// The options, with the points of --at and the goals of --goal read, and the files of the bake as outputs. Throws what
 /// reading them throws.

@@ -36,7 +36,7 @@ Examples:
       number of sites and rays, memory and time it would take
   bake_radiosity --list-plugins
 
-Exit codes: 0 done, 1 usage, 2 input, 3 not converged, 4 resources, 5 internal, 130 interrupted.
+Exit codes: 0 done, 1 usage, 2 input, 3 not converged or --error not reached, 4 resources, 5 internal, 130 interrupted.
 )";
 
 struct Arguments {
@@ -180,6 +180,7 @@ void run(const Arguments& a) {
     difusa::write_bake(result, files, execution);
     progress.clear();
     if (a.run.quiet) {
+        require_target(result);
         return;
     }
     if (a.verbose) {
@@ -195,6 +196,7 @@ void run(const Arguments& a) {
             std::cout << "written: " << file.string() << "\n";
         }
     }
+    require_target(result);
 }
 
 } // namespace

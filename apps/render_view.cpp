@@ -46,7 +46,7 @@ What can be shown: radiosity; its parts direct and indirect; irradiance, irradia
 emission (W/m^2); reflectance; group:NAME, the radiosity of one light group; luminance, error (estimated), basis, in
 false colours with a colour bar; sites, as dots. Back faces are dark grey.
 
-Exit codes: 0 done, 1 usage, 2 input, 3 not converged, 4 resources, 5 internal, 130 interrupted.
+Exit codes: 0 done, 1 usage, 2 input, 3 not converged or --error not reached, 4 resources, 5 internal, 130 interrupted.
 )";
 
 /// A picture to make.
@@ -355,6 +355,7 @@ void run(Arguments& a) {
     }
     progress.clear();
     if (a.run.quiet) {
+        require_target(result);
         return;
     }
     std::cout << difusa::summary_of(result) << "pictures: " << view.rays << " rays and " << view.segments
@@ -365,6 +366,7 @@ void run(Arguments& a) {
             std::cout << "written: " << file.string() << "\n";
         }
     }
+    require_target(result);
 }
 
 } // namespace

@@ -2,6 +2,7 @@
 
 #include <difusa/bake/choices.h>
 #include <difusa/bake/cost.h>
+#include <difusa/bake/error_target.h>
 #include <difusa/bake/evaluation.h>
 #include <difusa/bake/goals.h>
 #include <difusa/bake/placing.h>
@@ -102,16 +103,6 @@ void check_request(BakeResult& result, const Choices& choices, const DirectLight
     result.estimate = estimate_cost(result, choices, lights, sites, execution);
 }
 
-Placed build_and_place(BakeResult& result, const Choices& choices, const Tracer& tracer, const Execution& execution) {
-    build_visibility(result, choices, execution);
-    const DirectLight lights(*result.scene, tracer);
-    const LitSurface lit = lit_surface(result, lights, tracer, execution);
-    Placed placed{place_sites(result, choices, lit, execution), lit.dark_area};
-    result.sites = placed.sites;
-    check_request(result, choices, lights, placed.sites->size(), execution);
-    return placed;
-}
-
 /// Estimates the cost, placing sites only where that is cheap.
 void forecast(BakeResult& result, const Choices& choices, const Execution& execution) {
     const Tracer tracer(result.scene->mesh, *choices.engine);
@@ -164,13 +155,21 @@ void solve_with(BakeResult& result, const ElementChoice& elements, const Choices
     }
 }
 
-/// The steps after the scene is there.
-void finish(BakeResult& result, Choices& choices, const Execution& execution) {
-    const Tracer tracer(result.scene->mesh, *choices.engine);
-    const Placed placed = build_and_place(result, choices, tracer, execution);
+/// What does not depend on the sites.
+struct Surroundings {
+    const Tracer& tracer;
+    const DirectLight& lights;
+    const LitSurface& lit;
+};
+
+/// The steps from the sites to the error estimate.
+void solve_and_judge(BakeResult& result, Choices& choices, const Surroundings& around, const Execution& execution) {
+    const Placed placed{place_sites(result, choices, around.lit, execution), around.lit.dark_area};
+    result.sites = placed.sites;
+    check_request(result, choices, around.lights, placed.sites->size(), execution);
     std::optional<LightTransport> transport;
     try {
-        solve_with(result, choices.elements, choices, tracer, placed, transport, execution);
+        solve_with(result, choices.elements, choices, around.tracer, placed, transport, execution);
     } catch (const BouncesDoNotDieOut&) {
         if (!choices.fallback) {
             throw;
@@ -178,9 +177,25 @@ void finish(BakeResult& result, Choices& choices, const Execution& execution) {
         execution.note("with --basis " + choices.elements.basis_text +
                        ", the default, the bounces do not die out: normalized-radial is used, with which they do "
                        "unless the surfaces absorb nothing");
-        solve_with(result, *choices.fallback, choices, tracer, placed, transport, execution);
+        solve_with(result, *choices.fallback, choices, around.tracer, placed, transport, execution);
     }
     estimate_error_of(result, execution);
+}
+
+/// The steps after the scene is there.
+void finish(BakeResult& result, Choices& choices, const Execution& execution) {
+    const Tracer tracer(result.scene->mesh, *choices.engine);
+    build_visibility(result, choices, execution);
+    const DirectLight lights(*result.scene, tracer);
+    const LitSurface lit = lit_surface(result, lights, tracer, execution);
+    const Surroundings around{tracer, lights, lit};
+    if (result.options.target) {
+        reach_target(
+            result, [&](BakeResult& attempt, const Execution& own) { solve_and_judge(attempt, choices, around, own); },
+            execution);
+    } else {
+        solve_and_judge(result, choices, around, execution);
+    }
     estimate_goals_of(result, execution);
     evaluate_output(result, execution);
     list_savings(result, execution);
@@ -239,6 +254,9 @@ BakeResult bake(const Registry& registry, Scene scene, const std::string& name, 
 BakeResult dry_run(const Registry& registry, const std::filesystem::path& file, const BakeOptions& options,
                    const Execution& execution) {
     return run(registry, options, execution, [&](BakeResult& result, Choices& choices, const Execution& own) {
+        if (options.target) {
+            throw UsageError("a dry run cannot tell what --error will take: sites and rays follow from attempts");
+        }
         read_into(result, registry, file, own);
         forecast(result, choices, own);
         result.dry_run = true;

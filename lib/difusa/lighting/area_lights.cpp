@@ -17,7 +17,7 @@ constexpr double largest_share = 0.1;
 constexpr double contrast = 4.0;
 
 /// Up to this many area lights are all evaluated; more are represented by one of them where seen under this angle.
-constexpr std::size_t few = 32;
+constexpr std::size_t few_triangles = 32;
 constexpr double opening = 0.15;
 
 /// Up to this many area lights, the one for a single ray is chosen by form factors.
@@ -110,7 +110,7 @@ void AreaLights::collect(const SurfacePoint& x, RandomStream& stream, Worker& wo
             worker.parts.push_back({triangle, F, weight, mean, share});
         }
     };
-    if (triangles_.size() <= few) {
+    if (triangles_.size() <= few_triangles) {
         for (const Index triangle : triangles_) {
             add(triangle, 1.0);
         }

@@ -379,8 +379,8 @@ std::string summary_of(const BakeResult& result) {
              << "memory for transport: at most " << format_bytes(estimate.transport_bytes) << "\n"
              << "time for transport: about " << format_seconds(estimate.seconds) << "\n"
              << "error estimate" << (result.options.goals.empty() ? "" : ", goals")
-             << (result.options.final_gather > 0 ? ", final gather: " : ": ")
-             << estimate.further_rays << " rays, about " << format_seconds(estimate.further_seconds) << "\n";
+             << (result.options.final_gather > 0 ? ", final gather: " : ": ") << estimate.further_rays
+             << " rays, about " << format_seconds(estimate.further_seconds) << "\n";
         return text.str();
     }
     text << "transport: " << result.journal.count_of("rays") << " rays, " << result.journal.count_of("segments")
@@ -403,6 +403,13 @@ std::string summary_of(const BakeResult& result) {
         total += took;
     }
     text << "\n";
+    for (std::size_t i = 0; i < result.attempts.size(); ++i) {
+        const Attempt& attempt = result.attempts[i];
+        text << std::setprecision(2) << "attempt " << i + 1 << ": " << attempt.effort.sites << " sites, "
+             << attempt.effort.rays << " rays, " << attempt.effort.error_points << " error points: about "
+             << 100.0 * attempt.rms << " %, below " << 100.0 * attempt.high << " % (" << format_seconds(attempt.seconds)
+             << ")\n";
+    }
     if (result.error) {
         text << error_sentence(*result.error) << "\n";
     }

@@ -75,6 +75,25 @@ Json goals_of(const BakeResult& result) {
     return goals;
 }
 
+Json target_of(const BakeResult& result) {
+    const ErrorTarget& target = *result.options.target;
+    Json attempts = Json::array();
+    for (const Attempt& attempt : result.attempts) {
+        attempts.push_back({{"sites", attempt.effort.sites},
+                            {"rays", attempt.effort.rays},
+                            {"error_points", attempt.effort.error_points},
+                            {"relative", attempt.rms},
+                            {"relative_high", attempt.high},
+                            {"noise_share", attempt.noise_share},
+                            {"seconds", attempt.seconds}});
+    }
+    return {{"relative", target.relative},
+            {"most_sites", target.most_sites},
+            {"most_seconds", number(target.most_seconds)},
+            {"reached", !result.target_missed},
+            {"attempts", attempts}};
+}
+
 Json input_of(const BakeResult& result) {
     Json input;
     input["file"] = result.file;
@@ -185,6 +204,7 @@ void add_outcome(const BakeResult& result, Json& report) {
             {{"what", saving.what}, {"because", saving.because}, {"saved", saving.amount}, {"unit", saving.unit}});
     }
     report["error"] = result.error ? error_of(*result.error) : Json(nullptr);
+    report["error_target"] = result.options.target ? target_of(result) : Json(nullptr);
     report["goals"] = goals_of(result);
     report["output"] = {{"vertices", result.mesh.vertices.size()},
                         {"triangles", result.mesh.triangles.size()},

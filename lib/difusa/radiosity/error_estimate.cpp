@@ -229,6 +229,12 @@ class Estimation {
         result_.bound = result_.residual.high == 0.0 ? 0.0
                         : rho < 1.0                  ? result_.residual.high / (1.0 - rho)
                                                      : std::numeric_limits<double>::infinity();
+        // What is carried on is known from few points, and may come out larger than the residual allows.
+        if (rho < 1.0) {
+            result_.total.rms = std::min(result_.total.rms, result_.residual.rms / (1.0 - rho));
+            result_.total.low = std::min(result_.total.low, result_.total.rms);
+            result_.total.high = std::min(result_.total.high, result_.bound);
+        }
     }
 
     const Solution& solution_;

@@ -27,7 +27,7 @@ struct ErrorEstimate {
     double reflected = 0.0; ///< rms of B - E, W/m²: what errors are told relative to, since the brightness of a lamp
                             ///< says nothing about the light on the walls
 
-    RmsEstimate total;       ///< error of the radiosity
+    RmsEstimate total;       ///< error of the radiosity, at most what the residual allows
     RmsEstimate indirect;    ///< of its part rho H_indirect
     RmsEstimate residual;    ///< r, with the noise of direct light
     RmsEstimate carried_rms; ///< p
