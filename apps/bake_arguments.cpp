@@ -4,7 +4,9 @@
 #include <difusa/output/point_list.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <sstream>
 #include <vector>
 
 namespace difusa {
@@ -50,6 +52,34 @@ PointLight parse_point_light(const std::string& option, const std::string& text)
     return light;
 }
 
+/// "floor:spacing=0.5,height=0.8,margin=0.5"; the name may contain colons.
+SensorGrid parse_grid(const std::string& option, const std::string& text) {
+    const std::size_t colon = text.rfind(':');
+    if (colon == std::string::npos || colon == 0) {
+        throw UsageError(option + " " + text + ": takes FACE:spacing=D,height=H,margin=M, such as floor:spacing=0.5");
+    }
+    SensorGrid grid{text.substr(0, colon)};
+    std::istringstream settings(text.substr(colon + 1));
+    for (std::string setting; std::getline(settings, setting, ',');) {
+        const std::size_t sign = std::min(setting.find('='), setting.size());
+        const std::string name = setting.substr(0, sign), value = setting.substr(std::min(sign + 1, setting.size()));
+        double* const target = name == "spacing"  ? &grid.spacing
+                               : name == "height" ? &grid.height
+                               : name == "margin" ? &grid.margin
+                                                  : nullptr;
+        const std::vector<double> numbers = parse_numbers(value).value_or(std::vector<double>());
+        if (target == nullptr || numbers.size() != 1 || numbers[0] < 0.0) {
+            throw UsageError(option + " " + text + ": `" + setting +
+                             "` is none of spacing=D, height=H and margin=M with a length of at least 0");
+        }
+        *target = numbers[0];
+    }
+    if (!(grid.spacing > 0.0)) {
+        throw UsageError(option + " " + text + ": needs a spacing above 0, such as " + grid.on + ":spacing=0.5");
+    }
+    return grid;
+}
+
 /// An option for the name of a plugin or method.
 CLI::Option* add_name(CLI::App& app, const std::string& name, std::string& target, const std::string& what,
                       const std::string& group) {
@@ -80,6 +110,10 @@ void add_scene_arguments(CLI::App& app, BakeOptions& options) {
         parse_point_light)
         ->group(group)
         ->type_name("X,Y,Z,R[,G,B]");
+    add_name(app, "--flip", options.flip,
+             "faces to turn over, so that their backs become fronts: auto (parts that are certainly inside out, as "
+             "light meets only their backs; doubtful ones are noted), all, none",
+             group);
     app.add_flag("--light-groups", options.light_groups,
                  "write each light's contribution (emitting material, sun, point light, sky): arrays radiosity_of_NAME "
                  "and irradiance_of_NAME (in a .vtp, and in the table of --at)")
@@ -134,6 +168,76 @@ void check_target(const CLI::App& app, bool ordered) {
     }
 }
 
+/// What --quality chooses.
+struct Preset {
+    const char* name;
+    std::size_t sites, rays;
+    const char* projection; ///< empty: the default
+    std::size_t final_gather;
+    double output_in_spacings;
+};
+constexpr std::array<Preset, 3> presets{{
+    {"draft", 1000, 128, "natural", 0, 1.0},
+    {"normal", default_sites, 512, "", 0, 1.0},
+    {"final", 20000, 1024, "galerkin", 256, 0.5},
+}};
+const char* const quality_help =
+    "draft (1000 sites, 128 rays, natural projection: about a tenth of the time), normal (5000 sites, 512 rays: the "
+    "default), final (20000 sites, 1024 rays, galerkin projection, final gather with 256 rays, output at half the "
+    "spacing: about sixty times the time); options that are given take precedence";
+
+/// Chooses what the command line does not.
+void apply_quality(const BakeArguments& arguments, BakeOptions& options) {
+    if (options.quality.empty()) {
+        return;
+    }
+    const auto preset = std::find_if(presets.begin(), presets.end(),
+                                     [&](const Preset& known) { return options.quality == known.name; });
+    if (preset == presets.end()) {
+        throw UsageError("--quality " + options.quality + ": must be draft, normal or final");
+    }
+    const auto& given = arguments.given;
+    if (!given("--sites") && !given("--spacing")) {
+        options.sites = preset->sites;
+    }
+    if (!given("--rays")) {
+        options.rays = preset->rays;
+    }
+    if (!given("--projection") && options.transport.rfind("pairwise", 0) != 0) { // which has its own needs
+        options.projection = preset->projection;
+    }
+    if (!given("--final-gather")) {
+        options.final_gather = preset->final_gather;
+    }
+    options.output_in_spacings = preset->output_in_spacings;
+}
+
+void add_place_arguments(CLI::App& app, BakeArguments& arguments, const std::string& group) {
+    BakeOptions& options = arguments.options;
+    app.add_option("--at", arguments.at,
+                   "table of places at which to report the light, with --at-output: x,y,z (the nearest point of the "
+                   "surface) or x,y,z,nx,ny,nz (a sensor with this normal, where it stands) per line; in metres for a "
+                   "scene file")
+        ->group(group)
+        ->type_name("FILE");
+    add_name(app, "--sensor", options.sensor,
+             "what is measured where the sensors stand: planar (irradiance by the normal), horizontal, spherical, "
+             "cylindrical (mean irradiance of a small sphere, or of an upright cylinder)",
+             group);
+    app.add_flag("--snap", options.snap, "places with a normal, too, are moved to the nearest surface that faces it")
+        ->group(group);
+    add_repeated(app, "--grid", options.grids,
+                 "grid of sensors over a flat face, given by its number in the file or the name of its material; "
+                 "minimum, mean, maximum and uniformity are reported (may be repeated)",
+                 parse_grid)
+        ->group(group)
+        ->type_name("FACE:spacing=D,height=H,margin=M");
+    app.add_option("--at-output", arguments.files.listed,
+                   "write the light at the places of --at and --grid, comma-separated")
+        ->group(group)
+        ->type_name("FILE.csv");
+}
+
 } // namespace
 
 void add_light_arguments(CLI::App& app, BakeOptions& options, const std::string& group) {
@@ -149,7 +253,12 @@ void add_light_arguments(CLI::App& app, BakeOptions& options, const std::string&
 
 void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::string& gathered) {
     BakeOptions& options = arguments.options;
+    arguments.given = [&app](const std::string& name) {
+        const CLI::Option* option = app.get_option_no_throw(name);
+        return option != nullptr && option->count() > 0;
+    };
     const std::string discretisation = "Discretisation";
+    app.add_option("--quality", options.quality, quality_help)->group(discretisation)->type_name("NAME");
     add_site_arguments(app, options, discretisation);
     add_name(app, "--projection", options.projection,
              "how coefficients are computed from the light: natural (values at the sites, or a solve if the basis "
@@ -205,14 +314,11 @@ void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::stri
     app.add_option("--sites-output", arguments.files.sites, "write the sites as points, .vtp or .ply")
         ->group(output)
         ->type_name("FILE");
-    app.add_option("--at", arguments.at,
-                   "table of points at which to report the light, with --at-output: x,y,z or x,y,z,nx,ny,nz (a normal) "
-                   "per line; in metres for a scene file")
-        ->group(output)
-        ->type_name("FILE");
-    app.add_option("--at-output", arguments.files.listed, "write the light at the points of --at, comma-separated")
-        ->group(output)
-        ->type_name("FILE.csv");
+    add_name(app, "--units", options.units,
+             "of what is derived from the light: radiometric (W/m^2), photometric (lux and cd/m^2, 683 lm/W times "
+             "0.2126 R + 0.7152 G + 0.0722 B), or auto: photometric if the scene file measures its lights so",
+             output);
+    add_place_arguments(app, arguments, output);
     app.add_option("--report", arguments.files.report, "write a report as JSON")->group(output)->type_name("FILE.json");
     app.final_callback([&app, &arguments] { check_target(app, arguments.error.has_value()); });
 }
@@ -225,6 +331,7 @@ void require_target(const BakeResult& result) {
 
 BakeOptions bake_options(const BakeArguments& arguments) {
     BakeOptions options = arguments.options;
+    apply_quality(arguments, options);
     options.outputs = {arguments.files.field, arguments.files.sites, arguments.files.report, arguments.files.listed};
     if (!arguments.at.empty()) {
         options.at = read_point_list(arguments.at);
@@ -243,11 +350,19 @@ BakeOptions bake_options(const BakeArguments& arguments) {
 
 void check_bake_outputs(const BakeArguments& arguments, std::vector<OutputName> outputs,
                         std::vector<std::pair<std::filesystem::path, std::string>> inputs) {
-    if (arguments.at.empty() != arguments.files.listed.empty()) {
-        throw UsageError(arguments.at.empty() ? "--at-output " + arguments.files.listed.string() +
-                                                    ": no points were given; name a file of points, --at FILE"
-                                              : "--at " + arguments.at.string() +
-                                                    ": the results need an output file, --at-output FILE.csv");
+    const bool places = !arguments.at.empty() || !arguments.options.grids.empty();
+    if (!arguments.files.listed.empty() && !places) {
+        throw UsageError("--at-output " + arguments.files.listed.string() +
+                         ": no points were given; name a file of points, --at FILE, or a --grid");
+    }
+    if (!arguments.at.empty() && arguments.files.listed.empty()) {
+        throw UsageError("--at " + arguments.at.string() + ": the results need an output file, --at-output FILE.csv");
+    }
+    if (arguments.options.sensor != "planar" && !places) {
+        throw UsageError("--sensor " + arguments.options.sensor + ": there are no sensors; give --at or --grid");
+    }
+    if (arguments.options.snap && arguments.at.empty()) {
+        throw UsageError("--snap: there are no places to move to the surface; give --at");
     }
     outputs.push_back({arguments.files.sites, true});
     outputs.push_back({arguments.files.report, false});

@@ -9,6 +9,7 @@
 #include <CLI/CLI.hpp>
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -52,10 +53,12 @@ void add_light_arguments(CLI::App& app, BakeOptions& options, const std::string&
 
 /// The values of these options.
 struct BakeArguments {
-    BakeOptions options;         ///< except `at` and `goals`
-    BakeFiles files;             ///< sites, listed and report
-    std::filesystem::path at;    ///< file with points
-    std::filesystem::path goal;  ///< file with goals
+    BakeOptions options;        ///< except `at` and `goals`
+    BakeFiles files;            ///< sites, listed and report
+    std::filesystem::path at;   ///< file with points
+    std::filesystem::path goal; ///< file with goals
+    /// Whether the command line has an option of this name; set by add_bake_arguments, and valid as long as its app.
+    std::function<bool(const std::string& option)> given;
     std::optional<double> error; ///< to reach
     ErrorTarget target;          ///< its limits
 };
@@ -64,15 +67,16 @@ struct BakeArguments {
 /// gathers: "each output vertex".
 void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::string& gathered);
 
-/// `check_outputs` with the files of the bake added. Throws UsageError if only one of --at and --at-output is given.
+/// `check_outputs` with the files of the bake added. Throws UsageError for --at without --at-output, and for options
+/// of places without any.
 void check_bake_outputs(const BakeArguments& arguments, std::vector<OutputName> outputs,
                         std::vector<std::pair<std::filesystem::path, std::string>> inputs);
 
 /// Throws NotConverged if the accuracy ordered was missed, after the best result has been written.
 void require_target(const BakeResult& result);
 
-/// The options, with the points of --at and the goals of --goal read, and the files of the bake as outputs. Throws what
-/// reading them throws.
+/// The options, with what --quality chooses for those that are not given, the points of --at and the goals of --goal
+/// read, and the files of the bake as outputs. Throws what reading them throws.
 BakeOptions bake_options(const BakeArguments& arguments);
 
 } // namespace difusa

@@ -48,7 +48,8 @@ struct Arguments {
 
 void declare(CLI::App& app, Arguments& a) {
     app.add_option("mesh", a.mesh, difusa::mesh_help)->type_name("MESH");
-    app.add_option("out", a.bake.files.field, "baked field: .vtp (everything) or .ply (colours and luminance)")
+    app.add_option("out", a.bake.files.field,
+                   "baked field: .vtp (everything) or .ply (colours, and the radiosity or luminance)")
         ->type_name("OUT");
 
     add_bake_arguments(app, a.bake, "each output vertex");

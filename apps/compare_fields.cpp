@@ -33,7 +33,7 @@ Examples:
   compare_fields out.vtp fine.vtp error.vtp --report error.json --array irradiance_direct --array reflectance
       additional arrays, and all norms as JSON
   compare_fields out.ply fine.ply
-      luminance only: PLY holds nothing else
+      the weighted radiosity only: PLY holds nothing else
 
 The meshes may differ: the reference is then interpolated at its nearest point facing the same way, and should be
 the finer one. Norms are relative to the same norm of the reference, integrated over the surface of the result.

@@ -36,7 +36,8 @@ cat <<END
 
 To look at the result:
     paraview $build/cornell_box.vtp
-        press Apply, colour by display_rgb and switch "Map Scalars" off; or colour by radiosity
+        press Apply, colour by display_rgb and switch "Map Scalars" off; or colour by
+        radiosity_weighted, one number (of R, G and B, ParaView shows the magnitude, which means nothing)
     meshlab $build/cornell_box.ply
 To bake a mesh of your own:
     $bake mesh.off out.vtp

@@ -10,6 +10,7 @@
 #include <difusa/output/bake_files.h>
 #include <difusa/render/picture.h>
 #include <difusa/render/place_camera.h>
+#include <difusa/repair/findings.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -32,9 +33,9 @@ const char* const examples =
 
 Examples:
   render_view scene.json out.png
-      seen by the file's camera, or, if it has none, by one that frames the whole scene
-  render_view room.obj out.png --eye 0.3,0.3,-0.8 --look-at 0.3,0.3,0.3 --up 0,1,0 --samples 16 --final-gather 256
-      from a given position, antialiased, accurate
+      seen by the file's camera; without one, an object from outside as a whole, a closed room from inside
+  render_view room.obj out.png --eye 0.3,0.3,-0.8 --look-at 0.3,0.3,0.3 --final-gather 256
+      from a given position, accurate
   render_view room.obj out.png --also direct=direct.png --also luminance=luminance.png --also sites=sites.png
       several pictures of one bake
   render_view room.obj basis.png --show basis --element 42 --sites 500
@@ -43,7 +44,8 @@ Examples:
       linear radiances; seeing through the backs of walls
 
 What can be shown: radiosity; its parts direct and indirect; irradiance, irradiance-direct, irradiance-indirect,
-emission (W/m^2); reflectance; group:NAME, the radiosity of one light group; luminance, error (estimated), basis, in
+emission (W/m^2); reflectance; group:NAME, the radiosity of one light group; luminance (cd/m^2), illuminance (lux),
+radiosity-weighted, irradiance-weighted (W/m^2, weighted by luminance), error (estimated), basis, in
 false colours with a colour bar; sites, as dots. Back faces are dark grey.
 
 Exit codes: 0 done, 1 usage, 2 input, 3 not converged or --error not reached, 4 resources, 5 internal, 130 interrupted.
@@ -56,6 +58,11 @@ struct Picture {
     std::filesystem::path file;
 };
 
+/// What is shown where rays hit nothing.
+struct Background {
+    std::optional<difusa::Rgb> colour; ///< absent: the sky
+};
+
 struct Arguments {
     std::filesystem::path mesh, out;
     std::string show = "radiosity";
@@ -66,8 +73,8 @@ struct Arguments {
     difusa::ViewOptions view;
     std::vector<std::size_t> size;
     std::optional<double> exposure; ///< absent: auto
-    difusa::ToneCurve tone = difusa::ToneCurve::linear;
-    std::optional<difusa::Rgb> background;
+    difusa::ToneCurve tone = difusa::ToneCurve::filmic;
+    std::optional<Background> background;
     std::optional<std::pair<double, double>> range;
     std::optional<difusa::Index> element;
     std::optional<difusa::Vec3> near;
@@ -98,12 +105,15 @@ std::pair<double, double> parse_range(const std::string& option, const std::stri
     return {(*values)[0], (*values)[1]};
 }
 
-difusa::Rgb parse_background(const std::string& option, const std::string& text) {
+Background parse_background(const std::string& option, const std::string& text) {
+    if (text == "sky") {
+        return {};
+    }
     const difusa::Rgb colour = difusa::parse_rgb(option, text);
     if (!(colour <= 1.0).all()) {
-        throw UsageError(option + " " + text + ": must be from 0 to 1 in each channel");
+        throw UsageError(option + " " + text + ": must be from 0 to 1 in each channel, or sky");
     }
-    return colour;
+    return {colour};
 }
 
 std::optional<double> parse_exposure(const std::string& option, const std::string& text) {
@@ -126,7 +136,7 @@ Picture parse_also(const std::string& option, const std::string& text) {
 }
 
 void declare_camera(CLI::App& app, Arguments& a) {
-    const std::string group = "Camera (default: the scene file's, or one that frames the whole scene)";
+    const std::string group = "Camera (default: the scene file's, or the whole from outside, or a room from a corner)";
     add_parsed(app, "--eye", a.camera.eye, "position, in metres for a scene file", difusa::parse_point)
         ->group(group)
         ->type_name("X,Y,Z");
@@ -136,7 +146,11 @@ void declare_camera(CLI::App& app, Arguments& a) {
     add_parsed(app, "--towards", a.camera.towards, "viewing direction, instead of --look-at", parse_direction)
         ->group(group)
         ->type_name("X,Y,Z");
-    add_parsed(app, "--up", a.camera.up, "up direction in the picture (default: 0,0,1)", parse_direction)
+    add_parsed(
+        app, "--up", a.camera.up,
+        "up direction in the picture (default: what the scene file says; y for glTF and OBJ, z for others, unless "
+        "there is a floor along the other of the two)",
+        parse_direction)
         ->group(group)
         ->type_name("X,Y,Z");
     add_parsed(app, "--view-angle", a.camera.view_angle, "vertical field of view in degrees", parse_degrees)
@@ -153,7 +167,7 @@ void declare_picture(CLI::App& app, Arguments& a) {
     difusa::add_repeated(app, "--also", a.also, "additional picture of the same bake (may be repeated)", parse_also)
         ->group(group)
         ->type_name("SHOW=FILE");
-    difusa::add_repeated(app, "--size", a.size, "width and height in pixels (default: 800 600)",
+    difusa::add_repeated(app, "--size", a.size, "width and height in pixels, without the colour bar (default: 800 600)",
                          [](const std::string& option, const std::string& text) {
                              return difusa::parse_whole<std::size_t>(option, text, 1);
                          })
@@ -167,11 +181,11 @@ void declare_picture(CLI::App& app, Arguments& a) {
     app.add_flag("--cull-backs", a.view.cull_backs, "see through back faces")->group(group);
     add_parsed(
         app, "--background", a.background,
-        "linear colour where rays hit nothing, 0 to 1, shown as is (default: the sky; white around false colours "
-        "and sites)",
+        "where rays hit nothing: a linear colour, 0 to 1, shown as is, or sky (default: the sky if it is an image or a "
+        "gradient, else a neutral grey)",
         parse_background)
         ->group(group)
-        ->type_name("R[,G,B]");
+        ->type_name("R[,G,B] or sky");
     add_parsed(app, "--exposure", a.exposure,
                "factor applied to light before display, or auto: 95 % of what the first picture of light shows "
                "is at most 0.9 (default: auto)",
@@ -181,7 +195,7 @@ void declare_picture(CLI::App& app, Arguments& a) {
     add_parsed(app, "--tone", a.tone, "linear, clipped at 1, or filmic, which approaches 1 gradually", parse_tone)
         ->group(group)
         ->type_name("NAME")
-        ->default_str("linear");
+        ->default_str("filmic");
     add_parsed(app, "--element", a.element, "the element that --show basis shows (default: the sum of all)",
                [](const std::string& option, const std::string& text) {
                    return difusa::parse_whole<difusa::Index>(option, text, 0);
@@ -192,7 +206,8 @@ void declare_picture(CLI::App& app, Arguments& a) {
                difusa::parse_point)
         ->group(group)
         ->type_name("X,Y,Z");
-    add_parsed(app, "--range", a.range, "values at the ends of the colour bar (default: the smallest and largest seen)",
+    add_parsed(app, "--range", a.range,
+               "values at the ends of the colour bar (default: the first and last percentile of what is seen)",
                parse_range)
         ->group(group)
         ->type_name("LOW,HIGH");
@@ -234,7 +249,7 @@ std::vector<Picture> pictures_of(const Arguments& a) {
     }
     if ((a.range || a.logarithmic) && !mapped) {
         throw UsageError(std::string(a.range ? "--range" : "--log") +
-                         ": no picture has a colour bar; show luminance, error or basis");
+                         ": no picture has a colour bar; show luminance, illuminance, error or basis");
     }
     if (a.range && a.logarithmic && !(a.range->first > 0.0)) {
         throw UsageError("--range: must begin above 0 with --log");
@@ -264,15 +279,25 @@ void choose_element(const Arguments& a, const difusa::SiteSet& sites, std::vecto
     }
 }
 
-/// The content of a picture's file; sets `how` to the exposure or range it was made with.
-std::string developed(const difusa::BakeResult& result, const difusa::View& view, std::size_t show, const Arguments& a,
-                      const std::filesystem::path& file, double exposure, std::string& how,
-                      const difusa::Execution& execution) {
+struct Developed {
+    std::string content; ///< of the file
+    std::size_t width = 0, height = 0;
+};
+
+/// Sets `how` to the exposure or range that the picture was made with.
+Developed developed(const difusa::BakeResult& result, const difusa::View& view, std::size_t show, const Arguments& a,
+                    const std::filesystem::path& file, double exposure, std::string& how,
+                    const difusa::Execution& execution) {
     if (difusa::is_radiance_hdr(file)) {
         how = ", linear";
-        return radiance_hdr_of(linear_picture(view, show, a.background));
+        const std::optional<difusa::Rgb> background = a.background ? a.background->colour : std::nullopt;
+        return {radiance_hdr_of(linear_picture(view, show, background)), a.view.width, a.view.height};
     }
-    difusa::Development development{exposure, a.tone, {}, a.background};
+    difusa::Development development{exposure, a.tone, {}, {}, false};
+    if (a.background) {
+        development.background = a.background->colour;
+    }
+    development.sky = a.background ? !a.background->colour : result.scene->dome != nullptr && !result.sky_assumed;
     switch (colouring_of(view.shows[show].quantity)) {
     case difusa::Colouring::light:
         how = ", exposure " + difusa::text_of(exposure);
@@ -286,7 +311,8 @@ std::string developed(const difusa::BakeResult& result, const difusa::View& view
     default:
         break;
     }
-    return png_of(develop(result, view, show, development, execution));
+    const difusa::Image image = develop(result, view, show, development, execution);
+    return {png_of(image), image.width, image.height};
 }
 
 /// The common exposure of all pictures of light.
@@ -297,6 +323,21 @@ double exposure_for(const Arguments& a, const difusa::View& view) {
         }
     }
     return a.exposure.value_or(1.0);
+}
+
+/// Refuses a picture of nothing before the work, and remarks on one of back faces.
+void check_view_of(const difusa::Mesh& mesh, const difusa::Camera& camera, const difusa::Coverage& coverage,
+                   const Arguments& a, difusa::Progress& progress) {
+    if (coverage.fronts + coverage.backs == 0.0) {
+        throw UsageError("the picture would show nothing: from " + difusa::coordinates(camera.eye) + " towards " +
+                         difusa::coordinates(camera.towards) + ", no ray meets the surface, which lies between " +
+                         difusa::coordinates(mesh.low) + " and " + difusa::coordinates(mesh.high) +
+                         "; change --eye, --look-at or --towards, or omit them for a view of the whole");
+    }
+    if (!a.camera.cull_backs && coverage.fronts < 0.1 * coverage.backs) {
+        progress.remark("the picture shows mostly back faces, in dark grey: look from another side, see through them "
+                        "with --cull-backs, or turn them over with --flip all");
+    }
 }
 
 void run(Arguments& a) {
@@ -311,6 +352,7 @@ void run(Arguments& a) {
     a.view.seed = options.seed;
     a.camera.cull_backs = a.view.cull_backs;
     check_view(a.view);
+    options.graded_sky = true;
     options.output_spacing = std::numeric_limits<double>::max(); // the pictures are the output, not the mesh
     std::vector<difusa::Show> shows;
     for (const Picture& picture : pictures) {
@@ -321,13 +363,17 @@ void run(Arguments& a) {
 
     difusa::TerminalProgress progress(a.run.quiet);
     const difusa::Execution execution{a.run.threads, &progress};
+    options.when_visible = [&](const difusa::Scene& scene, const difusa::Visibility& visibility,
+                               const std::optional<difusa::Camera>& of_scene, const difusa::Vec3& up) {
+        const double aspect = static_cast<double>(a.view.width) / static_cast<double>(a.view.height);
+        a.view.camera = place_camera(a.camera, of_scene, up, scene.mesh, visibility, aspect);
+        check_view_of(scene.mesh, a.view.camera, coverage_of(a.view.camera, visibility, aspect), a, progress);
+    };
     difusa::BakeResult result;
     difusa::View view;
     try {
         result = difusa::bake(registry, a.mesh, options, execution);
         execution.phase("look");
-        a.view.camera = place_camera(a.camera, result.camera, result.scene->mesh, result.system->tracer().engine(),
-                                     static_cast<double>(a.view.width) / static_cast<double>(a.view.height));
         choose_element(a, *result.sites, shows);
         view = look(result, a.view, shows, execution);
     } catch (const difusa::Error& error) {
@@ -343,11 +389,11 @@ void run(Arguments& a) {
     std::string written;
     for (std::size_t k = 0; k < pictures.size(); ++k) {
         std::string how;
-        const std::string content = developed(result, view, k, a, pictures[k].file, exposure, how, execution);
+        const Developed picture = developed(result, view, k, a, pictures[k].file, exposure, how, execution);
         files.push_back(std::make_unique<difusa::WholeFile>(pictures[k].file));
-        files.back()->write(content);
-        written += "written: " + pictures[k].file.string() + " (" + std::to_string(a.view.width) + " by " +
-                   std::to_string(a.view.height) + ", " + pictures[k].name + how + ")\n";
+        files.back()->write(picture.content);
+        written += "written: " + pictures[k].file.string() + " (" + std::to_string(picture.width) + " by " +
+                   std::to_string(picture.height) + ", " + pictures[k].name + how + ")\n";
     }
     difusa::write_bake(result, a.bake.files, execution);
     for (const auto& file : files) {

@@ -49,7 +49,7 @@ class Field:
         return [v for v in values if v - v == 0.0]
 
     def title(self, name, component=None):
-        """"luminance, W/m^2": the name, with those of the component and the unit if the file has them."""
+        """"radiosity_weighted, W/m^2": the name, with those of the component and the unit if the file has them."""
         array = self.array(name, None)
         title = name
         if component is not None and array.GetNumberOfComponents() > 1:
@@ -59,7 +59,7 @@ class Field:
 
 
 def split_component(name):
-    """"radiosity:1" is component 1 of radiosity; "luminance" is component 0, unnamed."""
+    """"radiosity:1" is component 1 of radiosity; "radiosity_weighted" is component 0, unnamed."""
     base, colon, component = name.rpartition(":")
     if not colon:
         return name, None

@@ -1,7 +1,7 @@
 """Shows the output of bake_radiosity (.vtp) in ParaView, as it would look or in false colours.
 
     xvfb-run -a -s -noreset pvbatch show_bake.py out.vtp picture.png                      # display_rgb
-    xvfb-run -a -s -noreset pvbatch show_bake.py out.vtp picture.png --array luminance    # W/m^2, with a scale bar
+    xvfb-run -a -s -noreset pvbatch show_bake.py out.vtp picture.png --array radiosity_weighted    # W/m^2, with a scale bar
     xvfb-run -a -s -noreset pvbatch show_bake.py out.vtp picture.png --array radiosity:0  # its red component
 
 In ParaView's window: View, Python Shell, Run Script once for each; or
@@ -33,7 +33,7 @@ def limits_without_lamps(field, name):
 def main(arguments):
     options = dv.parser(__doc__, "show_bake.py")
     options.add_argument("--array", default="display_rgb", metavar="NAME",
-                         help="point array, as in `luminance`, or one of its components, as in `radiosity:0` "
+                         help="point array, as in `radiosity_weighted`, or one of its components, as in `radiosity:0` "
                               "(display_rgb)")
     options.add_argument("--range", nargs=2, type=float, metavar=("LEAST", "LARGEST"),
                          help="values of the lowest and highest colours (those where nothing emits, without the "

@@ -4,9 +4,11 @@
 #include <difusa/bake/cost.h>
 #include <difusa/bake/error_target.h>
 #include <difusa/bake/evaluation.h>
+#include <difusa/bake/fronts.h>
 #include <difusa/bake/goals.h>
 #include <difusa/bake/placing.h>
 #include <difusa/bake/scene.h>
+#include <difusa/bake/sensing.h>
 #include <difusa/core/error.h>
 #include <difusa/core/random.h>
 #include <difusa/core/text.h>
@@ -56,7 +58,8 @@ void check_constants(BakeResult& result, const Discretisation& discretisation, c
 void check_coverage(BakeResult& result, const Discretisation& discretisation, const LightTransport& transport,
                     double dark_area, const Execution& execution) {
     const double area = result.scene->mesh.area, uncovered = discretisation.uncovered - dark_area;
-    if (uncovered > 1e-3 * area) {
+    // Bases that sum to one leave out what nothing is in sight of: no light is lost there.
+    if (uncovered > 1e-3 * area && !discretisation.basis->sums_to_one()) {
         execution.note("no basis function covers " + text_of(100.0 * uncovered / area) +
                        " % of the surface: light is lost there; give the basis a larger width, or more sites");
     }
@@ -66,7 +69,7 @@ void check_coverage(BakeResult& result, const Discretisation& discretisation, co
     if (result.mean_back > 0.1) {
         execution.note(text_of(std::round(100.0 * result.mean_back)) +
                        " % of the light paths end on back faces, which neither receive nor emit light: if the "
-                       "result is too dark, flip those faces in the modelling program");
+                       "result is too dark, turn those faces over (--flip, or in the modelling program)");
     }
 }
 
@@ -89,24 +92,31 @@ struct Placed {
     double dark_area = 0.0;
 };
 
-void build_visibility(const BakeResult& result, const Choices& choices, const Execution& execution) {
-    execution.phase("build visibility");
-    choices.engine->build(result.scene->mesh);
-}
-
 /// Refuses what may be refused before time is spent, and estimates the cost.
 void check_request(BakeResult& result, const Choices& choices, const DirectLight& lights, std::size_t sites,
                    const Execution& execution) {
     check_output(result);
-    find_listed(result, execution);
+    find_places(result, execution);
     result.goals = find_goals(result.options.goals, *result.scene, result.options.spacing, execution);
     result.estimate = estimate_cost(result, choices, lights, sites, execution);
+}
+
+/// Builds the engine, and settles which sides are fronts.
+void build_visibility(BakeResult& result, const Registry& registry, Choices& choices, const Execution& execution) {
+    execution.phase("build visibility");
+    choices.engine->build(result.scene->mesh);
+    if (settle_fronts(result, choices, execution)) {
+        choices.engine = registry.create<Visibility>(choices.visibility);
+        choices.engine->build(result.scene->mesh);
+    }
+    if (result.options.when_visible) {
+        result.options.when_visible(*result.scene, *choices.engine, result.camera, result.up);
+    }
 }
 
 /// Estimates the cost, placing sites only where that is cheap.
 void forecast(BakeResult& result, const Choices& choices, const Execution& execution) {
     const Tracer tracer(result.scene->mesh, *choices.engine);
-    build_visibility(result, choices, execution);
     const DirectLight lights(*result.scene, tracer);
     const LitSurface lit = lit_surface(result, lights, tracer, execution);
     const std::optional<std::size_t> many = forecast_sites(result, choices, lit, execution);
@@ -183,16 +193,20 @@ void solve_and_judge(BakeResult& result, Choices& choices, const Surroundings& a
 }
 
 /// The steps after the scene is there.
-void finish(BakeResult& result, Choices& choices, const Execution& execution) {
+void finish(BakeResult& result, const Registry& registry, Choices& choices, const Execution& execution) {
     const Tracer tracer(result.scene->mesh, *choices.engine);
-    build_visibility(result, choices, execution);
     const DirectLight lights(*result.scene, tracer);
     const LitSurface lit = lit_surface(result, lights, tracer, execution);
     const Surroundings around{tracer, lights, lit};
     if (result.options.target) {
-        reach_target(
-            result, [&](BakeResult& attempt, const Execution& own) { solve_and_judge(attempt, choices, around, own); },
-            execution);
+        const BakeOptions wanted = result.options;
+        const auto solve = [&](BakeResult& attempt, const Execution& own) {
+            Choices fresh = make_choices(registry, wanted); // a basis is bound to the sites of one attempt
+            choices.elements = std::move(fresh.elements);
+            choices.fallback = std::move(fresh.fallback);
+            solve_and_judge(attempt, choices, around, own);
+        };
+        reach_target(result, solve, execution);
     } else {
         solve_and_judge(result, choices, around, execution);
     }
@@ -207,6 +221,7 @@ BakeResult run(const Registry& registry, const BakeOptions& options, const Execu
     Choices choices = make_choices(registry, options);
     BakeResult result;
     result.options = options;
+    result.photometric = options.units == "photometric";
     result.threads = execution.threads;
     result.options.visibility = choices.visibility;
     result.plugins = choices.plugins;
@@ -239,7 +254,8 @@ BakeResult bake(const Registry& registry, const std::filesystem::path& file, con
                 const Execution& execution) {
     return run(registry, options, execution, [&](BakeResult& result, Choices& choices, const Execution& own) {
         read_into(result, registry, file, own);
-        finish(result, choices, own);
+        build_visibility(result, registry, choices, own);
+        finish(result, registry, choices, own);
     });
 }
 
@@ -247,7 +263,11 @@ BakeResult bake(const Registry& registry, Scene scene, const std::string& name, 
                 const Execution& execution) {
     return run(registry, options, execution, [&](BakeResult& result, Choices& choices, const Execution& own) {
         adopt_into(result, std::move(scene), name, own);
-        finish(result, choices, own);
+        if (choices.flip == Flip::certain) { // a program knows its fronts, and may light them otherwise later
+            choices.flip = Flip::nothing;
+        }
+        build_visibility(result, registry, choices, own);
+        finish(result, registry, choices, own);
     });
 }
 
@@ -258,6 +278,7 @@ BakeResult dry_run(const Registry& registry, const std::filesystem::path& file, 
             throw UsageError("a dry run cannot tell what --error will take: sites and rays follow from attempts");
         }
         read_into(result, registry, file, own);
+        build_visibility(result, registry, choices, own);
         forecast(result, choices, own);
         result.dry_run = true;
     });

@@ -203,6 +203,8 @@ class GltfReader final : public Reader {
     PolygonSoup parse(std::string_view content, const std::filesystem::path& name) const override {
         PolygonSoup soup;
         soup.file = name.string();
+        soup.up = Vec3::UnitY();
+        soup.says_up = true;
         GltfScene(content, name, soup).read();
         return soup;
     }

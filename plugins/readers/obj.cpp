@@ -2,7 +2,8 @@
 //
 // Read: v (with colours after the coordinates), vt, f (including relative indices), usemtl, mtllib, continued lines;
 // the images named by map_Kd and map_Ke of the materials. Skipped: normals, groups, smoothing. Noted: lines, points,
-// free-form surfaces, unknown statements, missing materials, libraries and images.
+// free-form surfaces, unknown statements, missing materials, libraries and images. The format does not say which way is
+// up; most files mean y.
 //
 // tinyobjloader 2.0 is not used: its numbers are off by an ulp, NaN and anything that is not a number read as 0, a
 // polygon has at most 255 corners, faces lose their line numbers, and a continued line is an error.
@@ -34,7 +35,9 @@ class ObjFile {
   public:
     ObjFile(std::string_view content, const std::filesystem::path& name, PolygonSoup& soup)
         : scanner_(content, soup.file, {.comments = true, .continuation = true}), folder_(name.parent_path()),
-          soup_(soup) {}
+          soup_(soup) {
+        soup_.up = Vec3::UnitY();
+    }
 
     void read() {
         std::string_view word;

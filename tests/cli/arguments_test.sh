@@ -68,3 +68,20 @@ expect_exit 0 "$bake" "$box" out.ply $small --basis radial:profile=cubic,width=1
 expect_text report.json '"basis": "radial:width=1,profile=cubic"'
 expect_exit 0 "$bake" "$box" out.ply $small --seed 18446744073709551615 --report report.json --quiet
 expect_text report.json '"seed": 18446744073709551615'
+
+# A preset chooses what is not given, and the report says so.
+chosen() { # chosen ENTRY WANTED OPTION...
+    local name=$1 wanted=$2
+    shift 2
+    expect_exit 0 "$bake" "$box" --dry-run --quiet --report preset.json "$@"
+    [ "$(entry preset.json "$name")" = "$wanted" ] || fail "$name is $(entry preset.json "$name"), not $wanted: $*"
+}
+chosen rays 128 --quality draft
+chosen sites 1000 --quality draft
+chosen rays 64 --quality draft --rays 64
+chosen sites null --quality draft --spacing 0.05
+chosen final_gather 256 --quality final --sites 500 --rays 16
+chosen quality final --quality final --sites 500 --rays 16
+chosen rays 512 --quality normal
+chosen quality null
+expect_refusal 1 "--quality best: must be draft, normal or final" "$bake" "$box" out.vtp --quality best

@@ -18,9 +18,9 @@ expect_exit 0 "$bake" "$box" fine.ply --sites 250 --rays 64 --output-spacing 0.1
 
 # The same field: no error at all.
 expect_exit 0 "$compare" coarse.vtp coarse.vtp error.vtp --report error.json
-expect_text stdout "coarse.vtp against coarse.vtp: same mesh" "radiosity, W/m^2 (luminance)" \
+expect_text stdout "coarse.vtp against coarse.vtp: same mesh" "radiosity, W/m^2 (weighted)" \
     "radiosity_indirect, W/m^2" "L2, root mean square" "bias" "written: error.vtp" "written: error.json"
-expect_text error.json '"schema": "difusa-comparison"' '"schema_version": 1' '"same_mesh": true'
+expect_text error.json '"schema": "difusa-comparison"' '"schema_version": 2' '"same_mesh": true'
 [ "$(entry error.json error)" = 0.0 ] || fail "a field differs from itself: $(entry error.json error)"
 expect_text stderr read compare write
 for name in radiosity_error radiosity_error_absolute radiosity_error_relative radiosity_error_rgb \
@@ -43,13 +43,13 @@ cmp fine.json again.json || fail "the report depends on the number of threads"
 expect_exit 0 "$compare" fine.vtp coarse.vtp
 expect_text stdout "note: the reference has fewer vertices"
 
-# PLY has luminance only, in floats: against the same bake in doubles the error is one of rounding, 2^-24.
+# PLY has the weighted radiosity only, in floats: against the same bake in doubles the error is one of rounding, 2^-24.
 expect_exit 0 "$compare" coarse.ply fine.ply error.vtp
-expect_text stdout "luminance, W/m^2" "note: the indirect light is not compared: coarse.ply has no array"
+expect_text stdout "radiosity_weighted, W/m^2" "note: the indirect light is not compared: coarse.ply has no array"
 expect_exit 0 "$compare" coarse.ply coarse.vtp --report float.json
 expect_text float.json '"same_mesh": true'
 sed -n '/"linf"/,/relative/p' float.json | sed -n 's/.*"relative": \([-+.e0-9]*\).*/\1/p' | head -n 1 |
-    awk '{ exit !($1 > 0 && $1 <= 5.97e-8) }' || fail "luminance in PLY is not that in VTP as a float"
+    awk '{ exit !($1 > 0 && $1 <= 5.97e-8) }' || fail "the radiosity in PLY is not that in VTP as a float"
 
 # Only errors, no table.
 expect_exit 0 "$compare" coarse.vtp fine.vtp quiet.vtp --quiet
@@ -94,7 +94,7 @@ refused 2 "cut.vtp: is not a complete VTK XML PolyData file" cut.vtp fine.vtp ne
 head -c 9000 coarse.ply >cut.ply
 refused 2 "cut.ply" fine.vtp cut.ply new.vtp
 [ "$(wc -l <stderr)" -le 3 ] || fail "more than progress and a message"
-refused 2 "coarse.ply: has no point array 'display'; it has: display_rgb, luminance" coarse.ply fine.vtp new.vtp --array display
+refused 2 "coarse.ply: has no point array 'display'; it has: display_rgb, radiosity_weighted" coarse.ply fine.vtp new.vtp --array display
 expect_exit 0 "$bake" "$DIFUSA_DATA/bowl.ply" bowl.vtp $small --quiet
 refused 2 "no part of bowl.vtp lies on fine.vtp" bowl.vtp fine.vtp new.vtp
 

@@ -64,8 +64,11 @@ OFF
 4 2 6 7 3
 4 3 7 4 0
 BOX
-expect_refusal 2 "no light reaches the front of any face" "$bake" closed.off kept.ply $small
+expect_refusal 2 "no light reaches the front of any face" "$bake" closed.off kept.ply $small --flip none
 expect_text message Ke
+expect_exit 0 "$bake" closed.off flipped.ply $small # light meets its backs alone
+expect_text stdout "1 connected part inside out: turned over"
+rm flipped.ply
 expect_refusal 2 "the scene has no light" "$bake" closed.off kept.ply $small --sky 0
 expect_text message "--sky 1" Ke
 

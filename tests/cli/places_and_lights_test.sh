@@ -37,6 +37,32 @@ awk -F, -v n="$(column irradiance_R)" 'NR > 1 { r = sqrt(4 + ($1 - 0.5)^2 + ($2 
 sed -n '/<CellData/,/<\/CellData/p' out.vtp >cells
 expect_text cells 'Name="radiosity"' 'Name="irradiance"' 'Name="original_face_id"'
 
+# Sensors in mid-air: a sphere gathers I / (4 r^2), to about 1 % of a lattice of planes; grids are summed up.
+column_of() { head -n 1 "$1" | tr ',' '\n' | grep -n -x "$2" | cut -d: -f1; }
+expect_exit 0 "$bake" square.off out.ply $small --point-light 0.5,0.5,2,8 --at places.csv --at-output sensors.csv \
+    --sensor spherical --grid default:spacing=0.25,height=1 --report report.json
+expect_text stdout "grid on default: 16 sensors, irradiance (W/m^2) minimum" "uniformity (minimum / mean)"
+expect_text report.json '"uniformity"'
+[ "$(wc -l <sensors.csv)" = 19 ] || fail "two places, 16 sensors and a heading were expected"
+awk -F, -v n="$(column_of sensors.csv irradiance_direct_R)" 'NR > 1 { want = 8 / 4 / (($2 - 0.5)^2 + ($3 - 0.5)^2 + (2 - $4)^2)
+    if (!(($n - want)^2 < (0.03 * want)^2)) { print "spherical irradiance", $n, "not", want; exit 1 } }' sensors.csv ||
+    fail "spheres do not gather the light of the point light"
+printf '0.3,0.9,1,0,0,1\n' >normal.csv
+expect_exit 0 "$bake" square.off out.ply $small --point-light 0.5,0.5,2,8 --at normal.csv --at-output sensors.csv
+awk -F, -v n="$(column_of sensors.csv irradiance_direct_R)" 'NR > 1 { want = 8 / (0.04 + 0.16 + 1)^1.5
+    if (!(($n - want)^2 < (1e-12 * want)^2)) { print $n, "not", want; exit 1 } }' sensors.csv ||
+    fail "a place with a normal is not evaluated where it stands"
+expect_exit 0 "$bake" square.off out.ply $small --point-light 0.5,0.5,2,8 --at normal.csv --at-output sensors.csv --snap
+expect_text stdout "counting from 0: number 0, 1 away"
+rm sensors.csv out.ply report.json
+refuse 1 "--sensor spherical: has no use for the normal of point 0" --at normal.csv --at-output light2.csv --sensor spherical
+refuse 1 "did you mean spherical?" --at places.csv --at-output light2.csv --sensor sferical
+refuse 1 "--sensor horizontal: there are no sensors" --sensor horizontal
+refuse 1 "--snap: there are no places" --snap
+refuse 1 "--grid default: takes FACE:spacing=D" --grid default
+refuse 1 "is none of spacing=D, height=H and margin=M" --grid default:spacing=0.1,width=3
+refuse 1 "needs a spacing above 0" --grid default:height=1
+refuse 2 "the materials are default" --grid floor:spacing=0.1
 # The mean over a goal is that of the floor's irradiance: over the unit square around the foot of the light it is
 # 8/2 times the solid angle that the square fills, 4 atan(1 / (4 h sqrt(1/2 + h^2))), and h = 2.
 cat >goals.json <<'GOALS'

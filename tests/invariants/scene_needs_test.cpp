@@ -123,6 +123,7 @@ TEST(Bake, EvaluatesListedPlacesAndCentres) {
     add(scene.mesh, plain_box(Vec3::Constant(0.4), Vec3::Constant(0.6), 1, Front::outside), 0);
     BakeOptions options = quick(0.2);
     options.face_centres = true;
+    options.snap = true;
     options.at = {{Vec3(0.5, 0.5, -0.01), {}}, {Vec3(0.5, 0.5, 0.39), {}}, {Vec3(0.5, 0.5, 0.39), Vec3::UnitZ()}};
     const BakeResult result = baked(scene, options);
     ASSERT_EQ(result.listed.size(), 3U);

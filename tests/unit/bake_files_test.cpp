@@ -1,3 +1,4 @@
+#include <difusa/bake/sensing.h>
 #include <difusa/core/colour.h>
 #include <difusa/output/bake_files.h>
 
@@ -7,7 +8,9 @@
 #include <difusa/version.h>
 
 #include <file_size_limit.h>
+#include <meshes.h>
 #include <scratch_directory.h>
+#include <support/plugins.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -32,6 +35,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <numbers>
 #include <numeric>
 
 namespace difusa::bake_files_test {
@@ -116,6 +120,46 @@ std::vector<double> number_note(vtkPolyData* mesh, const char* name) {
                             : std::vector<double>(array->GetPointer(0), array->GetPointer(array->GetNumberOfValues()));
 }
 
+TEST(BakeFiles, APhotometricFieldHoldsLuxAndCandelas) {
+    // Under a sky of 1 W/m^2 in each channel, a square receives 683 lux; what reflects half of it has 683 / (2 pi)
+    // cd/m^2.
+    Scene scene;
+    scene.mesh = test::grid(2, 2);
+    scene.materials.emplace_back();
+    scene.sky = Rgb::Ones();
+    BakeOptions options;
+    options.sites = 50;
+    options.units = "photometric";
+    options.face_centres = true;
+    options.at = {{Vec3(0.3, 0.4, 0.0), {}}, {Vec3(0.3, 0.4, 1.0), Vec3::UnitZ()}};
+    options.grids = {{"0", 0.5, 0.2, 0.0}};
+    const BakeResult result = bake(test::registry(), scene, "square", options, Execution{});
+    const FieldFile field = field_of(result);
+    EXPECT_EQ(field.quality, "luminance");
+    const auto check = [](const std::vector<FieldArray>& arrays, const std::string& name, const std::string& unit,
+                          double value) {
+        const auto array =
+            std::find_if(arrays.begin(), arrays.end(), [&](const FieldArray& a) { return a.name == name; });
+        ASSERT_NE(array, arrays.end()) << name;
+        EXPECT_EQ(array->unit, unit);
+        EXPECT_LT((std::get<Values>(array->data).array() - value).abs().maxCoeff(), 1e-9) << name;
+    };
+    for (const std::vector<FieldArray>* arrays : {&field.point_arrays, &field.cell_arrays}) {
+        check(*arrays, "illuminance", "lx", 683.0);
+        check(*arrays, "illuminance_direct", "lx", 683.0);
+        check(*arrays, "illuminance_indirect", "lx", 0.0);
+        check(*arrays, "luminance", "cd/m^2", 683.0 / (2.0 * std::numbers::pi));
+    }
+    const GridSummary grid = summary_of_grid(result, 0);
+    EXPECT_NEAR(grid.mean, 683.0, 1e-9);
+    EXPECT_NEAR(grid.uniformity, 1.0, 1e-12);
+    EXPECT_THAT(summary_of(result), HasSubstr("illuminance (lx) minimum 683, mean 683, maximum 683, uniformity"));
+    EXPECT_THAT(point_table(result), HasSubstr(",luminance,illuminance,illuminance_direct,illuminance_indirect"));
+    const auto report = nlohmann::json::parse(report_of(result));
+    EXPECT_EQ(report["options"]["units"], "photometric");
+    EXPECT_EQ(report["grids"][0]["unit"], "lx");
+}
+
 TEST(BakeFiles, FieldHoldsTheBake) {
     const ScratchDirectory scratch;
     const BakeResult& result = coloured();
@@ -128,14 +172,16 @@ TEST(BakeFiles, FieldHoldsTheBake) {
     EXPECT_EQ(mesh->GetNumberOfCells(), triangles);
 
     vtkPointData* points = mesh->GetPointData();
-    EXPECT_EQ(points->GetNumberOfArrays(), 12);
+    EXPECT_EQ(points->GetNumberOfArrays(), 13);
     expect_values(points, "radiosity", result.output.B);
     expect_values(points, "irradiance", result.output.H);
     expect_values(points, "irradiance_direct", result.output.H_direct);
     expect_values(points, "irradiance_indirect", result.output.H_indirect);
     expect_values(points, "emission", result.output.E);
     expect_values(points, "reflectance", result.output.rho, false);
-    expect_values(points, "luminance", result.output.B * Eigen::Vector3d(0.2126, 0.7152, 0.0722));
+    const Eigen::Vector3d weights(0.2126, 0.7152, 0.0722);
+    expect_values(points, "radiosity_weighted", result.output.B * weights);
+    expect_values(points, "irradiance_weighted", result.output.H * weights);
     expect_values(points, "error_estimate", result.errors->error);
     expect_values(points, "error_noise", result.errors->noise);
     expect_values(points, "error_discretisation", result.errors->discretisation);
@@ -257,7 +303,7 @@ TEST(BakeFiles, SitesAreAPointCloud) {
     EXPECT_EQ(cloud->GetNumberOfVerts(), count);
     EXPECT_EQ(cloud->GetNumberOfCells(), count);
     vtkPointData* points = cloud->GetPointData();
-    EXPECT_EQ(points->GetNumberOfArrays(), 12);
+    EXPECT_EQ(points->GetNumberOfArrays(), 13);
     const auto column = [](const std::vector<double>& values) {
         return Values(Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size())));
     };
@@ -341,7 +387,7 @@ TEST(BakeFiles, ReportIsJson) {
     const BakeResult& result = coloured();
     const json report = json::parse(report_of(result));
     EXPECT_EQ(report["schema"], "difusa-bake-report");
-    EXPECT_EQ(report["schema_version"], 2);
+    EXPECT_EQ(report["schema_version"], 3);
     EXPECT_EQ(report["difusa_version"], version());
     EXPECT_EQ(report["library_versions"].size(), library_versions().size());
     EXPECT_EQ(report["dry_run"], false);

@@ -1,5 +1,6 @@
 // Where a camera looks, how pixels are sampled, and which camera a scene gets.
 #include <difusa/core/error.h>
+#include <difusa/mesh/floor_share.h>
 #include <difusa/rays/brute_force.h>
 #include <difusa/render/camera_rays.h>
 #include <difusa/render/place_camera.h>
@@ -106,7 +107,7 @@ TEST(PlaceCamera, AClosedRoomIsSeenFromInsideAndABodyFromOutsideAsAWhole) {
             mesh = test::moved(mesh, scale, scale * Vec3(5.0, -7.0, 1.0));
             BruteForceVisibility visibility;
             visibility.build(mesh);
-            const Camera camera = place_camera({}, std::nullopt, mesh, visibility, 1.0);
+            const Camera camera = place_camera({}, std::nullopt, Vec3::UnitZ(), mesh, visibility, 1.0);
             const auto [fronts, all] = met(visibility, camera);
             EXPECT_EQ(fronts, all);
             const bool inside =
@@ -135,29 +136,91 @@ TEST(PlaceCamera, WishesGoBeforeTheCameraOfTheFile) {
     BruteForceVisibility visibility;
     visibility.build(mesh);
     const Camera of_file = some_camera();
-    const Camera same = place_camera({}, of_file, mesh, visibility, 1.0);
+    const Camera same = place_camera({}, of_file, Vec3::UnitX(), mesh, visibility, 1.0);
     EXPECT_EQ(same.eye, of_file.eye);
     EXPECT_EQ(same.towards, of_file.towards);
     EXPECT_EQ(same.view_angle, of_file.view_angle);
     CameraWishes wishes;
     wishes.look_at = Vec3(1.0, 0.0, 0.5);
     wishes.view_angle = 1.0;
-    const Camera other = place_camera(wishes, of_file, mesh, visibility, 1.0);
+    const Camera other = place_camera(wishes, of_file, Vec3::UnitX(), mesh, visibility, 1.0);
     EXPECT_EQ(other.eye, of_file.eye);
     EXPECT_EQ(other.towards, Vec3::UnitY());
     EXPECT_EQ(other.view_angle, 1.0);
-    EXPECT_THROW(place_camera(wishes, std::nullopt, mesh, visibility, 1.0), UsageError); // from where?
+    EXPECT_EQ(same.up, of_file.up); // not that of the scene
     wishes.towards = Vec3::UnitX();
-    EXPECT_THROW(place_camera(wishes, of_file, mesh, visibility, 1.0), UsageError);
+    EXPECT_THROW(place_camera(wishes, of_file, Vec3::UnitX(), mesh, visibility, 1.0), UsageError);
     CameraWishes down;
     down.towards = -Vec3::UnitZ();
-    EXPECT_THROW(place_camera(down, std::nullopt, mesh, visibility, 1.0), UsageError);
-    down.up = Vec3::UnitY();
-    EXPECT_EQ(place_camera(down, std::nullopt, mesh, visibility, 1.0).towards, -Vec3::UnitZ());
+    const Camera plan = place_camera(down, std::nullopt, Vec3::UnitZ(), mesh, visibility, 1.0);
+    EXPECT_EQ(plan.towards, -Vec3::UnitZ());
+    EXPECT_EQ(plan.up, Vec3::UnitY());
+    down.up = Vec3::UnitZ();
+    EXPECT_THROW(place_camera(down, std::nullopt, Vec3::UnitZ(), mesh, visibility, 1.0), UsageError);
     CameraWishes eye;
     eye.eye = Vec3(0.5, 0.5, 9.0);
     eye.up = Vec3::UnitX();
-    EXPECT_EQ(place_camera(eye, std::nullopt, mesh, visibility, 1.0).towards, -Vec3::UnitZ());
+    EXPECT_EQ(place_camera(eye, std::nullopt, Vec3::UnitZ(), mesh, visibility, 1.0).towards, -Vec3::UnitZ());
+}
+
+TEST(PlaceCamera, OneWishReplacesWhatItNames) {
+    const Mesh mesh = test::box(Vec3(2.0, 3.0, 1.0), 1, true);
+    BruteForceVisibility visibility;
+    visibility.build(mesh);
+    const auto place = [&](const CameraWishes& wishes) {
+        return place_camera(wishes, std::nullopt, Vec3::UnitZ(), mesh, visibility, 1.0);
+    };
+    const Camera default_view = place({});
+    CameraWishes look_at;
+    look_at.look_at = Vec3(1.0, 1.5, 0.5);
+    EXPECT_EQ(place(look_at).eye, default_view.eye);
+    EXPECT_EQ(place(look_at).towards, (*look_at.look_at - default_view.eye).normalized());
+    // A direction alone looks across the room, from nine tenths of the way to the wall behind.
+    CameraWishes towards;
+    towards.towards = Vec3(0.0, 2.0, 0.0);
+    EXPECT_EQ(place(towards).towards, Vec3::UnitY());
+    EXPECT_LT((place(towards).eye - Vec3(1.0, 0.15, 0.5)).norm(), 1e-12);
+}
+
+TEST(PlaceCamera, IsUprightByTheScenesUp) {
+    const Mesh mesh = test::box(Vec3(2.0, 3.0, 1.0));
+    BruteForceVisibility visibility;
+    visibility.build(mesh);
+    for (const Vec3& up : {Vec3(Vec3::UnitX()), Vec3(Vec3::UnitY()), Vec3(Vec3::UnitZ()), Vec3(-Vec3::UnitY())}) {
+        const Camera camera = place_camera({}, std::nullopt, up, mesh, visibility, 1.0);
+        EXPECT_EQ(camera.up, up);
+        EXPECT_LT(camera.towards.dot(up), -0.1); // from above
+        EXPECT_GT(camera.towards.dot(up), -0.9);
+    }
+}
+
+TEST(PlaceCamera, KnowsWhatAPictureMeets) {
+    const Mesh mesh = test::box(1.0);
+    BruteForceVisibility visibility;
+    visibility.build(mesh);
+    const auto coverage = [&](const Vec3& eye, const Vec3& towards) {
+        return coverage_of({eye, towards, Vec3::UnitZ(), 0.5}, visibility, 1.0);
+    };
+    const Coverage nothing = coverage({0.5, -3.0, 0.5}, -Vec3::UnitY());
+    EXPECT_EQ(nothing.fronts + nothing.backs, 0.0);
+    const Coverage backs = coverage(Vec3::Constant(0.5), Vec3::UnitY());
+    EXPECT_EQ(backs.fronts, 0.0);
+    EXPECT_EQ(backs.backs, 1.0);
+    // The near side fills the square of half width 0.5 / (3 tan 0.25) of the picture's.
+    const Coverage fronts = coverage({0.5, -3.0, 0.5}, Vec3::UnitY());
+    const double share = std::pow(0.5 / (3.0 * std::tan(0.25)), 2);
+    EXPECT_NEAR(fronts.fronts, share, 4.0 * std::sqrt(share) / 96.0); // a row of rays at each edge
+    EXPECT_EQ(fronts.backs, 0.0);
+}
+
+TEST(FloorShare, TellsWhereAFloorIs) {
+    const Mesh room = test::box(Vec3(2.0, 3.0, 1.0), 2, true);
+    EXPECT_NEAR(floor_share(room, Vec3::UnitY()), 1.0, 1e-12);
+    EXPECT_NEAR(floor_share(room, Vec3::UnitZ()), 1.0, 1e-12);
+    EXPECT_EQ(floor_share(test::box(1.0), Vec3::UnitZ()), 0.0); // faces down
+    const Mesh ground = test::together(test::grid(4, 4, 2.0, 2.0), test::moved(test::box(1.0), 0.5, Vec3(1, 1, 0.1)));
+    EXPECT_NEAR(floor_share(ground, Vec3::UnitZ()), 1.0, 1e-12);
+    EXPECT_EQ(floor_share(ground, Vec3::UnitY()), 0.0);
 }
 
 } // namespace

@@ -23,8 +23,8 @@ using testing::ThrowsMessage;
 constexpr double eps = std::numeric_limits<double>::epsilon();
 using Function = std::function<double(const Vec3&)>;
 
-/// A field with the scalar `luminance` = f at the points of the mesh.
-FieldFile scalar_field(const Mesh& mesh, const Function& f, const std::string& name = "luminance") {
+/// A field with the scalar `radiosity_weighted` = f at the points of the mesh.
+FieldFile scalar_field(const Mesh& mesh, const Function& f, const std::string& name = "radiosity_weighted") {
     FieldFile field;
     field.points = mesh.points;
     field.triangles = mesh.triangles;
@@ -178,7 +178,7 @@ TEST(Compare, TheSameFieldHasNoError) {
     const Comparison c = compare(field, field);
     EXPECT_TRUE(c.matching.same_mesh);
     ASSERT_EQ(c.quantities.size(), 1u);
-    EXPECT_EQ(c.quantities[0].name, "luminance");
+    EXPECT_EQ(c.quantities[0].name, "radiosity_weighted");
     EXPECT_EQ(c.quantities[0].norms.all.linf.error, 0.0);
     EXPECT_EQ(c.quantities[0].norms.all.integral.error, 0.0);
     EXPECT_EQ(c.matching.matched_area, c.matching.area);
@@ -223,9 +223,9 @@ TEST(Compare, KnownErrorsHaveTheirNormsInClosedForm) {
     const FieldFile errors = error_field(c, result, "result.vtp", "reference.vtp");
     for (std::size_t p = 0; p < mesh.points.size(); ++p) {
         const auto row = static_cast<Eigen::Index>(p);
-        EXPECT_NEAR(array(errors, "luminance_error")(row, 0), mesh.points[p].x(), rounding);
-        EXPECT_NEAR(array(errors, "luminance_error_absolute")(row, 0), mesh.points[p].x(), rounding);
-        EXPECT_NEAR(array(errors, "luminance_error_relative")(row, 0), mesh.points[p].x() / 2, rounding);
+        EXPECT_NEAR(array(errors, "radiosity_weighted_error")(row, 0), mesh.points[p].x(), rounding);
+        EXPECT_NEAR(array(errors, "radiosity_weighted_error_absolute")(row, 0), mesh.points[p].x(), rounding);
+        EXPECT_NEAR(array(errors, "radiosity_weighted_error_relative")(row, 0), mesh.points[p].x() / 2, rounding);
         EXPECT_LE(array(errors, "distance")(row, 0), rounding);
     }
 }
@@ -234,12 +234,12 @@ TEST(Compare, RelativeErrorsInTheDarkAreBounded) {
     const Mesh mesh = test::grid(1, 1);
     const FieldFile result = scalar_field(mesh, [](const Vec3&) { return 1.0; });
     const FieldFile dark = scalar_field(mesh, [](const Vec3& p) { return p.x(); }); // mean 1/2
-    const Values e = array(error_field(compare(result, dark), result, "", ""), "luminance_error_relative");
+    const Values e = array(error_field(compare(result, dark), result, "", ""), "radiosity_weighted_error_relative");
     EXPECT_NEAR(e(0, 0), 1.0 / (0.01 * 0.5), 1e4 * eps);
     EXPECT_EQ(e(1, 0), 0.0);
     const FieldFile black = scalar_field(mesh, [](const Vec3&) { return 0.0; });
-    EXPECT_TRUE(
-        std::isnan(array(error_field(compare(result, black), result, "", ""), "luminance_error_relative")(0, 0)));
+    EXPECT_TRUE(std::isnan(
+        array(error_field(compare(result, black), result, "", ""), "radiosity_weighted_error_relative")(0, 0)));
     EXPECT_FALSE(compare(result, black).quantities[0].norms.all.l2.relative().has_value());
 }
 
@@ -260,7 +260,7 @@ TEST(Compare, SharpEdgesAndMaterialsKeepTheirSides) {
             }
             field.triangles.push_back(triangle);
         }
-        field.point_arrays.push_back({"luminance", "", {}, values});
+        field.point_arrays.push_back({"radiosity_weighted", "", {}, values});
         return field;
     };
     // 4 and 6 have the edge between the materials, at x = 1/2, in common.
@@ -285,7 +285,7 @@ TEST(Compare, WhatHasNoMatchIsCountedAndNotUsed) {
     EXPECT_THAT(c.notes, testing::Contains(HasSubstr("16.6667 % of the result's area is farther than")));
     EXPECT_THAT(c.notes, testing::Contains(HasSubstr("66.6667 % of the result's area faces a direction")));
     EXPECT_THAT(c.notes, testing::Contains(HasSubstr("the surfaces differ")));
-    const Values e = array(error_field(c, result, "", ""), "luminance_error");
+    const Values e = array(error_field(c, result, "", ""), "radiosity_weighted_error");
     EXPECT_NEAR(e(0, 0), 1.0, 16 * eps);
     EXPECT_TRUE(std::isnan(e(e.rows() - 1, 0)));
     CompareOptions options;
@@ -326,7 +326,7 @@ TEST(Compare, TotalAndIndirectLightAreComparedPerChannel) {
     EXPECT_NEAR(indirect.channel[1].l2.error, 0.5, 64 * eps);
     EXPECT_NEAR(indirect.channel[2].l2.error, 3.0, 64 * eps);
     for (const ComparedQuantity& quantity : c.quantities) {
-        EXPECT_NEAR(*quantity.norms.luminance->l1.relative(), 0.5, 64 * eps);
+        EXPECT_NEAR(*quantity.norms.weighted->l1.relative(), 0.5, 64 * eps);
         EXPECT_NEAR(*quantity.norms.all.integral.relative(), 0.5, 64 * eps);
     }
     const FieldFile errors = error_field(c, result, "", "");
@@ -336,11 +336,11 @@ TEST(Compare, TotalAndIndirectLightAreComparedPerChannel) {
 
     const auto report = nlohmann::json::parse(report_of(c, "result.vtp", "reference.vtp"));
     EXPECT_EQ(report["schema"], "difusa-comparison");
-    EXPECT_EQ(report["schema_version"], 1);
+    EXPECT_EQ(report["schema_version"], 2);
     EXPECT_EQ(report["quantities"][1]["name"], "radiosity_indirect");
     EXPECT_EQ(report["quantities"][1]["channels"][2]["name"], "B");
     EXPECT_EQ(report["quantities"][1]["channels"][2]["l2"]["error"].get<double>(), indirect.channel[2].l2.error);
-    EXPECT_THAT(table_of(c), HasSubstr("radiosity_indirect, W/m^2 (luminance)"));
+    EXPECT_THAT(table_of(c), HasSubstr("radiosity_indirect, W/m^2 (weighted)"));
 }
 
 TEST(Compare, LuminanceStandsForWhatAFileLacks) {
@@ -349,9 +349,15 @@ TEST(Compare, LuminanceStandsForWhatAFileLacks) {
         mesh, [](const Vec3&) { return 2.0; }, "quality");
     const Comparison c = compare(bake_like(mesh, 3.0), ply);
     ASSERT_EQ(c.quantities.size(), 1u);
-    EXPECT_EQ(c.quantities[0].name, "luminance");
+    EXPECT_EQ(c.quantities[0].name, "radiosity_weighted");
     EXPECT_EQ(c.quantities[0].norms.all.bias.error, 1.0);
     EXPECT_THAT(c.notes, testing::Contains(HasSubstr("reference.vtp has no array irradiance_indirect")));
+    // A photometric one holds cd/m^2.
+    FieldFile candelas = scalar_field(
+        mesh, [](const Vec3&) { return 2.0 * 683.0 / std::numbers::pi; }, "luminance");
+    candelas.point_arrays.back().unit = "cd/m^2";
+    candelas.quality = "luminance";
+    EXPECT_NEAR(compare(bake_like(mesh, 3.0), candelas).quantities[0].norms.all.bias.error, 1.0, 64 * eps);
 }
 
 TEST(Compare, WhatCannotBeComparedIsRefused) {
@@ -365,7 +371,8 @@ TEST(Compare, WhatCannotBeComparedIsRefused) {
         EXPECT_THAT([&] { compare(a, b, options); }, ThrowsMessage<InputError>(HasSubstr(why)));
     };
     refused(field, field, "reflectanse",
-            "result.vtp: has no point array 'reflectanse', did you mean 'reflectance'?; it has: luminance, radiosity,");
+            "result.vtp: has no point array 'reflectanse', did you mean 'reflectance'?; it has: radiosity_weighted, "
+            "radiosity,");
     refused(field, scalar_field(mesh, [](const Vec3&) { return 1.0; }), "radiosity",
             "reference.vtp: has no point array 'radiosity'");
     const FieldFile other = scalar_field(

@@ -456,5 +456,38 @@ TEST(FieldReader, DamagedVtpIsRefusedOrReadAndNothingIsPrinted) {
     EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
 }
 
+TEST(FieldReader, PackedSizesBeyondTheFileAreRefusedBeforeMemoryIsTaken) {
+    // One block of 12 bytes that claims to be packed into 2 GiB.
+    const ScratchDirectory scratch;
+    EXPECT_THAT(
+        [&] {
+            read_text(
+                scratch, "packed.vtp",
+                "<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt32\" "
+                "compressor=\"vtkZLibDataCompressor\"><PolyData><Piece NumberOfPoints=\"1\" NumberOfVerts=\"0\" "
+                "NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"0\"><Points><DataArray type=\"Float32\" "
+                "NumberOfComponents=\"3\" format=\"binary\">AQAAAAwAAAAMAAAAAAAAfw==</DataArray></Points>"
+                "</Piece></PolyData></VTKFile>\n");
+        },
+        ThrowsMessage<InputError>(HasSubstr("the size of a compressed array is not possible in a file of this size")));
+}
+
+/// VTK tells the terminal if a range it has written beside an array is of the wrong length.
+TEST(FieldReader, VtksNotesAboutArraysAreNotRead) {
+    const ScratchDirectory scratch;
+    write_field(example(0), scratch / "out.vtp");
+    std::string content = test::read_file(scratch / "out.vtp");
+    const std::string right = "location=\"vtkDataArray\" length=\"2\"",
+                      wrong = "location=\"vtkDataArray\" length=\"1\"";
+    std::size_t changed = 0;
+    for (std::size_t place = 0; (place = content.find(right, place)) != std::string::npos; ++changed) {
+        content.replace(place, right.size(), wrong);
+    }
+    ASSERT_GT(changed, 0U);
+    testing::internal::CaptureStderr();
+    expect_same(read_text(scratch, "wrong.vtp", content), read_field(scratch / "out.vtp"));
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
 } // namespace
 } // namespace difusa::field_reader_test

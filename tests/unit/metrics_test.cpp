@@ -164,10 +164,10 @@ TEST(Metrics, ChannelsTogetherAreSheetsSideBySide) {
     EXPECT_EQ(norms.channel[0].linf.error, 4.0);
     EXPECT_EQ(norms.channel[2].linf.reference, 3.0);
     // The luminance of grey is its value.
-    ASSERT_TRUE(norms.luminance.has_value());
-    EXPECT_NEAR(norms.luminance->linf.reference, 3.0, 8 * eps);
-    EXPECT_NEAR(norms.luminance->linf.error, 0.2126 * 4 + 0.7152 * 5 + 0.0722 * 6, 32 * eps);
-    EXPECT_FALSE(field_norms(f, g, weight, false).luminance.has_value());
+    ASSERT_TRUE(norms.weighted.has_value());
+    EXPECT_NEAR(norms.weighted->linf.reference, 3.0, 8 * eps);
+    EXPECT_NEAR(norms.weighted->linf.error, 0.2126 * 4 + 0.7152 * 5 + 0.0722 * 6, 32 * eps);
+    EXPECT_FALSE(field_norms(f, g, weight, false).weighted.has_value());
 }
 
 TEST(Metrics, NumbersThatAreNoneAreRefused) {

@@ -1,4 +1,6 @@
 // Pictures show what the bake knows, pixel by pixel.
+#include <difusa/core/colour.h>
+#include <difusa/render/colour_map.h>
 #include <difusa/render/picture.h>
 
 #include <difusa/render/camera_rays.h>
@@ -129,7 +131,8 @@ TEST(Picture, ShowsWhatTheOutputOfTheBakeSays) {
         expect(1, E + rho.cwiseProduct(Values(out.H_direct.row(row))));
         expect(2, rho.cwiseProduct(Values(out.H_indirect.row(row))));
         expect(3, out.H.row(row));
-        expect(4, grey(0.2126 * out.B(row, 0) + 0.7152 * out.B(row, 1) + 0.0722 * out.B(row, 2)));
+        const double weighted = 0.2126 * out.B(row, 0) + 0.7152 * out.B(row, 1) + 0.0722 * out.B(row, 2);
+        expect(4, grey(683.0 / std::numbers::pi * weighted));
         expect(5, grey(result.errors->error(row, 0)));
         expect(6, rho);
         expect(7, out.H_direct.row(row));
@@ -212,6 +215,34 @@ TEST(Picture, WhereNothingIsMetThereIsTheSkyOrTheBackground) {
     how.background = Rgb(0.25, 0.5, 1.0);
     how.exposure = 123.0;
     EXPECT_EQ(develop(result, view, 0, how, one).at(0, 0), (std::array{0.25F, 0.5F, 1.0F}));
+    // Neutral by default, also where there is no light to see; the sky if it is asked for.
+    how.background.reset();
+    how.exposure = 0.1;
+    EXPECT_EQ(develop(result, view, 0, how, one).at(0, 0), (std::array{0.18F, 0.18F, 0.18F}));
+    how.sky = true;
+    EXPECT_EQ(develop(result, view, 0, how, one).at(0, 0), (std::array{0.1F, 0.2F, 0.4F}));
+    EXPECT_EQ(develop(result, view, 1, how, one).at(0, 0), (std::array{0.18F, 0.18F, 0.18F}));
+}
+
+TEST(Picture, TheColourBarStandsBesideIt) {
+    const BakeResult result = bake(registry(), uniform_scene(grid(1, 1), 0.5, 1.0), "square", few(), one);
+    const View view = look(result, view_of(from_above(0.9), 40, 300, 1), {parse_show("luminance")}, one);
+    Development how;
+    how.scale = {0.0, 1000.0, false};
+    const Image image = develop(result, view, 0, how, one);
+    EXPECT_EQ(image.height, 300U);
+    EXPECT_GT(image.width, 80U);
+    // Along a column of the bar, all of the colour map, from its end down.
+    std::size_t bar = 0, last = 0;
+    for (std::size_t row = 0; row < image.height; ++row) {
+        const Rgb pixel = rgb_of(image.at(40 + 6 + 3, row)); // a letter's width, and into the bar
+        const bool coloured = pixel.maxCoeff() - pixel.minCoeff() > 0.02;
+        bar += coloured ? 1 : 0;
+        last = coloured ? row : last;
+    }
+    EXPECT_GT(bar, 250U);
+    EXPECT_LT((rgb_of(image.at(49, last)) - colour_map(0.0)).abs().maxCoeff(), 0.02);
+    EXPECT_EQ(image.at(10, 150), develop(result, view, 0, how, one).at(10, 150)); // the picture itself
 }
 
 TEST(Picture, SitesAreDotsOnTheSideThatFacesTheEye) {

@@ -41,6 +41,32 @@ TEST_F(SceneFile, Lights) {
     EXPECT_EQ(soup.lights.points[2].cos_inner, soup.lights.points[2].cos_outer);
 }
 
+TEST_F(SceneFile, LightsMeasuredInLumens) {
+    // 683 lm, cd, lux or cd/m^2 are one W, W/sr, W/m^2 or W/(m^2 sr).
+    const PolygonSoup soup =
+        with("\"lights\": [{\"type\": \"sun\", \"towards\": [0, 0, 1], \"illuminance\": [683, 1366, 0]},"
+             "{\"type\": \"point\", \"position\": [1, 2, 3], \"luminous_flux\": 6830},"
+             "{\"type\": \"spot\", \"position\": [0, 0, 2], \"look_at\": [0, 0, 0], \"luminous_intensity\": 2049,"
+             "\"outer_degrees\": 30}], \"sky\": {\"type\": \"uniform\", \"illuminance\": 2732},"
+             "\"materials\": {\"screen\": {\"luminance\": 683}}");
+    EXPECT_TRUE(soup.photometric);
+    EXPECT_LT((soup.lights.suns[0].irradiance - Rgb(1, 2, 0)).abs().maxCoeff(), 1e-15);
+    EXPECT_NEAR(soup.lights.points[0].intensity[0] * 4.0 * std::numbers::pi, 10.0, 1e-14);
+    EXPECT_NEAR(soup.lights.points[1].intensity[1], 3.0, 1e-15);
+    EXPECT_NEAR((*soup.lights.sky)[2], 4.0, 1e-15);
+    EXPECT_NEAR(soup.materials[0].emission[0], std::numbers::pi, 1e-15);
+    const PolygonSoup gradient = with("\"sky\": {\"type\": \"gradient\", \"zenith\": 683, \"horizon\": 0, "
+                                      "\"ground\": 0, \"photometric\": true}");
+    EXPECT_TRUE(gradient.photometric);
+    EXPECT_NEAR(gradient.lights.dome->radiance(Vec3(0, 0, 1))[0], 1.0, 1e-15);
+    EXPECT_FALSE(with("\"sky\": {\"type\": \"uniform\", \"irradiance\": 1}").photometric);
+    EXPECT_THAT(refused_with("\"sky\": {\"type\": \"uniform\", \"irradiance\": 1, \"illuminance\": 1}"),
+                HasSubstr("has both \"irradiance\" and \"illuminance\""));
+    EXPECT_THAT(refused_with("\"lights\": [{\"type\": \"point\", \"position\": [0, 0, 0], \"intensity\": 1, "
+                             "\"luminous_intensity\": 1}]"),
+                HasSubstr("has both \"intensity\" and \"luminous_intensity\""));
+}
+
 TEST_F(SceneFile, Skies) {
     EXPECT_TRUE(
         (*with("\"sky\": {\"type\": \"uniform\", \"irradiance\": [1, 2, 3]}").lights.sky == Rgb(1, 2, 3)).all());

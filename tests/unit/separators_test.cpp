@@ -1,16 +1,19 @@
 #include <difusa/discretisation/separators.h>
 
 #include <difusa/discretisation/basis.h>
+#include <difusa/discretisation/obstacles.h>
 
 #include <support/rooms.h>
 #include <support/sited.h>
 #include <support/surface_sampling.h>
+#include <support/wall_feet.h>
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -297,6 +300,132 @@ TEST(Separators, NoElementReachesThroughAWall) {
         if (basis->sums_to_one()) {
             EXPECT_LE(worst_sum, 1e-12) << "a thousand roundings of numbers whose absolute values sum to at most 5";
         }
+    }
+}
+
+/// Lines of sight of all regions within `around` of them.
+std::vector<std::vector<Index>> obstacles_of(const Mesh& mesh, double around, double lift) {
+    RegionTrees trees(mesh);
+    return find_obstacles(mesh, trees, std::vector<SightReach>(mesh.region_count, {around, lift, true}),
+                          wall_rounding(mesh));
+}
+
+TEST(Obstacles, AreNoneWhereNothingIsBetween) {
+    RandomStream random(14, "motions");
+    for (const Mesh& mesh :
+         {test::box(Vec3(1.0, 1.3, 0.7), 1, true), test::box(Vec3(1.0, 1.3, 0.7), 3, true), test::thin_wall(1e-9)}) {
+        const Mesh there = test::transformed(mesh, test::random_rotation(random), 1e3, Vec3(2e3, -1e3, 5e2));
+        for (const auto& found : obstacles_of(there, 50.0, 50.0)) {
+            EXPECT_EQ(found, std::vector<Index>());
+        }
+    }
+}
+
+TEST(Obstacles, ArePiecesThatHangCloseOverTheSurface) {
+    // An upright sheet over the diagonal of a floor, 0.1 above it.
+    const Mesh floor = test::grid(1, 1);
+    const Mesh sheet =
+        test::make_mesh({{0, 0.5, 0.1}, {1, 0.5, 0.1}, {1, 0.5, 0.8}, {0, 0.5, 0.8}}, {{0, 1, 2}, {0, 2, 3}});
+    const Mesh mesh = test::together(floor, sheet);
+    for (const double reach : {0.05, 0.2}) {
+        const auto found = obstacles_of(mesh, reach, reach);
+        EXPECT_EQ(found[mesh.region[0]], reach > 0.1 ? (std::vector<Index>{2, 3}) : std::vector<Index>());
+    }
+}
+
+enum class Pair { parted, together, other };
+
+struct PairCount {
+    std::size_t all = 0, hidden = 0;
+};
+
+/// Sites and random points within their radius: pairs of each kind, and how many of these are hidden from each other.
+template <class Kind> std::map<Pair, PairCount> count_pairs(const Mesh& mesh, double spacing, const Kind& kind) {
+    const SiteSet sites = test::poisson_sites(mesh, spacing);
+    const Separators separators(mesh, sites, sites.radius);
+    std::map<Pair, PairCount> count;
+    for (const SurfacePoint& x : test::random_points(mesh, 2000, RandomStream(2, "probes"))) {
+        for (Index i = 0; i < sites.size(); ++i) {
+            const SurfacePoint& p = sites.points[i];
+            if (mesh.region[x.face] != sites.region[i] || (p.position - x.position).norm() >= sites.radius[i] ||
+                p.normal.dot(x.normal) <= perpendicular) {
+                continue;
+            }
+            PairCount& of_kind = count[kind(p.position, x.position)];
+            ++of_kind.all;
+            of_kind.hidden += separators.any() && separators.near(i) && separators.hides(i, x) ? 1 : 0;
+        }
+    }
+    return count;
+}
+
+void expect_parted(std::map<Pair, PairCount> count) {
+    EXPECT_GT(count[Pair::parted].all, 100U);
+    EXPECT_EQ(count[Pair::parted].hidden, count[Pair::parted].all);
+    EXPECT_GT(count[Pair::together].all, 1000U);
+    EXPECT_EQ(count[Pair::together].hidden, 0U);
+}
+
+TEST(Separators, HideNothingOfASurfaceThatBulgesOrIsRough) {
+    RandomStream random(15, "ground");
+    Mesh rough = test::grid(40, 40);
+    for (Vec3& p : rough.points) {
+        p.z() = 0.01 * random.uniform();
+    }
+    rough.derive();
+    for (const Mesh& mesh : {rough, test::icosphere(3), test::icosphere(0)}) {
+        const PairCount count =
+            count_pairs(mesh, 0.15, [](const Vec3&, const Vec3&) { return Pair::together; })[Pair::together];
+        EXPECT_GT(count.all, 1000U);
+        EXPECT_EQ(count.hidden, 0U);
+    }
+}
+
+TEST(Separators, HideTheFloorsOfARampFromEachOther) {
+    // A spiral of which each turn is 0.2 above the last: all of it is one region. From floor to floor one only sees
+    // through the hole in the middle.
+    constexpr Index steps = 48;
+    constexpr double inner = 0.4, rise = 0.2;
+    std::vector<Vec3> points;
+    std::vector<std::array<Index, 3>> triangles;
+    for (Index k = 0; k <= 3 * steps; ++k) {
+        const double angle = 2.0 * std::numbers::pi * k / steps;
+        for (const double r : {inner, 1.0}) {
+            points.emplace_back(r * std::cos(angle), r * std::sin(angle), rise * k / steps);
+        }
+        if (k > 0) {
+            const Index a = 2 * k - 2;
+            triangles.push_back({a, a + 1, a + 3});
+            triangles.push_back({a, a + 3, a + 2});
+        }
+    }
+    const Mesh mesh = test::make_mesh(points, triangles);
+    ASSERT_EQ(mesh.region_count, 1U);
+    expect_parted(count_pairs(mesh, 0.2, [](const Vec3& p, const Vec3& x) {
+        const Vec3 way = x - p, flat(way.x(), way.y(), 0.0), from(p.x(), p.y(), 0.0);
+        const double t = std::clamp(-from.dot(flat) / flat.squaredNorm(), 0.0, 1.0);
+        if ((from + t * flat).norm() < inner + 0.05 || std::max(p.z(), x.z()) > 2.6 * rise) {
+            return Pair::other; // across the hole, or around the end of the last turn
+        }
+        const double turned = std::atan2(p.x() * x.y() - p.y() * x.x(), p.x() * x.x() + p.y() * x.y());
+        const double floors = (x.z() - p.z()) / rise - turned / (2.0 * std::numbers::pi);
+        return std::abs(floors) > 0.5 ? Pair::parted : Pair::together;
+    }));
+}
+
+TEST(Separators, AWallThatIsJoinedToItsFloorHidesWhatIsBehindIt) {
+    // All sides of the partition and the floor that runs on beneath it are one region.
+    for (const double size : {0.05, 0.01}) {
+        SCOPED_TRACE(size);
+        const feet::TwoRooms rooms = feet::rounded_partition(size);
+        expect_parted(count_pairs(rooms.mesh, 0.2, [&](const Vec3& p, const Vec3& x) {
+            const double face = 0.3 * size - 1e-9, a = p.x() - 1.0, b = x.x() - 1.0;
+            if (std::abs(a) < face || std::abs(b) < face || std::max(p.y(), x.y()) > 1.0 - 2.0 * size ||
+                std::min(p.z(), x.z()) < 0.0) {
+                return Pair::other; // beneath the partition, where it is rounded, or under the floor
+            }
+            return a * b < 0.0 ? Pair::parted : Pair::together;
+        }));
     }
 }
 

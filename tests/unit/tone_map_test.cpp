@@ -112,6 +112,11 @@ TEST(ColourScale, FollowsTheValues) {
         EXPECT_NEAR(scale_for({value, value, value}, false).position(static_cast<double>(value)), 0.5, 1e-14);
     }
     EXPECT_LT(scale_for({}, true).low, scale_for({}, true).high);
+    std::vector<float> many(1001); // 0 to 1000, but for a few
+    std::iota(many.begin(), many.end(), 0.0F);
+    many[1000] = 1e9F;
+    EXPECT_EQ(scale_for(many, false).low, 10.0);
+    EXPECT_EQ(scale_for(many, false).high, 990.0);
 }
 
 } // namespace

@@ -124,7 +124,7 @@ def check_box():
 def check_luminance():
     """The more the value, the lighter the colour."""
     components, arrays, cells = read_vtp("box.vtp")
-    values = arrays["luminance"]
+    values = arrays["radiosity_weighted"]
     check_range("luminance.log", values)
     picture = Picture("luminance.png")
     check_scale_bar("luminance.png", picture)

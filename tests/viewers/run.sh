@@ -69,7 +69,7 @@ box=$data/cornell_box.obj
 "$bin/compare_fields" box.vtp fine.vtp error.vtp --quiet
 
 show box show_bake.py box.vtp "${from_front[@]}"
-show luminance show_bake.py box.vtp --array luminance "${from_front[@]}"
+show luminance show_bake.py box.vtp --array radiosity_weighted "${from_front[@]}"
 show courtyard show_bake.py courtyard.vtp --size 400 300
 show element show_basis.py basis.vtp --sites sites.vtp --supports --towards 0 -0.5 1 --up 0 1 0 --size 640 480
 show sum show_basis.py basis.vtp --array sum --towards 0 0 1 --up 0 1 0 --size 640 480
@@ -77,7 +77,7 @@ show error show_error.py error.vtp --towards 0 0 1 --up 0 1 0 --size 640 480
 show signed show_error.py error.vtp --array radiosity_error_rgb:0 --towards 0 0 1 --up 0 1 0 --size 640 480
 # What is not there is refused with what is.
 if pvbatch "$scripts/show_bake.py" box.vtp none.png --array nothing >none.log 2>&1 || [ -e none.png ] ||
-    ! grep -q "has no point array nothing; it has .*luminance" none.log; then
+    ! grep -q "has no point array nothing; it has .*radiosity_weighted" none.log; then
     echo "FAILED: an array that is not there:" >&2
     cat none.log >&2
     exit 1

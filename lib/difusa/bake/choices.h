@@ -25,6 +25,9 @@ struct ElementChoice {
     std::string basis_text, projection_text; ///< with all parameters
 };
 
+/// Which faces are turned over (BakeOptions::flip).
+enum class Flip { certain, all, nothing };
+
 struct Choices {
     ElementChoice elements;
     std::optional<ElementChoice> fallback; ///< if bounces do not die out with these
@@ -34,8 +37,9 @@ struct Choices {
     std::shared_ptr<Kernel> kernel; ///< null unless pairwise
     std::shared_ptr<Solver> solver;
     bool pairwise = false;
-    bool neighbour_areas = false;                             ///< for pairwise transport
-    bool direct_in_basis = false;                             ///< BakeOptions::direct is "interpolated"
+    bool neighbour_areas = false; ///< for pairwise transport
+    bool direct_in_basis = false; ///< BakeOptions::direct is "interpolated"
+    Flip flip = Flip::certain;
     std::string visibility;                                   ///< the engine chosen by "auto"
     std::vector<std::string> notes;                           ///< about choices that were not available
     std::vector<std::pair<std::string, std::string>> plugins; ///< kind, and choice with all parameters, of the others

@@ -21,6 +21,7 @@ constexpr double of_basis = 0.5;       ///< squared error of the basis: sites to
 constexpr double of_noise = 1.5;       ///< squared noise: rays to this power, inverted
 constexpr double basis_part =
     of_noise / (of_basis + of_noise); ///< of the squared error, for the least sites times rays
+constexpr double hopeless = 2.0; ///< times the target: what the basis alone is predicted to miss with all sites
 constexpr std::size_t least_rays = 64, most_rays = std::size_t{1} << 16U;
 constexpr std::size_t most_error_points = std::size_t{1} << 16U;
 
@@ -95,6 +96,12 @@ class Search {
         if (effort.sites <= last.effort.sites && effort.rays <= last.effort.rays &&
             effort.error_points <= last.effort.error_points) {
             return "more than " + std::to_string(target_.most_sites) + " sites are needed";
+        }
+        const double of_basis_alone =
+            last.rms * std::sqrt(1.0 - last.noise_share) *
+            std::pow(static_cast<double>(last.effort.sites) / static_cast<double>(target_.most_sites), 0.5 * of_basis);
+        if (of_basis_alone > hopeless * target_.relative) {
+            return "probably more than " + std::to_string(target_.most_sites) + " sites are needed";
         }
         double spent = 0.0;
         for (const Attempt& each : attempts_) {

@@ -1,6 +1,7 @@
 #include <difusa/bake/evaluation.h>
 
 #include <difusa/bake/cost.h>
+#include <difusa/bake/sensing.h>
 #include <difusa/core/error.h>
 #include <difusa/core/text.h>
 #include <difusa/mesh/nearest_surface.h>
@@ -70,48 +71,17 @@ GatherNoise noise_of(const BakeResult& result) {
     return {(sum.array() / weight.array().max(least)).sqrt(), std::sqrt(all / std::max(least, area))};
 }
 
-void map_errors(BakeResult& result, const Execution& execution) {
-    ErrorEstimate& error = *result.error;
-    const ErrorMap map(result.solution, error, result.options.rays, execution);
+void map_errors(BakeResult& result, const ErrorMap& map, const Execution& execution) {
     if (result.options.final_gather == 0) {
         result.errors = map.at(result.mesh.vertices, execution);
         return;
     }
     const GatherNoise noise = noise_of(result);
-    judge_gathered(error, noise.rms);
+    judge_gathered(*result.error, noise.rms);
     result.errors = map.gathered_at(result.mesh.vertices, noise.around, execution);
 }
 
 } // namespace
-
-void find_listed(BakeResult& result, const Execution& execution) {
-    if (result.options.at.empty()) {
-        return;
-    }
-    const Mesh& mesh = result.scene->mesh;
-    const BakeOptions& options = result.options;
-    const NearestSurface surface(mesh.points, mesh.triangles);
-    std::size_t far = 0;
-    for (std::size_t i = 0; i < options.at.size(); ++i) {
-        const ListedPoint& wanted = options.at[i];
-        const Vec3& p = wanted.position;
-        const Vec3 n = wanted.normal.value_or(Vec3::Zero());
-        const NearestSurface::Place place = surface.nearest({p, n, p + n * options.spacing});
-        if (place.triangle == none) {
-            throw InputError("--at: no surface faces the direction of the normal of point " + std::to_string(i) +
-                             " (counting from 0): turn the normal, or omit it");
-        }
-        result.listed.push_back(mesh.at(place.triangle, place.weight[1], place.weight[2]));
-        result.listed_distance.push_back(place.distance);
-        far += place.distance > options.spacing ? 1 : 0;
-    }
-    if (far > 0) {
-        execution.note(
-            std::to_string(far) + " of the " + std::to_string(options.at.size()) +
-            " points of --at are farther from the surface than the site spacing: the light reported there is "
-            "that at the nearest surface point");
-    }
-}
 
 void check_output(const BakeResult& result) {
     check_refinement(result.scene->mesh, result.options.output_spacing, most_output_triangles());
@@ -150,8 +120,10 @@ void evaluate_output(BakeResult& result, const Execution& execution) {
         refine(result.scene->mesh, options.output_spacing, options.crease_angle, most_output_triangles(), execution);
     execution.phase("evaluate");
     result.output = values_at(result, result.mesh.vertices, "output", execution);
+    std::optional<ErrorMap> map;
     if (result.error) {
-        map_errors(result, execution);
+        map.emplace(result.solution, *result.error, options.rays, execution);
+        map_errors(result, *map, execution);
     }
     if (options.face_centres) {
         std::vector<SurfacePoint> centres;
@@ -160,9 +132,7 @@ void evaluate_output(BakeResult& result, const Execution& execution) {
         }
         result.centres = values_at(result, centres, "centres", execution);
     }
-    if (!options.at.empty()) {
-        result.listed_values = values_at(result, result.listed, "listed", execution);
-    }
+    read_places(result, map ? &*map : nullptr, execution);
 }
 
 void list_savings(const BakeResult& result, const Execution& execution) {

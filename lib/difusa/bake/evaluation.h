@@ -5,9 +5,6 @@
 
 namespace difusa {
 
-/// Fills in `listed` and `listed_distance`. Throws InputError for a listed place whose normal no surface has.
-void find_listed(BakeResult& result, const Execution& execution);
-
 /// Throws ResourceError if the output mesh is sure to have more triangles than memory allows.
 void check_output(const BakeResult& result);
 
@@ -17,7 +14,7 @@ void estimate_error_of(BakeResult& result, const Execution& execution);
 /// Fills in `goal_estimates`. Phase "estimate goals", if there are any.
 void estimate_goals_of(BakeResult& result, const Execution& execution);
 
-/// Fills in `mesh`, `output` and what else the options request: centres, listed_values, errors.
+/// Fills in `mesh`, `output` and what else the options request: centres, errors, the light at places (bake/sensing.h).
 /// Phases "refine output", "evaluate".
 void evaluate_output(BakeResult& result, const Execution& execution);
 

@@ -2,10 +2,13 @@
 #pragma once
 
 #include <difusa/algebra/solver.h>
-#include <difusa/scene/lights.h>
+#include <difusa/rays/visibility.h>
+#include <difusa/scene/camera.h>
+#include <difusa/scene/scene.h>
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
@@ -16,10 +19,19 @@ namespace difusa {
 
 inline constexpr std::size_t default_sites = 5000;
 
-/// A place where a user wants to know the light: the nearest point of the surface is evaluated.
+/// A place where a user wants to know the light: with a normal what a sensor there measures, wherever it stands;
+/// without one the light at the nearest point of the surface.
 struct ListedPoint {
     Vec3 position = Vec3::Zero();
-    std::optional<Vec3> normal; ///< only surface whose front turns from it by less than 90° counts; absent: all
+    std::optional<Vec3> normal; ///< unit. Snapped to the surface, only what faces within 90° of it counts
+};
+
+/// Sensors in rows and columns over a flat face.
+struct SensorGrid {
+    std::string on;       ///< number of a face in the file, or name of a material
+    double height = 0.0;  ///< above the face, along its normal
+    double spacing = 0.0; ///< largest distance between neighbours
+    double margin = 0.0;  ///< least distance from the outline of the face
 };
 
 /// A part of the surface whose mean irradiance is wanted: materials and faces together, or places (bake/goals.h).
@@ -73,11 +85,29 @@ struct BakeOptions {
                                               ///< that is to be lit otherwise
     bool face_centres = false;                ///< evaluate at the centres of the output's triangles too
     std::vector<ListedPoint> at;              ///< evaluate at these places too
+    bool snap = false;                        ///< at the nearest surface, even where a normal is given
+    std::string sensor = "planar";            ///< what is measured in mid-air (bake/sensing.h): "planar", "horizontal",
+                                              ///< "spherical", "cylindrical"
+    std::vector<SensorGrid> grids;            ///< further sensors
     std::vector<GoalRequest> goals;           ///< estimate their mean irradiance
     std::size_t goal_samples = 4096;          ///< places where residuals are gathered for each goal; at least 32
-    double output_spacing = 0.0;              ///< longest edge of the output; 0: the site spacing
+    double output_spacing = 0.0;              ///< longest edge of the output; 0: `output_in_spacings`
     double crease_angle = 0.6981317007977318; ///< 40°: sharper edges are not shaded smoothly
+    /// Which faces of a file are turned over: "auto", parts that are certainly inside out (lighting/inside_out.h; those
+    /// that seem to be are noted), "all", or "none". The faces of a scene made by a program are turned over by "all"
+    /// alone.
+    std::string flip = "auto";
+    /// Of what is derived from the light for people to read: "radiometric" (W), "photometric" (lux, cd/m²), or "auto",
+    /// photometric if the file measures its lights so. The light itself is always in W.
+    std::string units = "auto";
+    bool graded_sky = false;         ///< the sky that is assumed where nothing shines is brighter above than below
+    double output_in_spacings = 1.0; ///< longest edge of the output in site spacings, if `output_spacing` is 0
+    std::string quality; ///< name of the preset that these options were chosen by, for the report; empty: none
     std::uint64_t seed = 1;
+
+    /// Called as soon as the surface and its visibility are known, before anything else is computed; what it throws
+    /// ends the bake. May be empty.
+    std::function<void(const Scene&, const Visibility&, const std::optional<Camera>&, const Vec3& up)> when_visible;
 
     /// Files that the caller is going to write. A bake reads its file and everything that it names, and throws
     /// UsageError before it computes anything if that would overwrite one of those, or a plugin.

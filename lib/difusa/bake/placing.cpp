@@ -44,7 +44,7 @@ void choose_spacing(BakeResult& result, const Choices& choices, const LitSurface
         options.spacing = spacing_for(result, choices, lit, most_sites_now(), execution);
     }
     if (options.output_spacing == 0.0) {
-        options.output_spacing = options.spacing;
+        options.output_spacing = options.output_in_spacings * options.spacing;
     }
 }
 

@@ -6,6 +6,7 @@
 #include <difusa/mesh/output_mesh.h>
 #include <difusa/radiosity/error_map.h>
 #include <difusa/radiosity/goal_estimate.h>
+#include <difusa/radiosity/sensors.h>
 #include <difusa/radiosity/system.h>
 #include <difusa/repair/diagnosis.h>
 #include <difusa/scene/camera.h>
@@ -44,6 +45,13 @@ struct Attempt {
     double seconds = 0.0;
 };
 
+/// A sensor, and what asked for it.
+struct PlacedSensor {
+    Sensor sensor;
+    Index listed = none; ///< number in BakeOptions::at, or none
+    Index grid = none;   ///< number in BakeOptions::grids, or none
+};
+
 struct BakeResult {
     Diagnosis diagnosis;
     std::string file;
@@ -54,7 +62,10 @@ struct BakeResult {
     bool dry_run = false;                                     ///< nothing below `estimate` is filled in
     unsigned threads = 1;
     std::optional<Camera> camera; ///< from the scene file
+    Vec3 up = Vec3::UnitZ();      ///< unit, upwards: what the scene file says, or the convention of the mesh format
     int channels = 3;             ///< 1 for a grey scene
+    bool sky_assumed = false;     ///< nothing else emits light
+    bool photometric = false;     ///< what people read is in lux and cd/m²
     Journal journal;              ///< times of the phases, notes, savings; counts "rays", "segments", "output rays",
                                   ///< "output segments"
 
@@ -72,9 +83,13 @@ struct BakeResult {
     OutputMesh mesh;
     PointValues output;                  ///< at its vertices
     std::optional<PointValues> centres;  ///< at the centres of its triangles
-    std::vector<SurfacePoint> listed;    ///< the surface points nearest to BakeOptions::at
+    std::vector<SurfacePoint> listed;    ///< the surface points nearest to those of BakeOptions::at that ask for them
     std::vector<double> listed_distance; ///< their distances from those points
+    std::vector<Index> listed_number;    ///< their numbers in BakeOptions::at
     PointValues listed_values;
+    std::optional<ErrorsAt> listed_errors; ///< of B there, with an error estimate
+    std::vector<PlacedSensor> sensors;     ///< the others, in order, and then those of the grids
+    SensorReadings readings;
     std::optional<ErrorsAt> errors; ///< of B at the vertices, with an error estimate
 
     const Field& field() const { return *solution.field; }

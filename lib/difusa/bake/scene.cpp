@@ -4,10 +4,14 @@
 #include <difusa/core/text.h>
 #include <difusa/import/scene_file.h>
 #include <difusa/io/same_file.h>
+#include <difusa/mesh/floor_share.h>
 #include <difusa/repair/diagnosis.h>
 #include <difusa/repair/texture_coordinates.h>
+#include <difusa/scene/sky_dome.h>
 
 #include <algorithm>
+#include <memory>
+#include <numbers>
 
 namespace difusa {
 
@@ -84,6 +88,14 @@ void check_scene(const Scene& scene, const std::string& name) {
     }
 }
 
+/// Three times as bright at the zenith as at the horizon h, and half as bright below, so that shapes show under it.
+/// From the radiance (1 + 2 s) h at the sine s of the elevation, a level surface receives pi h (1 + 4 / 3).
+std::shared_ptr<const SkyDome> graded_sky(const Vec3& up) {
+    const double horizon = 3.0 / (7.0 * std::numbers::pi);
+    return std::make_shared<GradientSky>(Rgb::Constant(3.0 * horizon), Rgb::Constant(horizon),
+                                         Rgb::Constant(0.5 * horizon), up);
+}
+
 /// Adds the lights from the options, and a sky if there would be no light at all.
 void add_lights(BakeResult& result, const Execution& execution) {
     Scene& scene = *result.scene;
@@ -101,8 +113,15 @@ void add_lights(BakeResult& result, const Execution& execution) {
         scene.sky = *options.sky;
         scene.dome = nullptr;
     } else if (!scene.has_emitters() && !sunny && !scene.has_sky()) {
-        scene.sky = Rgb::Ones();
-        execution.note("nothing emits light: a uniform sky of irradiance 1 W/m^2 is assumed (--sky)");
+        result.sky_assumed = true;
+        if (options.graded_sky) {
+            scene.dome = graded_sky(result.up);
+            execution.note("nothing emits light: a sky is assumed that is bright above and dim below, of irradiance 1 "
+                           "W/m^2 on a surface that faces up (--sky)");
+        } else {
+            scene.sky = Rgb::Ones();
+            execution.note("nothing emits light: a uniform sky of irradiance 1 W/m^2 is assumed (--sky)");
+        }
     }
     options.sky = scene.sky;
     if (!scene.has_sky() && !scene.has_emitters() && !sunny) {
@@ -110,6 +129,20 @@ void add_lights(BakeResult& result, const Execution& execution) {
                                        "or some faces an emission (OBJ: Ke in the material)");
     }
     result.channels = scene.is_grey() ? 1 : 3;
+}
+
+/// Upwards: what the file says; else the axis along which the scene has a floor, if there is just one among y and z;
+/// else what is usual in files of this format.
+Vec3 up_of(const PolygonSoup& soup, const Mesh& mesh, const Execution& execution) {
+    constexpr double whole = 0.5; // of the scene's footprint: a floor, or most of one under furniture
+    const bool y = floor_share(mesh, Vec3::UnitY()) > whole, z = floor_share(mesh, Vec3::UnitZ()) > whole;
+    const Vec3 floored = y ? Vec3::UnitY() : Vec3::UnitZ();
+    if (soup.says_up || y == z || floored == soup.up) {
+        return soup.up;
+    }
+    execution.note(std::string("the file does not say which way is up: its floor says ") + (y ? "+y" : "+z") +
+                   " (--up of render_view)");
+    return floored;
 }
 
 /// Gives faces without a material the default one, or one using the colours in the file.
@@ -167,6 +200,8 @@ void read_into(BakeResult& result, const Registry& registry, const std::filesyst
     scene.sky = soup.lights.sky.value_or(Rgb::Zero());
     scene.dome = soup.lights.dome;
     result.camera = soup.camera;
+    result.photometric = result.photometric || (result.options.units == "auto" && soup.photometric);
+    result.up = up_of(soup, scene.mesh, execution);
     if (soup.default_reflectance && !result.options.reflectance) {
         result.options.reflectance = soup.default_reflectance;
     }

@@ -30,10 +30,11 @@ class Basis {
     /// Number of elements.
     virtual std::size_t size() const = 0;
 
-    /// phi_i(x) >= 0 and sum_i phi_i(x) = 1 at every surface point (T 3.7, 3.8).
+    /// phi_i(x) >= 0 and sum_i phi_i(x) = 1 at every surface point (T 3.7, 3.8) that has an element.
     virtual bool partition_of_unity() const = 0;
 
-    /// sum_i phi_i(x) = 1 at every surface point, whatever the signs: constants are reproduced.
+    /// sum_i phi_i(x) = 1 at every surface point that has an element, whatever the signs: constants are reproduced.
+    /// Points without one are those that no light can reach.
     virtual bool sums_to_one() const { return partition_of_unity(); }
 
     /// True if the coefficients of a function are its values at the sites, because the basis interpolates or is meant
@@ -43,7 +44,8 @@ class Basis {
     /// True if phi_i(p_j) = 1 for i = j, else 0: a function in the basis has its coefficients as values at the sites.
     virtual bool interpolates() const { return false; }
 
-    /// Writes the elements at x; none on dark regions (SiteSet::dark). Thread-safe with distinct rows.
+    /// Writes the elements at x; none on dark regions (SiteSet::dark), nor where what stands on the surface covers it.
+    /// Thread-safe with distinct rows.
     virtual void evaluate(const SurfacePoint& x, BasisRow& row) const = 0;
 
     /// The same for many points, rows[i] for x[i]; a basis may override it with something faster than one point at a

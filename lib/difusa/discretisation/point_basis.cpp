@@ -33,6 +33,12 @@ struct PointBasis::NearestSite {
     const PointTree& tree(Index region) const { return of_region[region].size() > 0 ? of_region[region] : *all; }
 };
 
+namespace {
+
+constexpr std::size_t few = 16, many = 64; ///< sites looked at where no support is
+
+} // namespace
+
 PointBasis::PointBasis() = default;
 PointBasis::~PointBasis() = default;
 
@@ -55,26 +61,39 @@ std::size_t PointBasis::size() const {
 
 Index PointBasis::nearest(const SurfacePoint& x) const {
     const Index region = mesh_->region[x.face];
-    std::array<Index, 16> found{};
-    std::array<double, 16> squared{};
-    const std::size_t count = nearest_->tree(region).nearest(x.position, found, squared);
-    const bool parted = separators_.any(region);
-    Index nearest = found[0], in_sight = none;
-    double least = std::numeric_limits<double>::infinity(), least_in_sight = least;
-    for (std::size_t k = 0; k < count; ++k) {
-        const Index i = found[k];
-        const double d = site_distance(x.position, x.normal, region, sites_->points[i].position,
-                                       sites_->points[i].normal, sites_->region[i]);
-        if (d < least) {
-            least = d;
-            nearest = i;
-        }
-        if (parted && d < least_in_sight && !separators_.hides(i, x)) {
-            least_in_sight = d;
-            in_sight = i;
-        }
+    const PointTree& tree = nearest_->tree(region);
+    const auto distance = [&](Index i) {
+        return site_distance(x.position, x.normal, region, sites_->points[i].position, sites_->points[i].normal,
+                             sites_->region[i]);
+    };
+    if (!separators_.any(region) || nearest_->of_region[region].size() == 0) {
+        std::array<Index, few> found{};
+        std::array<double, few> squared{};
+        const std::size_t count = tree.nearest(x.position, found, squared);
+        return *std::min_element(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(count),
+                                 [&](Index i, Index j) { return distance(i) < distance(j); });
     }
-    return in_sight != none ? in_sight : nearest;
+    std::vector<Index> found;
+    std::vector<double> squared;
+    for (std::size_t tried = 0, count = few; tried < tree.size() && count <= many; count *= 4) {
+        found.resize(count);
+        squared.resize(count);
+        const std::size_t now = tree.nearest(x.position, found, squared);
+        Index best = none;
+        double least = std::numeric_limits<double>::infinity();
+        for (std::size_t k = tried; k < now; ++k) {
+            const double d = distance(found[k]);
+            if ((best == none || d < least) && !separators_.hides(found[k], x)) {
+                best = found[k];
+                least = d;
+            }
+        }
+        if (best != none) {
+            return best;
+        }
+        tried = now;
+    }
+    return none;
 }
 
 void PointBasis::evaluate(const SurfacePoint& x, BasisRow& row) const {
@@ -157,8 +176,12 @@ void PointBasis::evaluate_among(const SurfacePoint& x, std::span<const Index> ca
         return;
     }
     if (!(sum > 0.0)) {
-        row.element.assign(1, nearest(x));
-        row.weight.assign(1, 1.0);
+        const Index site = nearest(x);
+        row.clear();
+        if (site != none) {
+            row.element.push_back(site);
+            row.weight.push_back(1.0);
+        }
         return;
     }
     const double scale = 1.0 / sum;

@@ -29,10 +29,11 @@ class PointBasis : public Basis {
     void bind(const Mesh& mesh, const SiteSet& sites) final;
     std::size_t size() const final;
 
-    /// Elements at x; those of sites that a separator hides from x (separators.h) vanish. If a basis that sums to one
-    /// has no support there, all weight goes to the nearest site of the region: of the 16 nearest in space, the one at
-    /// the smallest site distance that is not hidden; among all 16 if each is hidden; or the nearest in space if all
-    /// face away. On a region without sites it is the nearest of all sites.
+    /// Elements at x; those of sites that are out of its sight (separators.h) vanish. If a basis that sums to one has
+    /// no support there, all weight goes to the nearest site of the region: of the 16 nearest in space, the one at the
+    /// smallest site distance, or the nearest in space if all face away. Where something may come between, it has to be
+    /// in sight; up to 64 sites are looked at. There is no element where none of these is: under what stands on the
+    /// surface. On a region without sites it is the nearest of all sites.
     void evaluate(const SurfacePoint& x, BasisRow& row) const final;
     void evaluate(std::span<const SurfacePoint> x, std::span<BasisRow> rows) const final;
 
@@ -50,7 +51,7 @@ class PointBasis : public Basis {
 
   private:
     struct NearestSite;
-    Index nearest(const SurfacePoint& x) const;
+    Index nearest(const SurfacePoint& x) const; ///< or none
     void evaluate_among(const SurfacePoint& x, std::span<const Index> candidates, BasisRow& row) const;
     const Mesh* mesh_ = nullptr;
     const SiteSet* sites_ = nullptr;

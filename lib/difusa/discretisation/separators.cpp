@@ -1,10 +1,13 @@
 #include <difusa/discretisation/separators.h>
 
+#include <difusa/discretisation/obstacles.h>
+#include <difusa/discretisation/region_trees.h>
 #include <difusa/rays/watertight.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -86,57 +89,6 @@ std::optional<Heights> touches(const Mesh& mesh, Index F, Index T, double roundi
     return std::max(T_low, F_low) <= std::min(T_high, F_high) + slack ? std::optional(of_T) : std::nullopt;
 }
 
-/// The triangles of each region, and trees of them that are made when they are first asked for.
-class RegionTrees {
-  public:
-    explicit RegionTrees(const Mesh& mesh) : mesh_(mesh), trees_(mesh.region_count) {
-        std::vector<Box> boxes(mesh.region_count);
-        first_.assign(mesh.region_count + std::size_t{1}, 0);
-        for (Index t = 0; t < mesh.triangles.size(); ++t) {
-            boxes[mesh.region[t]].extend(mesh.box(t));
-            ++first_[mesh.region[t] + std::size_t{1}];
-        }
-        for (std::size_t p = 0; p < mesh.region_count; ++p) {
-            first_[p + 1] += first_[p];
-        }
-        members_.resize(mesh.triangles.size());
-        std::vector<std::size_t> next(first_.begin(), first_.end() - 1);
-        for (Index t = 0; t < mesh.triangles.size(); ++t) {
-            members_[next[mesh.region[t]]++] = t;
-        }
-        std::vector<Index> numbers(mesh.region_count);
-        for (Index p = 0; p < mesh.region_count; ++p) {
-            numbers[p] = p;
-        }
-        regions_ = BoxTree(std::move(boxes), std::move(numbers));
-    }
-
-    /// Boxes of whole regions.
-    const BoxTree& regions() const { return regions_; }
-
-    /// Boxes of the triangles of one.
-    const BoxTree& triangles(Index region) {
-        if (trees_[region].empty()) {
-            std::vector<Index> items(members_.begin() + static_cast<std::ptrdiff_t>(first_[region]),
-                                     members_.begin() + static_cast<std::ptrdiff_t>(first_[region + std::size_t{1}]));
-            std::vector<Box> boxes;
-            boxes.reserve(items.size());
-            for (const Index t : items) {
-                boxes.push_back(mesh_.box(t));
-            }
-            trees_[region] = BoxTree(std::move(boxes), std::move(items));
-        }
-        return trees_[region];
-    }
-
-  private:
-    const Mesh& mesh_;
-    std::vector<std::size_t> first_; ///< #regions + 1
-    std::vector<Index> members_;     ///< #T, by region
-    BoxTree regions_;
-    std::vector<BoxTree> trees_; ///< #regions
-};
-
 } // namespace
 
 double wall_rounding(const Mesh& mesh) {
@@ -144,12 +96,16 @@ double wall_rounding(const Mesh& mesh) {
 }
 
 std::vector<Separator> find_separators(const Mesh& mesh) {
+    RegionTrees trees(mesh);
+    return find_separators(mesh, trees);
+}
+
+std::vector<Separator> find_separators(const Mesh& mesh, RegionTrees& trees) {
     std::vector<Separator> found;
     if (mesh.region_count < 2) {
         return found;
     }
     const double rounding = wall_rounding(mesh);
-    RegionTrees trees(mesh);
     for (Index F = 0; F < mesh.triangles.size(); ++F) {
         const Box box = grown(mesh.box(F), rounding);
         trees.regions().visit(box, [&](Index region, const Box& whole) {
@@ -180,36 +136,129 @@ std::vector<Separator> find_separators(const Mesh& mesh) {
     return found;
 }
 
+namespace {
+
+constexpr double least_lift = 0x1p-6, most_lift = 0x1p-2; ///< of a line of sight's ends, in radii of the support
+
+/// What lines of sight between points of each region, lifted off it, stay within.
+std::vector<SightReach> sight_reach(const SiteSet& sites, std::span<const double> support,
+                                    const std::vector<char>& flat) {
+    std::vector<SightReach> reach(flat.size());
+    for (std::size_t i = 0; i < sites.size(); ++i) {
+        // Points of a bent region lie up to the radius below the tangent plane of another.
+        SightReach& here = reach[sites.region[i]];
+        const bool level = flat[sites.region[i]] != 0;
+        here.flat = level;
+        here.around = std::max(here.around, (level ? most_lift : 2.0) * support[i]);
+        here.lift = std::max(here.lift, (level ? most_lift : most_lift + 0.5) * support[i]);
+    }
+    return reach;
+}
+
+/// A segment, by its centre and half of its extent: of boxes in a tree of very many triangles it meets few, though all
+/// are within its own.
+class Segment {
+  public:
+    Segment(const Vec3& a, const Vec3& b, double rounding)
+        : centre_(0.5 * (a + b)), half_(0.5 * (b - a)), extent_(half_.cwiseAbs()), rounding_(rounding) {}
+
+    /// No axis and no direction across the segment and an axis tells them apart.
+    bool meets(const Box& box) const {
+        const Vec3 m = centre_ - 0.5 * (box.min() + box.max());
+        const Vec3 h = (0.5 * (box.max() - box.min())).array() + rounding_;
+        if ((m.cwiseAbs().array() > (h + extent_).array()).any()) {
+            return false;
+        }
+        for (Eigen::Index i = 0; i < 3; ++i) {
+            const Eigen::Index j = (i + 1) % 3, k = (i + 2) % 3;
+            if (std::abs(m[j] * half_[k] - m[k] * half_[j]) > h[j] * extent_[k] + h[k] * extent_[j]) {
+                return false;
+            }
+        }
+        return true;
+    }
+
+  private:
+    Vec3 centre_, half_, extent_;
+    double rounding_;
+};
+
+BoxTree tree_of(const Mesh& mesh, std::vector<Index> triangles) {
+    std::vector<Box> boxes;
+    boxes.reserve(triangles.size());
+    for (const Index t : triangles) {
+        boxes.push_back(mesh.box(t));
+    }
+    return {std::move(boxes), std::move(triangles)};
+}
+
+} // namespace
+
 Separators::Separators(const Mesh& mesh, const SiteSet& sites, std::span<const double> support)
     : mesh_(&mesh), sites_(&sites), rounding_(mesh.magnitude() * 0x1p-44) {
-    const std::vector<Separator> found = find_separators(mesh);
-    if (found.empty()) {
+    if (mesh.convex) {
         return;
     }
-    tree_.assign(mesh.region_count, none);
-    for (std::size_t first = 0, last = 0; first < found.size(); first = last) {
-        std::vector<Box> boxes;
-        std::vector<Index> items;
-        for (; last < found.size() && found[last].region == found[first].region; ++last) {
-            boxes.push_back(mesh.box(found[last].triangle));
-            items.push_back(found[last].triangle);
-        }
-        tree_[found[first].region] = static_cast<Index>(trees_.size());
-        trees_.emplace_back(std::move(boxes), std::move(items));
+    RegionTrees regions(mesh);
+    const std::vector<char> flat = flat_regions(mesh, regions, wall_rounding(mesh));
+    std::vector<std::vector<Index>> walls(mesh.region_count),
+        obstacles = find_obstacles(mesh, regions, sight_reach(sites, support, flat), wall_rounding(mesh));
+    for (const Separator& separator : find_separators(mesh, regions)) {
+        walls[separator.region].push_back(separator.triangle);
+    }
+    for (Index region = 0; region < mesh.region_count; ++region) {
+        std::vector<Index> all;
+        std::set_union(walls[region].begin(), walls[region].end(), obstacles[region].begin(), obstacles[region].end(),
+                       std::back_inserter(all));
+        obstacles[region] = std::move(all);
     }
     support_.assign(support.begin(), support.end());
     near_.assign(sites.size(), 0);
-    for (Index i = 0; i < sites.size(); ++i) {
-        if (!any(sites.region[i])) {
+    // A region that is flat, or a closed body on which nothing stands, is not looked at as an obstacle to itself.
+    std::vector<char> simple = closed_regions(mesh);
+    for (Index region = 0; region < mesh.region_count; ++region) {
+        simple[region] = flat[region] != 0 || (simple[region] != 0 && walls[region].empty()) ? 1 : 0;
+    }
+    tree_.assign(mesh.region_count, none);
+    const auto add_tree = [&](Index region) {
+        tree_[region] = static_cast<Index>(trees_.size());
+        trees_.push_back({tree_of(mesh, walls[region]), tree_of(mesh, obstacles[region])});
+    };
+    for (Index region = 0; region < mesh.region_count; ++region) {
+        if (!obstacles[region].empty()) {
+            add_tree(region);
+        }
+    }
+    find_near(flat, simple, regions, obstacles);
+    for (Index region = 0; region < mesh.region_count; ++region) {
+        if (simple[region] != 0 || (obstacles[region].empty() && folded_[region] == 0)) {
             continue;
         }
-        // Lifted segments leave the ball around the support by less than its radius (they are lifted by at most half a
-        // radius and 2^-6 of it).
-        const double reach = 2.0 * support[i];
-        const Vec3& centre = sites.points[i].position;
-        near_[i] = trees_[tree_[sites.region[i]]].visit(grown(Box(centre), reach), [&](Index, const Box& box) {
-            return box.squaredExteriorDistance(centre) < reach * reach;
-        });
+        const std::span<const Index> own = regions.members(region);
+        obstacles[region].insert(obstacles[region].end(), own.begin(), own.end());
+        if (tree_[region] == none) {
+            add_tree(region);
+        } else {
+            trees_[tree_[region]].obstacles = tree_of(mesh, obstacles[region]);
+        }
+    }
+}
+
+/// Which sites have an obstacle, or a fold of their region, within reach of their lines of sight.
+void Separators::find_near(const std::vector<char>& flat, const std::vector<char>& simple, RegionTrees& regions,
+                           const std::vector<std::vector<Index>>& obstacles) {
+    FoldSearch folds(*mesh_, regions);
+    folded_.assign(obstacles.size(), 0);
+    for (Index i = 0; i < sites_->size(); ++i) {
+        const Index region = sites_->region[i];
+        const double reach = (flat[region] != 0 ? 1.0 + most_lift : 2.0) * support_[i];
+        const Vec3& centre = sites_->points[i].position;
+        const auto within = [&](const Box& box) { return box.squaredExteriorDistance(centre) < reach * reach; };
+        const bool close =
+            tree_[region] != none && trees_[tree_[region]].obstacles.visit_where(within, [](Index) { return true; });
+        const bool folded = simple[region] == 0 && !folds.unfolded(sites_->points[i], support_[i]);
+        folded_[region] = folded || folded_[region] != 0 ? 1 : 0;
+        near_[i] = close || folded ? 1 : 0;
     }
 }
 
@@ -225,38 +274,60 @@ bool Separators::crosses(Index triangle, const Vec3& a, const Vec3& b, double& t
     return WatertightRay(a, b - a).meets(foot, mesh_->corner(triangle, 1), mesh_->corner(triangle, 2), meeting);
 }
 
-double Separators::lift(const BoxTree& tree, const Vec3& from, const Vec3& normal, double wanted) const {
+bool Separators::crossed(const BoxTree& tree, const Vec3& a, const Vec3& b) const {
+    const auto meets = [segment = Segment(a, b, rounding_)](const Box& box) { return segment.meets(box); };
+    return tree.visit_where(meets, [&](Index triangle) {
+        double t = 0.0;
+        return crosses(triangle, a, b, t);
+    });
+}
+
+Vec3 Separators::lifted(const BoxTree& tree, const Vec3& from, const Vec3& normal, double wanted) const {
     const Vec3 to = from + wanted * normal;
     double clear = 1.0;
-    tree.visit(Box(from).extend(to), [&](Index triangle, const Box&) {
+    const auto meets = [segment = Segment(from, to, rounding_)](const Box& box) { return segment.meets(box); };
+    tree.visit_where(meets, [&](Index triangle) {
         double t = 1.0;
         if (crosses(triangle, from, to, t)) {
             clear = std::min(clear, 0.5 * t);
         }
         return false;
     });
-    return clear * wanted;
+    return from + clear * wanted * normal;
 }
 
 bool Separators::hides(Index site, const SurfacePoint& x) const {
     const SurfacePoint& p = sites_->points[site];
-    const BoxTree& tree = trees_[tree_[sites_->region[site]]];
+    const auto& [walls, obstacles] = trees_[tree_[sites_->region[site]]];
     const Vec3 away = x.position - p.position;
-    const double least = 0x1p-6 * support_[site];
-    const double wanted_p = least + 0.5 * std::max(0.0, -away.dot(p.normal));
-    const double wanted_x = least + 0.5 * std::max(0.0, away.dot(x.normal));
+    const double below_p = 0.5 * std::max(0.0, -away.dot(p.normal)), below_x = 0.5 * std::max(0.0, away.dot(x.normal));
+    const double least = least_lift * support_[site];
     // Most pairs have none in the box around them.
     Box around(p.position);
-    around.extend(x.position).extend(p.position + wanted_p * p.normal).extend(x.position + wanted_x * x.normal);
-    if (!tree.visit(around, [](Index, const Box&) { return true; })) {
+    around.extend(x.position)
+        .extend(p.position + (least + below_p) * p.normal)
+        .extend(x.position + (least + below_x) * x.normal);
+    if (!obstacles.visit(around, [](Index, const Box&) { return true; })) {
         return false;
     }
-    const Vec3 a = p.position + lift(tree, p.position, p.normal, wanted_p) * p.normal;
-    const Vec3 b = x.position + lift(tree, x.position, x.normal, wanted_x) * x.normal;
-    return tree.visit(Box(a).extend(b), [&](Index triangle, const Box&) {
-        double t = 0.0;
-        return crosses(triangle, a, b, t);
-    });
+    for (double share = least_lift; share <= most_lift; share *= 4.0) {
+        const double lift = share * support_[site];
+        const Vec3 a = lifted(obstacles, p.position, p.normal, lift + below_p),
+                   b = lifted(obstacles, x.position, x.normal, lift + below_x);
+        if (share == least_lift && crossed(walls, a, b)) {
+            return true;
+        }
+        if (!crossed(obstacles, a, b)) {
+            return false;
+        }
+        // Under a low ceiling over one of them, as between a shelf and the table below it.
+        const double low = std::min((a - p.position).norm(), (b - x.position).norm());
+        if (share == least_lift && low > 4.0 * rounding_ && low < lift &&
+            !crossed(obstacles, p.position + low * p.normal, x.position + low * x.normal)) {
+            return false;
+        }
+    }
+    return true;
 }
 
 } // namespace difusa

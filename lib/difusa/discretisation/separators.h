@@ -3,6 +3,7 @@
 #pragma once
 
 #include <difusa/core/box_tree.h>
+#include <difusa/discretisation/region_trees.h>
 #include <difusa/discretisation/site_set.h>
 #include <difusa/mesh/mesh.h>
 
@@ -29,6 +30,7 @@ double wall_rounding(const Mesh& mesh);
 /// the region parts nothing. Triangles touch, and lie on a plane, as far as coordinates in single precision can tell
 /// (2^-21 of the mesh' diameter): a separator too many costs time, for `Separators::hides` asks for a proper crossing.
 std::vector<Separator> find_separators(const Mesh& mesh);
+std::vector<Separator> find_separators(const Mesh& mesh, RegionTrees& trees);
 
 /// Which sites are out of sight of a point of their own region.
 class Separators {
@@ -38,33 +40,44 @@ class Separators {
     /// `support`: #S, the Euclidean radii of the elements. The mesh must outlive this; the sites too.
     Separators(const Mesh& mesh, const SiteSet& sites, std::span<const double> support);
 
-    /// True if the mesh has any.
+    /// True if some region has anything that may hide its points from each other.
     bool any() const { return !trees_.empty(); }
 
-    /// True if the region has any.
+    /// True if the region has.
     bool any(Index region) const { return any() && tree_[region] != none; }
 
-    /// True if one may be within the support of the site: else it hides no point of that from the site.
+    /// True if something may hide a point of the site's support from it: else nothing does.
     bool near(Index site) const { return near_[site] != 0; }
 
-    /// True if the segment from the site to x, a point of its region, both lifted off the surface, crosses a separator
-    /// of the region. What only touches it or lies in its plane, such as x at the foot of a wall, does not cross it.
+    /// True if there is no line of sight from the site to x, a point of its region, both lifted off the surface: it
+    /// crosses a separator of the region, or every such line crosses an obstacle (obstacles.h), which may be the region
+    /// itself. What only touches a line or lies in its plane, such as x at the foot of a wall, does not cross it. A
+    /// line of sight proves that light can get from the air before the one point to that before the other.
     ///
-    /// Points are lifted along their normals by 2^-6 of the site's support, and by half of how far the other point lies
-    /// below their tangent plane, so that the segment stays above a surface that bulges; by less if a separator
-    /// is in the way.
+    /// Points are lifted along their normals by 2^-6 of the site's support, if that is not enough by four times and 16
+    /// times as much, and by half of how far the other point lies below their tangent plane, so that lines stay above a
+    /// surface that bulges; by less if something is in the way.
     bool hides(Index site, const SurfacePoint& x) const;
 
   private:
-    double lift(const BoxTree& tree, const Vec3& from, const Vec3& normal, double wanted) const;
+    /// What is around a region.
+    struct Trees {
+        BoxTree walls;     ///< its separators
+        BoxTree obstacles; ///< these, and all others
+    };
+    void find_near(const std::vector<char>& flat, const std::vector<char>& simple, RegionTrees& regions,
+                   const std::vector<std::vector<Index>>& obstacles);
+    Vec3 lifted(const BoxTree& tree, const Vec3& from, const Vec3& normal, double wanted) const;
     bool crosses(Index triangle, const Vec3& a, const Vec3& b, double& t) const;
+    bool crossed(const BoxTree& tree, const Vec3& a, const Vec3& b) const;
 
     const Mesh* mesh_ = nullptr;
     const SiteSet* sites_ = nullptr;
     std::vector<double> support_;    ///< #S
     std::vector<std::uint8_t> near_; ///< #S
-    std::vector<BoxTree> trees_;     ///< separators of each region that has any
-    std::vector<Index> tree_;        ///< #regions: its tree, or none
+    std::vector<char> folded_;       ///< #regions
+    std::vector<Trees> trees_;       ///< of each region that has any
+    std::vector<Index> tree_;        ///< #regions: its trees, or none
     double rounding_ = 0.0;          ///< of coordinates
 };
 

@@ -344,7 +344,13 @@ void Surfels::cut_pieces(const Split& split, std::uint32_t code, std::vector<Pie
         }
         piece.area = 2.0 * mesh_->areas[piece.triangle] * piece.outline.area();
     }
-    std::erase_if(pieces, [](const Piece& piece) { return piece.outline.count == 0; });
+    // Slivers that rounding leaves lie on the line of a wall.
+    double largest = 0.0;
+    for (const Piece& piece : pieces) {
+        largest = std::max(largest, piece.area);
+    }
+    std::erase_if(pieces,
+                  [&](const Piece& piece) { return piece.outline.count == 0 || piece.area < 0x1p-30 * largest; });
 }
 
 void Surfels::pieces(Index s, std::vector<Piece>& pieces) const {
@@ -378,7 +384,9 @@ SurfacePoint Surfels::point_on(const std::vector<Piece>& pieces, double u, doubl
     for (std::size_t i = 0; i < pieces.size(); ++i) {
         if (wanted < below + pieces[i].area || i + 1 == pieces.size()) {
             const double part = pieces[i].area > 0.0 ? std::clamp((wanted - below) / pieces[i].area, 0.0, 1.0) : 0.5;
-            const Eigen::Vector2d uv = pieces[i].outline.at(part, v);
+            // Not on the outline, where a wall may stand.
+            const Eigen::Vector2d at = pieces[i].outline.at(part, v),
+                                  uv = at + 0x1p-10 * (pieces[i].outline.centroid() - at);
             return mesh_->at(pieces[i].triangle, uv[0], uv[1]);
         }
         below += pieces[i].area;

@@ -56,7 +56,7 @@ class Surfels {
 
   private:
     static constexpr Index is_split = Index{1} << 31U;
-    static constexpr std::size_t most_planes = 4; ///< that part a cell; of more, those that cross most of it
+    static constexpr std::size_t most_planes = 8; ///< that part a cell; of more, those that cross most of it
 
     /// The squares of one triangle, in slabs across its longest side: x along that side and y above it in units of the
     /// squares' sides.

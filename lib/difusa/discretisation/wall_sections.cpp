@@ -1,6 +1,7 @@
 #include <difusa/discretisation/wall_sections.h>
 
-#include <difusa/core/box_tree.h>
+#include <difusa/discretisation/obstacles.h>
+#include <difusa/discretisation/region_trees.h>
 #include <difusa/discretisation/separators.h>
 
 #include <algorithm>
@@ -68,41 +69,20 @@ std::optional<WallSection> section(const Mesh& mesh, Index F, Index T, double ro
     return WallSection{F, T, a + enter * way, a + leave * way};
 }
 
-} // namespace
-
-std::vector<WallSection> wall_sections(const Mesh& mesh, const Execution& execution) {
-    const std::vector<Separator> separators = find_separators(mesh);
-    std::vector<WallSection> sections;
-    if (separators.empty()) {
-        return sections;
-    }
-    const double rounding = wall_rounding(mesh);
-    std::vector<char> parted(mesh.region_count, 0);
-    for (const Separator& separator : separators) {
-        parted[separator.region] = 1;
-    }
-    std::vector<Box> boxes;
-    std::vector<Index> items;
-    for (Index t = 0; t < mesh.triangles.size(); ++t) {
-        if (parted[mesh.region[t]] != 0) {
-            boxes.push_back(mesh.box(t));
-            items.push_back(t);
-        }
-    }
-    const BoxTree tree(std::move(boxes), std::move(items));
+/// Where separators stand on the regions they part.
+void sections_of_separators(const Mesh& mesh, RegionTrees& trees, double rounding, const Execution& execution,
+                            std::vector<WallSection>& sections) {
+    const Vec3 margin = Vec3::Constant(rounding);
     std::vector<Index> met;
-    for (std::size_t i = 0; i < separators.size(); ++i) {
-        if (i % 1024 == 0) {
+    std::size_t count = 0;
+    for (const auto& [region, wall] : find_separators(mesh, trees)) {
+        if (count++ % 1024 == 0) {
             execution.check();
         }
-        const Index region = separators[i].region, wall = separators[i].triangle;
-        const Vec3 margin = Vec3::Constant(rounding);
         const Box box = mesh.box(wall);
         met.clear();
-        tree.visit(Box(box.min() - margin, box.max() + margin), [&](Index T, const Box&) {
-            if (mesh.region[T] == region) {
-                met.push_back(T);
-            }
+        trees.triangles(region).visit(Box(box.min() - margin, box.max() + margin), [&](Index T, const Box&) {
+            met.push_back(T);
             return false;
         });
         std::sort(met.begin(), met.end());
@@ -112,6 +92,57 @@ std::vector<WallSection> wall_sections(const Mesh& mesh, const Execution& execut
             }
         }
     }
+}
+
+/// Where a region stands on itself: at sides that nothing is joined to.
+void sections_of_open_sides(const Mesh& mesh, RegionTrees& trees, double rounding, const Execution& execution,
+                            std::vector<WallSection>& sections) {
+    const std::vector<char> flat = flat_regions(mesh, trees, rounding);
+    const Vec3 margin = Vec3::Constant(rounding);
+    const auto joined = [&](Index U, Index T) {
+        for (std::size_t side = 3 * std::size_t{U}; side < 3 * std::size_t{U} + 3; ++side) {
+            if (mesh.twin[side] != none && mesh.twin[side] / 3 == T) {
+                return true;
+            }
+        }
+        return false;
+    };
+    const auto add = [&](Index wall, Index T) {
+        const auto found = section(mesh, wall, T, rounding);
+        if (found && (found->to - found->from).norm() > 16.0 * rounding) { // more than the margin makes of a corner
+            sections.push_back(*found);
+        }
+    };
+    for (Index U = 0; U < mesh.triangles.size(); ++U) {
+        const Index* const twin = &mesh.twin[3 * std::size_t{U}];
+        if (flat[mesh.region[U]] != 0 || (twin[0] != none && twin[1] != none && twin[2] != none)) {
+            continue;
+        }
+        if (U % 1024 == 0) {
+            execution.check();
+        }
+        const Box box = mesh.box(U);
+        trees.triangles(mesh.region[U]).visit(Box(box.min() - margin, box.max() + margin), [&](Index T, const Box&) {
+            if (T != U && !joined(U, T)) {
+                add(U, T);
+                add(T, U);
+            }
+            return false;
+        });
+    }
+}
+
+} // namespace
+
+std::vector<WallSection> wall_sections(const Mesh& mesh, const Execution& execution) {
+    std::vector<WallSection> sections;
+    if (mesh.convex) {
+        return sections;
+    }
+    const double rounding = wall_rounding(mesh);
+    RegionTrees trees(mesh);
+    sections_of_separators(mesh, trees, rounding, execution, sections);
+    sections_of_open_sides(mesh, trees, rounding, execution, sections);
     return sections;
 }
 

@@ -8,13 +8,14 @@
 
 namespace difusa {
 
-/// The segment along which a separator (separators.h) touches or crosses a triangle of the region that it parts.
+/// The segment along which a separator (separators.h) touches or crosses a triangle of the region that it parts; or a
+/// triangle of the region itself does, where a side of one of the two is open.
 struct WallSection {
     Index wall = none, triangle = none;
     Vec3 from = Vec3::Zero(), to = Vec3::Zero();
 };
 
-/// All of them, by region, wall and triangle.
+/// All of them: those of separators by region, wall and triangle; then the others.
 std::vector<WallSection> wall_sections(const Mesh& mesh, const Execution& execution);
 
 } // namespace difusa

@@ -11,9 +11,6 @@
 
 namespace difusa {
 
-/// Converts photometric to radiant units: exporters turn 1 W into 683 lm.
-inline constexpr double gltf_lumens_per_watt = 683.0;
-
 /// False for extensions that are neither supported nor irrelevant to diffuse light.
 bool is_known_gltf_extension(std::string_view extension);
 

@@ -1,5 +1,7 @@
 #include <difusa/import/gltf_lights.h>
 
+#include <difusa/core/photometry.h>
+
 #include <cmath>
 #include <numbers>
 
@@ -61,8 +63,9 @@ void read_gltf_light(GltfInput& input, const JsonValue& index, const GltfNodePla
     const JsonValue& from = lights->items[number_of];
     input.checks().object(from, "a light");
     const std::string& type = input.checks().text(input.checks().required(from, "a light", "type"), quoted("type"));
+    input.soup().photometric = true;
     const double intensity = input.number(from, "intensity", 1.0);
-    const Rgb colour = input.vector(from, "color", Vec3::Ones()).array() * (intensity / gltf_lumens_per_watt);
+    const Rgb colour = input.vector(from, "color", Vec3::Ones()).array() * (intensity / lumens_per_watt);
     if (!(colour >= 0.0).all() || !(colour <= 1e30).all() || !place.place.offset.allFinite()) {
         input.checks().fail(from, "a light has a colour or intensity that is negative or too large: correct it");
     }

@@ -1,5 +1,7 @@
 #include <difusa/import/gltf_materials.h>
 
+#include <difusa/core/photometry.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -181,8 +183,9 @@ GltfMaterials::Surface GltfMaterials::surface(const JsonValue& from, std::size_t
     }
     const JsonValue* strength = input_.extension(from, "KHR_materials_emissive_strength");
     const double luminance = strength == nullptr ? 1.0 : input_.number(*strength, "emissiveStrength", 1.0);
-    material.emission = input_.vector(from, "emissiveFactor", Vec3::Zero()).array() *
-                        (luminance * std::numbers::pi / gltf_lumens_per_watt);
+    material.emission =
+        input_.vector(from, "emissiveFactor", Vec3::Zero()).array() * (luminance * std::numbers::pi / lumens_per_watt);
+    input_.soup().photometric = input_.soup().photometric || (material.emission > 0.0).any();
     if (const JsonValue* texture = from.find("emissiveTexture")) {
         emission_map = map(*texture);
         material.emission_texture = emission_map.texture;

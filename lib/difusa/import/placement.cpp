@@ -43,6 +43,19 @@ Eigen::Matrix3d rotation(const Vec3& axis, double degrees) {
     return c * Eigen::Matrix3d::Identity() + s * cross + (1.0 - c) * n * n.transpose();
 }
 
+void turn_over(PolygonSoup& soup) {
+    for (std::size_t f = 0; f < soup.face_count(); ++f) {
+        const auto begin = static_cast<std::ptrdiff_t>(soup.first_corner[f]) + 1;
+        const auto end = static_cast<std::ptrdiff_t>(soup.first_corner[f + 1]);
+        if (begin < end) {
+            std::reverse(soup.corners.begin() + begin, soup.corners.begin() + end);
+            if (!soup.corner_texture.empty()) {
+                std::reverse(soup.corner_texture.begin() + begin, soup.corner_texture.begin() + end);
+            }
+        }
+    }
+}
+
 void place(PolygonSoup& soup, const Placement& placement) {
     if (!placement.moves()) {
         return;
@@ -51,16 +64,7 @@ void place(PolygonSoup& soup, const Placement& placement) {
         point = placement(point);
     }
     if (placement.mirrors()) {
-        for (std::size_t f = 0; f < soup.face_count(); ++f) {
-            const auto begin = static_cast<std::ptrdiff_t>(soup.first_corner[f]) + 1;
-            const auto end = static_cast<std::ptrdiff_t>(soup.first_corner[f + 1]);
-            if (begin < end) {
-                std::reverse(soup.corners.begin() + begin, soup.corners.begin() + end);
-                if (!soup.corner_texture.empty()) {
-                    std::reverse(soup.corner_texture.begin() + begin, soup.corner_texture.begin() + end);
-                }
-            }
-        }
+        turn_over(soup);
     }
     const auto turn = [&](Vec3& direction) { direction = (placement.linear * direction).stableNormalized(); };
     for (Sun& sun : soup.lights.suns) {
@@ -121,6 +125,7 @@ void append(PolygonSoup& soup, PolygonSoup part) {
     move_to_end(soup.lights.suns, part.lights.suns);
     move_to_end(soup.lights.points, part.lights.points);
     soup.camera = soup.camera ? soup.camera : part.camera;
+    soup.photometric = soup.photometric || part.photometric;
     soup.default_reflectance = soup.default_reflectance ? soup.default_reflectance : part.default_reflectance;
     move_to_end(soup.files, part.files);
     for (const std::string& note : part.notes) {

@@ -26,6 +26,9 @@ Eigen::Matrix3d rotation(const Vec3& axis, double degrees);
 /// changes no bit.
 void place(PolygonSoup& soup, const Placement& placement);
 
+/// Turns every face over.
+void turn_over(PolygonSoup& soup);
+
 /// Appends a soup read from another file as a part, or as its own parts. Its corners must be in range (check_indices).
 /// The first camera, and the first reflectance of faces without a material, takes precedence.
 void append(PolygonSoup& soup, PolygonSoup part);

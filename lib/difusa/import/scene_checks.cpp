@@ -1,6 +1,7 @@
 #include <difusa/import/scene_checks.h>
 
 #include <difusa/core/error.h>
+#include <difusa/core/photometry.h>
 #include <difusa/core/text.h>
 #include <difusa/import/file_content.h>
 #include <difusa/plugin/parameters.h>
@@ -29,6 +30,19 @@ Rgb SceneChecks::colour(const JsonValue& value, const std::string& what) const {
         fail(value, what + " must be from 0 to 1e30 in each channel");
     }
     return c;
+}
+
+Rgb SceneChecks::light(const JsonValue& object, const std::string& what, const char* radiometric,
+                       const char* photometric, bool& is_photometric) const {
+    const JsonValue *watts = object.find(radiometric), *lumens = object.find(photometric);
+    if ((watts == nullptr) == (lumens == nullptr)) {
+        refuse_choice(object, what, quoted(radiometric), quoted(photometric), watts != nullptr);
+    }
+    if (watts != nullptr) {
+        return colour(*watts, quoted(radiometric));
+    }
+    is_photometric = true;
+    return colour(*lumens, quoted(photometric)) / lumens_per_watt;
 }
 
 Rgb SceneChecks::reflectance_of(const JsonValue& value) const {

@@ -24,6 +24,11 @@ class SceneChecks : public JsonChecks {
     /// One number, or R G B; none negative.
     Rgb colour(const JsonValue& value, const std::string& what) const;
 
+    /// Light given by one of two members: `radiometric`, in W, or `photometric`, in lm, cd, lux or cd/m², which is
+    /// converted (core/photometry.h) and sets `is_photometric`. Rejects both, and none.
+    Rgb light(const JsonValue& object, const std::string& what, const char* radiometric, const char* photometric,
+              bool& is_photometric) const;
+
     Rgb reflectance_of(const JsonValue& value) const;
 
     double positive(const JsonValue& value, const std::string& what) const;

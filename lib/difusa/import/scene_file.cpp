@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 
 namespace difusa {
 
@@ -38,6 +39,8 @@ class SceneFile {
         checks_.members(root, "a scene",
                         {"difusa_scene", "unit", "up", "meshes", "materials", "lights", "sky", "camera", "defaults"});
         checks_.read_conventions(root);
+        soup_.up = checks_.up();
+        soup_.says_up = true;
         if (const JsonValue* defaults = root.find("defaults")) {
             checks_.members(*defaults, quoted("defaults"), {"reflectance"});
             if (const JsonValue* reflectance = defaults->find("reflectance")) {
@@ -86,9 +89,9 @@ class SceneFile {
         checks_.object(materials, quoted("materials"));
         for (std::size_t i = 0; i < materials.names.size(); ++i) {
             const JsonValue& from = materials.items[i];
-            checks_.members(
-                from, "a material",
-                {"reflectance", "reflectance_texture", "emission", "emission_texture", "double_sided", "light_group"});
+            checks_.members(from, "a material",
+                            {"reflectance", "reflectance_texture", "emission", "luminance", "emission_texture",
+                             "double_sided", "light_group"});
             Material material;
             material.name = materials.names[i];
             const JsonValue *rho = from.find("reflectance"), *rho_texture = from.find("reflectance_texture");
@@ -103,11 +106,14 @@ class SceneFile {
                                                "is above 1: a surface cannot reflect more than all of the light");
                 }
             }
-            if (emission != nullptr) {
-                material.emission = checks_.colour(*emission, quoted("emission"));
+            if (emission != nullptr || from.find("luminance") != nullptr) {
+                const Rgb light = checks_.light(from, "a material", "emission", "luminance", soup_.photometric);
+                material.emission = emission != nullptr ? light : Rgb(std::numbers::pi * light); // diffuse
             } else if (emission_texture != nullptr) {
-                checks_.fail(*emission_texture,
-                             "\"emission_texture\" multiplies \"emission\", in W/m^2, which is missing: add it");
+                checks_.fail(
+                    *emission_texture,
+                    "\"emission_texture\" multiplies \"emission\", in W/m^2, or \"luminance\", in cd/m^2, which "
+                    "is missing: add it");
             }
             if (emission_texture != nullptr) {
                 material.emission_texture = texture(*emission_texture, quoted("emission_texture"));
@@ -140,7 +146,7 @@ class SceneFile {
 
     void read_mesh(const JsonValue& from) {
         const std::string what = "a mesh";
-        checks_.members(from, what, {"file", "name", "unit", "transform", "material", "materials", "faces"});
+        checks_.members(from, what, {"file", "name", "unit", "transform", "flip", "material", "materials", "faces"});
         checks_.name_of(from);
         const JsonValue& named = checks_.required(from, what, "file");
         const std::filesystem::path path = checks_.folder() / checks_.text(named, quoted("file"));
@@ -152,6 +158,9 @@ class SceneFile {
         mesh = read_mesh_(path);
         check_indices(mesh);
         place(mesh, placement(from));
+        if (const JsonValue* flip = from.find("flip"); flip != nullptr && checks_.truth(*flip, quoted("flip"))) {
+            turn_over(mesh);
+        }
         const std::vector<Index> own = materials_of_faces(from, mesh);
         const std::size_t faces = soup_.face_count();
         append(soup_, std::move(mesh));

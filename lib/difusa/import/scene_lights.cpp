@@ -1,6 +1,7 @@
 #include <difusa/import/scene_lights.h>
 
 #include <difusa/core/error.h>
+#include <difusa/core/photometry.h>
 #include <difusa/core/text.h>
 #include <difusa/import/file_content.h>
 #include <difusa/import/image_file.h>
@@ -24,12 +25,13 @@ constexpr std::size_t most_suns = 16; ///< per sky image: each costs a shadow ra
 void read_spot(const SceneChecks& checks, const JsonValue& from, PolygonSoup& soup) {
     const std::string what = "a spot light";
     checks.members(from, what,
-                   {"type", "name", "position", "direction", "look_at", "intensity", "inner_degrees", "outer_degrees"});
+                   {"type", "name", "position", "direction", "look_at", "intensity", "luminous_intensity",
+                    "inner_degrees", "outer_degrees"});
     PointLight light;
     light.name = checks.name_of(from);
     light.position = checks.position(checks.required(from, what, "position"), quoted("position"));
     light.direction = checks.direction_or_target(from, what, "direction", light.position);
-    light.intensity = checks.colour(checks.required(from, what, "intensity"), quoted("intensity"));
+    light.intensity = checks.light(from, what, "intensity", "luminous_intensity", soup.photometric);
     const JsonValue& outer = checks.required(from, what, "outer_degrees");
     const double outer_degrees = checks.positive(outer, quoted("outer_degrees"));
     const JsonValue* inner = from.find("inner_degrees");
@@ -42,6 +44,16 @@ void read_spot(const SceneChecks& checks, const JsonValue& from, PolygonSoup& so
     light.cos_inner = std::cos(inner_degrees * std::numbers::pi / 180.0);
     light.cos_outer = std::cos(outer_degrees * std::numbers::pi / 180.0);
     soup.lights.points.push_back(light);
+}
+
+/// The factor on the radiances of a sky, which may be luminances, in cd/m².
+double radiance_factor(const SceneChecks& checks, const JsonValue& from, PolygonSoup& soup) {
+    const JsonValue* photometric = from.find("photometric");
+    if (photometric == nullptr || !checks.truth(*photometric, quoted("photometric"))) {
+        return 1.0;
+    }
+    soup.photometric = true;
+    return 1.0 / lumens_per_watt;
 }
 
 void read_sky_image(const SceneChecks& checks, const JsonValue& from, PolygonSoup& soup) {
@@ -63,6 +75,7 @@ void read_sky_image(const SceneChecks& checks, const JsonValue& from, PolygonSou
             checks.fail(*given, "\"scale\" must be at most 1e30, not " + text_of(scale));
         }
     }
+    scale *= radiance_factor(checks, from, soup);
     const JsonValue* split = from.find("split_suns");
     const bool splits = split == nullptr || checks.truth(*split, quoted("split_suns"));
     try {
@@ -93,6 +106,26 @@ void read_sky_image(const SceneChecks& checks, const JsonValue& from, PolygonSou
     }
 }
 
+PointLight point_light(const SceneChecks& checks, const JsonValue& from, PolygonSoup& soup) {
+    const std::string what = "a point light";
+    checks.members(from, what,
+                   {"type", "name", "position", "intensity", "power", "luminous_intensity", "luminous_flux"});
+    PointLight light;
+    light.name = checks.name_of(from);
+    light.position = checks.position(checks.required(from, what, "position"), quoted("position"));
+    const bool intensity = from.find("intensity") != nullptr || from.find("luminous_intensity") != nullptr;
+    const bool power = from.find("power") != nullptr || from.find("luminous_flux") != nullptr;
+    if (intensity == power) {
+        checks.refuse_choice(from, what, "\"intensity\" (W/sr; \"luminous_intensity\" in cd)",
+                             "\"power\" (W; \"luminous_flux\" in lm)", power);
+    }
+    light.intensity =
+        intensity
+            ? checks.light(from, what, "intensity", "luminous_intensity", soup.photometric)
+            : Rgb(checks.light(from, what, "power", "luminous_flux", soup.photometric) / (4.0 * std::numbers::pi));
+    return light;
+}
+
 } // namespace
 
 void read_scene_light(const SceneChecks& checks, const JsonValue& from, PolygonSoup& soup) {
@@ -101,22 +134,12 @@ void read_scene_light(const SceneChecks& checks, const JsonValue& from, PolygonS
     const JsonValue& kind = checks.required(from, what, "type");
     const std::string& type = checks.text(kind, quoted("type"));
     if (type == "sun") {
-        checks.members(from, "a sun", {"type", "name", "towards", "irradiance"});
+        checks.members(from, "a sun", {"type", "name", "towards", "irradiance", "illuminance"});
         soup.lights.suns.push_back({checks.direction(checks.required(from, "a sun", "towards"), quoted("towards")),
-                                    checks.colour(checks.required(from, "a sun", "irradiance"), quoted("irradiance")),
+                                    checks.light(from, "a sun", "irradiance", "illuminance", soup.photometric),
                                     checks.name_of(from)});
     } else if (type == "point") {
-        checks.members(from, "a point light", {"type", "name", "position", "intensity", "power"});
-        PointLight light;
-        light.name = checks.name_of(from);
-        light.position = checks.position(checks.required(from, "a point light", "position"), quoted("position"));
-        const JsonValue *intensity = from.find("intensity"), *power = from.find("power");
-        if ((intensity == nullptr) == (power == nullptr)) {
-            checks.refuse_choice(from, "a point light", "\"intensity\" (W/sr)", "\"power\" (W)", power != nullptr);
-        }
-        light.intensity = intensity != nullptr ? checks.colour(*intensity, quoted("intensity"))
-                                               : Rgb(checks.colour(*power, quoted("power")) / (4.0 * std::numbers::pi));
-        soup.lights.points.push_back(light);
+        soup.lights.points.push_back(point_light(checks, from, soup));
     } else if (type == "spot") {
         read_spot(checks, from, soup);
     } else {
@@ -130,18 +153,19 @@ void read_scene_sky(const SceneChecks& checks, const JsonValue& from, PolygonSou
     checks.object(from, what);
     const JsonValue& kind = checks.required(from, what, "type");
     const std::string& type = checks.text(kind, quoted("type"));
-    const auto required_colour = [&](const char* name) {
-        return checks.colour(checks.required(from, what, name), quoted(name));
-    };
     if (type == "uniform") {
-        checks.members(from, what, {"type", "irradiance"});
-        soup.lights.sky = required_colour("irradiance");
+        checks.members(from, what, {"type", "irradiance", "illuminance"});
+        soup.lights.sky = checks.light(from, what, "irradiance", "illuminance", soup.photometric);
     } else if (type == "gradient") {
-        checks.members(from, what, {"type", "zenith", "horizon", "ground"});
-        soup.lights.dome = std::make_shared<GradientSky>(required_colour("zenith"), required_colour("horizon"),
-                                                         required_colour("ground"), checks.up());
+        checks.members(from, what, {"type", "zenith", "horizon", "ground", "photometric"});
+        const double factor = radiance_factor(checks, from, soup);
+        const auto radiance = [&](const char* name) {
+            return Rgb(factor * checks.colour(checks.required(from, what, name), quoted(name)));
+        };
+        soup.lights.dome =
+            std::make_shared<GradientSky>(radiance("zenith"), radiance("horizon"), radiance("ground"), checks.up());
     } else if (type == "image") {
-        checks.members(from, what, {"type", "file", "scale", "ahead", "split_suns"});
+        checks.members(from, what, {"type", "file", "scale", "ahead", "split_suns", "photometric"});
         read_sky_image(checks, from, soup);
     } else {
         checks.refuse_name(kind, type, "a sky of \"type\" " + excerpt(type) + " is not known",

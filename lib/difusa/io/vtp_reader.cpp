@@ -174,7 +174,7 @@ class QuietReader : public vtkXMLPolyDataReader {
         const bool arrays =
             data || kind == "Points" || kind == "Verts" || kind == "Lines" || kind == "Strips" || kind == "Polys";
         std::set<std::string> names;
-        std::vector<vtkXMLDataElement*> texts;
+        std::vector<vtkXMLDataElement*> unwanted;
         for (int i = 0; i < element.GetNumberOfNestedElements(); ++i) {
             vtkXMLDataElement& nested = *element.GetNestedElement(i);
             const std::string nested_kind = nested.GetName();
@@ -184,11 +184,18 @@ class QuietReader : public vtkXMLPolyDataReader {
             if (arrays != array) {
                 return complain("it has " + nested_kind + " in " + kind);
             }
+            if (nested_kind == "InformationKey") {
+                const char* key = nested.GetAttribute("name");
+                if (key == nullptr || std::string_view(key) != "UNITS_LABEL") {
+                    unwanted.push_back(&nested); // of others VTK tells the terminal what is wrong with them
+                }
+                continue;
+            }
             if (array && nested.GetWordTypeAttribute("type", type) == 0) {
                 return complain("an array in " + kind + " is of unknown type");
             }
             if (array && type == VTK_STRING && kind != "FieldData") {
-                texts.push_back(&nested); // not needed, and VTK crashes if one of them is too short
+                unwanted.push_back(&nested); // not needed, and VTK crashes if one of them is too short
             }
             const char* name = nested.GetAttribute("Name");
             if (data && (name == nullptr || !names.insert(name).second)) {
@@ -203,13 +210,14 @@ class QuietReader : public vtkXMLPolyDataReader {
                 return false;
             }
         }
-        for (vtkXMLDataElement* text : texts) {
-            element.RemoveNestedElement(text);
+        for (vtkXMLDataElement* each : unwanted) {
+            element.RemoveNestedElement(each);
         }
         return true;
     }
 
-    /// The header of a compressed array: number of blocks, unpacked size of each but the last, and of the last.
+    /// The header of a compressed array: number of blocks, unpacked size of each but the last, and of the last; then
+    /// their packed sizes.
     bool check_blocks(vtkXMLDataElement& array) {
         const char* format = array.GetAttribute("format");
         if (format == nullptr || std::string_view(format) == "ascii") {
@@ -221,37 +229,50 @@ class QuietReader : public vtkXMLPolyDataReader {
             const std::size_t place = content.find(mark, std::min(from, content.size()));
             return content.substr(place == std::string_view::npos ? content.size() : place + 1);
         };
-        std::string bytes;
+        std::string_view data;
+        bool raw = false;
         if (std::string_view(format) == "appended") {
             double offset = 0.0;
             if (array.GetScalarAttribute("offset", offset) == 0 || !possible(offset, "an offset")) {
                 return false;
             }
             const std::size_t tag = content.find("<AppendedData"), end = content.find('>', tag);
-            std::string_view data = after(end, '_');
+            data = after(end, '_');
             if (after(end, '>').find_first_not_of(" \t\r\n") != after(end, '>').size() - data.size() - 1) {
                 return complain("its appended data do not begin with '_'");
             }
             data.remove_prefix(std::min(static_cast<std::size_t>(offset), data.size()));
-            const bool raw = content.substr(0, end).find("\"raw\"", tag) != std::string_view::npos;
-            bytes = raw ? std::string(data.substr(0, 3 * size)) : decode(data, 3 * size);
+            raw = content.substr(0, end).find("\"raw\"", tag) != std::string_view::npos;
         } else {
-            bytes = decode(after(static_cast<std::size_t>(array.GetXMLByteIndex()), '>'), 3 * size);
+            data = after(static_cast<std::size_t>(array.GetXMLByteIndex()), '>');
         }
+        std::string bytes = raw ? std::string(data.substr(0, size)) : decode(data, size);
         if (bytes.size() < size) {
             return complain("an array has no data");
         }
-        for (std::size_t entry = 0; entry + size <= bytes.size(); entry += size) {
-            double number = 0.0;
-            for (std::size_t k = 0; k < size; ++k) {
-                const std::size_t place = entry + (big_endian_ ? k : size - 1 - k);
-                number = 256.0 * number + static_cast<double>(static_cast<unsigned char>(bytes[place]));
-            }
-            if (!possible(entry == 0 ? 1032.0 * number : number, "the size of a compressed array")) {
+        const double blocks = number(bytes, 0, size);
+        if (!possible(1032.0 * blocks, "the size of a compressed array")) {
+            return false;
+        }
+        const std::size_t all = size * (3 + static_cast<std::size_t>(blocks));
+        bytes = raw ? std::string(data.substr(0, all)) : decode(data, all);
+        for (std::size_t entry = size; entry + size <= bytes.size(); entry += size) {
+            const double packed = entry < 3 * size ? 1.0 : 1032.0; // bytes that each byte of it may unpack to
+            if (!possible(packed * number(bytes, entry, size), "the size of a compressed array")) {
                 return false;
             }
         }
         return true;
+    }
+
+    /// The whole number of `size` bytes at `place`.
+    double number(const std::string& bytes, std::size_t place, std::size_t size) const {
+        double value = 0.0;
+        for (std::size_t k = 0; k < size; ++k) {
+            const char byte = bytes[place + (big_endian_ ? k : size - 1 - k)];
+            value = 256.0 * value + static_cast<double>(static_cast<unsigned char>(byte));
+        }
+        return value;
     }
 
     Complaints* complaints_ = nullptr;

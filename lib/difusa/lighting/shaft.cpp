@@ -50,7 +50,7 @@ bool Shafts::may_be_blocked(const SurfacePoint& x, Index t) const {
     add((c - x.position).cross(b - x.position), x.position);
     add((a - x.position).cross(c - x.position), x.position);
     add(mesh_.normals[t], a);
-    const Vec3& own = mesh_.normals[x.face];
+    const Vec3& own = x.face == none ? x.normal : mesh_.normals[x.face];
     const auto above = [&](const Vec3& corner) { return own.dot(corner - x.position) >= 0.0; };
     if (x.normal == own || (above(a) && above(b) && above(c))) { // otherwise a shading normal sees below the face
         add(own, x.position);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 namespace difusa {
 
@@ -51,6 +52,16 @@ bool is_convex(const Mesh& mesh) {
 }
 
 } // namespace
+
+void Mesh::turn_over(Index triangle) {
+    std::swap(triangles[triangle][1], triangles[triangle][2]);
+    if (!corner_reflectance.empty()) {
+        std::swap(corner_reflectance[triangle][1], corner_reflectance[triangle][2]);
+    }
+    if (!corner_texture.empty()) {
+        std::swap(corner_texture[triangle][1], corner_texture[triangle][2]);
+    }
+}
 
 void Mesh::derive() {
     const std::size_t count = triangles.size();

@@ -20,7 +20,7 @@ using TextureCoordinates = Eigen::Vector2d;
 struct SurfacePoint {
     Vec3 position = Vec3::Zero();
     Vec3 normal = Vec3::UnitZ(); ///< unit
-    Index face = none;           ///< triangle of the mesh
+    Index face = none;           ///< triangle of the mesh; none: a point in mid-air, which only receives light
     double u = 0.0, v = 0.0;     ///< position = (1-u-v) a + u b + v c for the triangle's corners a, b, c
 };
 
@@ -52,6 +52,9 @@ struct Mesh {
     /// turn by less than 90° (cosine above `perpendicular`). Basis elements never reach from one region to another:
     /// this keeps the light of a shelf off the table below it, where normals cannot tell them apart.
     void derive();
+
+    /// Turns a triangle over, with the colours and texture coordinates of its corners. What is derived is not updated.
+    void turn_over(Index triangle);
 
     const Vec3& corner(Index triangle, int k) const { return points[triangles[triangle][static_cast<std::size_t>(k)]]; }
 

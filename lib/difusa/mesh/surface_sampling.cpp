@@ -22,6 +22,9 @@ std::vector<SurfacePoint> even_points(const Mesh& mesh, std::size_t count, Rando
 }
 
 SurfacePoint inset(const Mesh& mesh, const SurfacePoint& x) {
+    if (x.face == none) {
+        return x;
+    }
     // Well above the rounding of coordinates where the triangle is small relative to them.
     const double size = std::sqrt(mesh.areas[x.face]);
     const double least = std::min(0.25, std::max(0x1p-16, 0x1p-40 * mesh.magnitude() / size));

@@ -21,7 +21,7 @@ inline SurfacePoint uniform_point(const Mesh& mesh, Index t, double u, double v)
 std::vector<SurfacePoint> even_points(const Mesh& mesh, std::size_t count, RandomStream stream);
 
 /// x, or if it is on an edge or within 2^-16 of the triangle's size of one, a point that far inside, so that rays do
-/// not start on an edge. The normal is kept.
+/// not start on an edge. The normal is kept. A point in mid-air is returned as it is.
 SurfacePoint inset(const Mesh& mesh, const SurfacePoint& x);
 
 } // namespace difusa

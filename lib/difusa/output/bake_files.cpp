@@ -1,7 +1,8 @@
 #include <difusa/output/bake_files.h>
 
-#include <difusa/core/colour.h>
+#include <difusa/bake/sensing.h>
 #include <difusa/core/memory.h>
+#include <difusa/core/photometry.h>
 #include <difusa/io/field_writers.h>
 #include <difusa/output/point_list.h>
 #include <difusa/version.h>
@@ -56,6 +57,25 @@ std::vector<FieldArray> arrays_of(const PointValues& values) {
             colour_view("irradiance_indirect", flux, values.H_indirect),
             colour_view("reflectance", "", values.rho),
             colour_view("emission", flux, values.E)};
+}
+
+/// For eyes, and for programs that colour by one number: the magnitude of R, G and B means nothing.
+void add_scalars(const BakeResult& result, const Values& B, const Values& H, std::vector<FieldArray>& arrays) {
+    if (result.photometric) {
+        arrays.push_back({"luminance", "cd/m^2", {}, luminance_of_diffuse(B)});
+        arrays.push_back({"illuminance", "lx", {}, illuminance_of(H)});
+    } else {
+        arrays.push_back({"radiosity_weighted", flux, {}, Values(B * luminance_weights)});
+        arrays.push_back({"irradiance_weighted", flux, {}, Values(H * luminance_weights)});
+    }
+}
+
+void add_scalars(const BakeResult& result, const PointValues& values, std::vector<FieldArray>& arrays) {
+    add_scalars(result, values.B, values.H, arrays);
+    if (result.photometric) {
+        arrays.push_back({"illuminance_direct", "lx", {}, illuminance_of(values.H_direct)});
+        arrays.push_back({"illuminance_indirect", "lx", {}, illuminance_of(values.H_indirect)});
+    }
 }
 
 void add_groups(const PointValues& values, std::vector<FieldArray>& arrays) {
@@ -125,6 +145,11 @@ std::vector<FieldNote> notes_of(const BakeResult& result) {
         if (std::isfinite(result.error->bound)) {
             number("error_bound", result.error->bound);
         }
+    }
+    notes.push_back({"units", std::string(result.photometric ? "photometric" : "radiometric")});
+    notes.push_back({"luminance_weights", as_vector(Rgb(luminance_weights.array()))});
+    if (result.photometric) {
+        number("lumens_per_watt", lumens_per_watt);
     }
     notes.push_back({"default_reflectance", as_vector(options.reflectance.value_or(Material{}.reflectance))});
     notes.push_back({"sky", as_vector(result.scene->sky)});
@@ -203,7 +228,6 @@ FieldFile field_of(const BakeResult& result) {
     }
     field.triangles = result.mesh.triangles;
 
-    Values luminance = result.output.B * luminance_weights;
     const double exposure = display_exposure(result);
     std::vector<std::uint8_t> display(static_cast<std::size_t>(3 * count));
     for (Eigen::Index v = 0; v < count; ++v) {
@@ -213,7 +237,7 @@ FieldFile field_of(const BakeResult& result) {
         }
     }
     field.point_arrays = arrays_of(result.output);
-    field.point_arrays.push_back({"luminance", flux, {}, std::move(luminance)});
+    add_scalars(result, result.output, field.point_arrays);
     field.point_arrays.push_back({"display_rgb", "", rgb, std::move(display)});
     std::vector<std::int32_t> face(result.mesh.face.size()), material(result.mesh.face.size());
     for (std::size_t f = 0; f < face.size(); ++f) {
@@ -230,12 +254,13 @@ FieldFile field_of(const BakeResult& result) {
     if (result.centres) {
         const std::vector<FieldArray> centres = arrays_of(*result.centres);
         field.cell_arrays.insert(field.cell_arrays.end(), centres.begin(), centres.end());
+        add_scalars(result, *result.centres, field.cell_arrays);
         add_groups(*result.centres, field.cell_arrays);
     }
     field.notes = notes_of(result);
     field.notes.push_back({"display_exposure", std::vector<double>{exposure}});
     field.active_colours = "display_rgb";
-    field.quality = "luminance";
+    field.quality = result.photometric ? "luminance" : "radiosity_weighted";
     return field;
 }
 
@@ -259,7 +284,6 @@ FieldFile sites_of(const BakeResult& result) {
         E.row(i) = result.scene->emission(site).matrix().transpose();
     }
     const Values B = E + rho.cwiseProduct(H);
-    Values luminance = B * luminance_weights;
     std::vector<std::uint8_t> display;
     const double exposure = display_exposure(result);
     for (const double value : B.reshaped<Eigen::RowMajor>()) {
@@ -273,14 +297,14 @@ FieldFile sites_of(const BakeResult& result) {
         colour("radiosity", flux, B),
         colour("reflectance", "", rho),
         colour("emission", flux, E),
-        {"luminance", flux, {}, std::move(luminance)},
         {"display_rgb", "", rgb, std::move(display)},
         numbers("original_face_id", std::move(face)),
         numbers("region", std::move(region))};
+    add_scalars(result, B, H, field.point_arrays);
     field.notes = notes_of(result);
     field.notes.push_back({"display_exposure", std::vector<double>{exposure}});
     field.active_colours = "display_rgb";
-    field.quality = "luminance";
+    field.quality = result.photometric ? "luminance" : "radiosity_weighted";
     return field;
 }
 
@@ -331,6 +355,19 @@ std::string error_sentence(const ErrorEstimate& error) {
         text << "bound from the residual: " << percent(error.bound) << " %";
     } else {
         text << "no proven bound, since some surface absorbs nothing";
+    }
+    return text.str();
+}
+
+std::string grid_sentence(const BakeResult& result, std::size_t number) {
+    const GridSummary grid = summary_of_grid(result, number);
+    std::ostringstream text;
+    text << std::setprecision(4) << "grid on " << result.options.grids[number].on << ": " << grid.count << " sensors, "
+         << (result.photometric ? "illuminance (lx)" : "irradiance (W/m^2)") << " minimum " << grid.least << ", mean "
+         << grid.mean << ", maximum " << grid.most << ", uniformity (minimum / mean) " << std::setprecision(3)
+         << grid.uniformity;
+    if (result.error) {
+        text << std::setprecision(2) << "; error of a sensor (rms): about " << grid.error;
     }
     return text.str();
 }
@@ -412,6 +449,9 @@ std::string summary_of(const BakeResult& result) {
     }
     if (result.error) {
         text << error_sentence(*result.error) << "\n";
+    }
+    for (std::size_t g = 0; g < result.options.grids.size(); ++g) {
+        text << grid_sentence(result, g) << "\n";
     }
     for (const GoalEstimate& goal : result.goal_estimates) {
         text << goal_sentence(goal) << "\n";

@@ -11,20 +11,22 @@ namespace difusa {
 
 /// The baked field on the output mesh; it refers to `result`, which must outlive it.
 /// Point arrays: radiosity, irradiance, irradiance_direct, irradiance_indirect, emission (R G B, W/m^2), reflectance (R
-/// G B), luminance (W/m^2, Rec. 709 weights of the radiosity), display_rgb (uint8, sRGB; the exposure that maps
+/// G B), radiosity_weighted and irradiance_weighted (W/m^2: means of the channels, weighted by their luminance, Rec.
+/// 709) or, of a photometric bake, luminance (cd/m^2), illuminance, illuminance_direct and illuminance_indirect (lx;
+/// core/photometry.h), display_rgb (uint8, sRGB; the exposure that maps
 /// radiosity to linear [0,1] is in the notes), Normals. Cell arrays: original_face_id (number in the mesh file),
-/// material_id; with BakeOptions::face_centres also radiosity to emission at the centres of the triangles. With light
-/// groups, radiosity_of_NAME and irradiance_of_NAME of each, at points and centres. With an error estimate, also
+/// material_id; with BakeOptions::face_centres also radiosity to illuminance at the centres of the triangles. With
+/// light groups, radiosity_of_NAME and irradiance_of_NAME of each, at points and centres. With an error estimate, also
 /// error_estimate, error_noise and error_discretisation (W/m^2, ErrorsAt). Notes: versions, options,
 /// seed, iterations, residual, times, materials.
 FieldFile field_of(const BakeResult& result);
 FieldFile field_of(BakeResult&&) = delete;
 
 /// The sites as a point cloud: Normals, radius, area, coefficient (of the irradiance excluding suns, point lights and
-/// area lights), irradiance, radiosity, reflectance, emission, original_face_id, region.
+/// area lights), irradiance, radiosity, reflectance, emission, original_face_id, region, and scalars as above.
 FieldFile sites_of(const BakeResult& result);
 
-/// The report as JSON text; its layout is documented by its fields `schema` and `schema_version` (1).
+/// The report as JSON text; its layout is documented by its fields `schema` and `schema_version` (3).
 std::string report_of(const BakeResult& result);
 
 /// A few lines for the user: what was found, and how the bake went.

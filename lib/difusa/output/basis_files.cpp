@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <sstream>
 #include <utility>
@@ -113,9 +114,19 @@ std::string summary_of(const BasisInspection& inspection) {
         text << kind << ": " << choice << "\n";
     }
     text << "elements: " << inspection.sites.size() << " at spacing " << inspection.sites.spacing << "\n";
-    const auto [least, most] = std::minmax_element(inspection.sum.begin(), inspection.sum.end());
-    text << "sum: " << *least << " to " << *most << ", differs from 1 by at most "
-         << std::max(std::abs(*least - 1.0), std::abs(*most - 1.0)) << "\n";
+    double least = std::numeric_limits<double>::infinity(), most = -least;
+    for (std::size_t v = 0; v < inspection.sum.size(); ++v) {
+        if (inspection.counts(v)) {
+            least = std::min(least, inspection.sum[v]);
+            most = std::max(most, inspection.sum[v]);
+        }
+    }
+    text << "sum: " << least << " to " << most << ", differs from 1 by at most "
+         << std::max(std::abs(least - 1.0), std::abs(most - 1.0)) << "\n";
+    if (inspection.left_out > 0.0) {
+        text << "no element on " << 100.0 * inspection.left_out
+             << " % of the surface, which is covered: no site of its own is in sight\n";
+    }
     text << "overlap: " << inspection.mean_overlap << " on average, at most "
          << *std::max_element(inspection.overlap.begin(), inspection.overlap.end()) << "\n";
     text << "sum of absolute values (Lebesgue): " << inspection.mean_lebesgue << " on average, at most "

@@ -64,7 +64,7 @@ std::string table_of(const Comparison& comparison) {
     for (const ComparedQuantity& quantity : comparison.quantities) {
         const FieldNorms& norms = quantity.norms;
         const std::string title = quantity.name + (quantity.unit.empty() ? "" : ", " + quantity.unit) +
-                                  (norms.luminance            ? " (luminance)"
+                                  (norms.weighted             ? " (weighted)"
                                    : norms.channel.size() > 1 ? " (all channels)"
                                                               : "");
         table += "\n" + title + right("error", title.size() < 38 ? 50 - title.size() : 12) + right("reference", 12) +
@@ -73,10 +73,10 @@ std::string table_of(const Comparison& comparison) {
             for (const std::string& component : quantity.components) {
                 table += right(component, 10);
             }
-            table += norms.luminance ? right("all", 10) : "";
+            table += norms.weighted ? right("all", 10) : "";
         }
         table += "\n";
-        const ErrorNorms& main = norms.luminance ? *norms.luminance : norms.all;
+        const ErrorNorms& main = norms.weighted ? *norms.weighted : norms.all;
         for (std::size_t i = 0; i < norm_names.size(); ++i) {
             const auto member = norm_names[i].second;
             const std::string word = std::string("  ") + norm_words[i];
@@ -86,7 +86,7 @@ std::string table_of(const Comparison& comparison) {
                 for (const ErrorNorms& channel : norms.channel) {
                     table += right(relative(channel.*member), 10);
                 }
-                table += norms.luminance ? right(relative(norms.all.*member), 10) : "";
+                table += norms.weighted ? right(relative(norms.all.*member), 10) : "";
             }
             table += "\n";
         }
@@ -97,7 +97,7 @@ std::string table_of(const Comparison& comparison) {
 std::string report_of(const Comparison& comparison, const std::string& result_name, const std::string& reference_name) {
     Json report;
     report["schema"] = "difusa-comparison";
-    report["schema_version"] = 1;
+    report["schema_version"] = 2;
     report["difusa_version"] = version();
     report["result"] = result_name;
     report["reference"] = reference_name;
@@ -113,8 +113,8 @@ std::string report_of(const Comparison& comparison, const std::string& result_na
     for (const ComparedQuantity& quantity : comparison.quantities) {
         Json json{{"name", quantity.name}, {"unit", quantity.unit}};
         json["all"] = norms_of(quantity.norms.all);
-        if (quantity.norms.luminance) {
-            json["luminance"] = norms_of(*quantity.norms.luminance);
+        if (quantity.norms.weighted) {
+            json["weighted"] = norms_of(*quantity.norms.weighted);
         }
         json["channels"] = Json::array();
         for (std::size_t c = 0; c < quantity.norms.channel.size(); ++c) {

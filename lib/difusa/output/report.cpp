@@ -1,4 +1,6 @@
+#include <difusa/bake/sensing.h>
 #include <difusa/core/memory.h>
+#include <difusa/core/photometry.h>
 #include <difusa/output/bake_files.h>
 #include <difusa/version.h>
 
@@ -123,6 +125,7 @@ Json options_of(const BakeResult& result) {
     for (const auto& [kind, choice] : result.plugins) {
         chosen[kind] = choice;
     }
+    chosen["quality"] = options.quality.empty() ? Json(nullptr) : Json(options.quality);
     chosen["spacing"] = options.spacing;
     chosen["sites"] = options.sites == 0 ? Json(nullptr) : Json(options.sites);
     chosen["neighbours"] = options.neighbours;
@@ -152,6 +155,11 @@ Json options_of(const BakeResult& result) {
     if (result.has_groups()) {
         chosen["light_groups"] = result.field().sets().names;
     }
+    chosen["units"] = result.photometric ? "photometric" : "radiometric";
+    chosen["luminance_weights"] = list(Rgb(luminance_weights.array()));
+    chosen["lumens_per_watt"] = lumens_per_watt;
+    chosen["flip"] = options.flip;
+    chosen["sensor"] = options.sensor;
     chosen["face_centres"] = options.face_centres;
     chosen["output_spacing"] = options.output_spacing;
     chosen["seed"] = options.seed;
@@ -203,6 +211,23 @@ void add_outcome(const BakeResult& result, Json& report) {
         report["not_needed"].push_back(
             {{"what", saving.what}, {"because", saving.because}, {"saved", saving.amount}, {"unit", saving.unit}});
     }
+    report["grids"] = Json::array();
+    for (std::size_t g = 0; g < result.options.grids.size(); ++g) {
+        const SensorGrid& grid = result.options.grids[g];
+        const GridSummary summary = summary_of_grid(result, g);
+        report["grids"].push_back({{"on", grid.on},
+                                   {"height", grid.height},
+                                   {"spacing", grid.spacing},
+                                   {"margin", grid.margin},
+                                   {"sensor", result.options.sensor},
+                                   {"sensors", summary.count},
+                                   {"unit", result.photometric ? "lx" : "W/m^2"},
+                                   {"minimum", summary.least},
+                                   {"mean", summary.mean},
+                                   {"maximum", summary.most},
+                                   {"uniformity", summary.uniformity},
+                                   {"error_estimate", result.error ? Json(summary.error) : Json(nullptr)}});
+    }
     report["error"] = result.error ? error_of(*result.error) : Json(nullptr);
     report["error_target"] = result.options.target ? target_of(result) : Json(nullptr);
     report["goals"] = goals_of(result);
@@ -219,7 +244,7 @@ std::string report_of(const BakeResult& result) {
     const bool baked = !result.dry_run;
     Json report;
     report["schema"] = "difusa-bake-report";
-    report["schema_version"] = 2;
+    report["schema_version"] = 3;
     report["difusa_version"] = version();
     for (const auto& [name, number] : library_versions()) {
         report["library_versions"][name] = number;

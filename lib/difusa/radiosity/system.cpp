@@ -126,7 +126,7 @@ class Solving {
             if (!scene_->has_emitters()) {
                 throw InputError("no light reaches the front of any face: no sky is visible, no sun shines in and "
                                  "nothing emits. Give some faces an emission (OBJ: Ke in the material), open the mesh, "
-                                 "or turn its faces towards the light");
+                                 "or turn its faces towards the light (--flip all)");
             }
             execution_.note("the faces that emit light no other surface: they face away from everything");
         }

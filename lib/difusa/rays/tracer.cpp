@@ -7,7 +7,7 @@ namespace difusa {
 void Hemisphere::look(const SurfacePoint& x, std::size_t number) {
     const Mesh& mesh = tracer_.mesh();
     weights_ = pool_.rays(inset(mesh, x), number, rays_);
-    const Vec3& n = mesh.normals[x.face];
+    const Vec3& n = x.face == none ? x.normal : mesh.normals[x.face];
     if (x.normal != n) {
         for (Ray& ray : rays_) {
             const double height = n.dot(ray.direction);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numbers>
 
@@ -22,6 +23,8 @@ Rgb from_oklab(double L, double a, double b) {
             -1.2684380046 * l + 2.6097574011 * m - 0.3413193965 * s,
             -0.0041960863 * l - 0.7034186147 * m + 1.7076147010 * s};
 }
+
+constexpr double outside = 0.01; ///< share of the values beyond either end of a scale
 
 } // namespace
 
@@ -60,11 +63,17 @@ std::vector<double> ColourScale::ticks() const {
 
 ColourScale scale_for(const std::vector<float>& values, bool logarithmic) {
     double low = std::numeric_limits<double>::infinity(), high = -low;
-    for (const float value : values) {
-        if (std::isfinite(value) && (!logarithmic || value > 0.0F)) {
-            low = std::min(low, static_cast<double>(value));
-            high = std::max(high, static_cast<double>(value));
-        }
+    std::vector<float> counted;
+    std::copy_if(values.begin(), values.end(), std::back_inserter(counted),
+                 [&](float value) { return std::isfinite(value) && (!logarithmic || value > 0.0F); });
+    if (!counted.empty()) {
+        const auto percentile = [&](double share) {
+            const auto at = counted.begin() + std::lround(share * static_cast<double>(counted.size() - 1));
+            std::nth_element(counted.begin(), at, counted.end());
+            return static_cast<double>(*at);
+        };
+        low = percentile(outside);
+        high = percentile(1.0 - outside);
     }
     if (!(low <= high)) {
         return {logarithmic ? 0.1 : 0.0, 1.0, logarithmic};

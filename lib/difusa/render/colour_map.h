@@ -27,7 +27,8 @@ struct ColourScale {
     std::vector<double> ticks() const;
 };
 
-/// A scale from the smallest to the largest value. If all are equal up to rounding it is widened around them. On a
+/// A scale from the first to the last percentile of the values: a few bright ones leave colours for the others, and get
+/// that of the end. If all are equal up to rounding it is widened around them. On a
 /// logarithmic scale, values that are not positive or are below a millionth of the largest are ignored. Without any
 /// value: 0 to 1, or 0.1 to 1.
 ColourScale scale_for(const std::vector<float>& values, bool logarithmic);

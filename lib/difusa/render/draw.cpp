@@ -1,12 +1,12 @@
 #include <difusa/render/draw.h>
 
-#include <difusa/core/text.h>
-
 #include <algorithm>
 #include <array>
 #include <cctype>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
+#include <vector>
 
 namespace difusa {
 
@@ -144,40 +144,69 @@ void draw_disc(Image& image, double column, double row, double radius, const Rgb
     }
 }
 
-void draw_colour_bar(Image& image, const ColourScale& scale, const std::string& title) {
-    const Rgb white = Rgb::Ones(), black = Rgb::Zero();
-    const std::size_t size = std::max<std::size_t>(1, image.height / 400);
+namespace {
+
+/// "0.0123": a label has room for three digits.
+std::string label_of(double value) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.3g", value);
+    return text.data();
+}
+
+struct Label {
+    std::string text;
+    std::ptrdiff_t row; ///< of its middle
+};
+
+/// Both ends, and the round values that keep away from them and from each other.
+std::vector<Label> labels_of(const ColourScale& scale, std::ptrdiff_t top, std::ptrdiff_t bottom, std::ptrdiff_t line) {
+    std::vector<Label> labels{{label_of(scale.low), bottom}, {label_of(scale.high), top}};
+    std::ptrdiff_t below = bottom;
+    for (const double tick : scale.ticks()) {
+        const double along = (1.0 - scale.position(tick)) * static_cast<double>(bottom - top);
+        const std::ptrdiff_t row = top + static_cast<std::ptrdiff_t>(std::lround(along));
+        if (below - row >= 3 * line / 2 && row - top >= 3 * line / 2) {
+            labels.push_back({label_of(tick), row});
+            below = row;
+        }
+    }
+    return labels;
+}
+
+} // namespace
+
+Image with_colour_bar(const Image& image, const ColourScale& scale, const std::string& title) {
+    const Rgb black = Rgb::Zero();
+    const std::size_t size = std::max<std::size_t>(1, image.height / 250);
     const auto unit = static_cast<std::ptrdiff_t>(glyph_step * size);
     const auto line = static_cast<std::ptrdiff_t>(glyph_rows * size);
     const auto width = static_cast<std::ptrdiff_t>(image.width), height = static_cast<std::ptrdiff_t>(image.height);
-    std::ptrdiff_t widest = 0;
-    const std::vector<double> ticks = scale.ticks();
-    for (const double tick : ticks) {
-        widest = std::max(widest, text_width(text_of(tick), size));
-    }
     const std::size_t comma = std::min(title.find(", "), title.size()); // the unit goes below the name
     const std::string name = title.substr(0, comma), in = title.substr(std::min(comma + 2, title.size()));
-    const std::ptrdiff_t bar = 2 * unit;
-    const std::ptrdiff_t wanted =
-        std::max({bar + unit + widest, text_width(name, size), text_width(in, size)}) + 2 * unit;
-    const std::ptrdiff_t left = width - std::min(wanted, width);
-    draw_box(image, left, 0, width, height, black, 0.75);
-    draw_text(image, name, left + unit, unit, size, white);
-    draw_text(image, in, left + unit, unit + 3 * line / 2, size, white);
-    const std::ptrdiff_t top = unit + 4 * line, bottom = height - unit - line;
-    if (bottom - top < 2) {
-        return; // room only for a title
+    const std::ptrdiff_t top = unit + 4 * line, bottom = height - unit - line, bar = 3 * unit;
+    const std::vector<Label> labels = bottom - top < 2 ? std::vector<Label>() : labels_of(scale, top, bottom, line);
+    std::ptrdiff_t widest = std::max(text_width(name, size), text_width(in, size));
+    for (const Label& label : labels) {
+        widest = std::max(widest, bar + unit + text_width(label.text, size));
     }
-    for (std::ptrdiff_t row = top; row < bottom; ++row) {
+    Image whole{static_cast<std::size_t>(width + widest + 2 * unit), image.height, {}};
+    whole.pixels.assign(whole.width * whole.height, {1.0F, 1.0F, 1.0F});
+    for (std::size_t row = 0; row < image.height; ++row) {
+        const auto from = image.pixels.begin() + static_cast<std::ptrdiff_t>(row * image.width);
+        std::copy(from, from + width, whole.pixels.begin() + static_cast<std::ptrdiff_t>(row * whole.width));
+    }
+    const std::ptrdiff_t left = width + unit;
+    draw_text(whole, name, left, unit, size, black);
+    draw_text(whole, in, left, unit + 3 * line / 2, size, black);
+    for (std::ptrdiff_t row = top; row < bottom && !labels.empty(); ++row) {
         const double t = 1.0 - (static_cast<double>(row - top) + 0.5) / static_cast<double>(bottom - top);
-        draw_box(image, left + unit, row, left + unit + bar, row + 1, colour_map(t), 1.0);
+        draw_box(whole, left, row, left + bar, row + 1, colour_map(t), 1.0);
     }
-    for (const double tick : ticks) {
-        const double along = (1.0 - scale.position(tick)) * static_cast<double>(bottom - top);
-        const std::ptrdiff_t row = top + static_cast<std::ptrdiff_t>(std::lround(along));
-        draw_box(image, left + unit + bar, row, left + unit + bar + unit / 2, row + 1, white, 1.0);
-        draw_text(image, text_of(tick), left + bar + 2 * unit, row - line / 2, size, white);
+    for (const Label& label : labels) {
+        draw_box(whole, left + bar, label.row, left + bar + unit / 2, label.row + 1, black, 1.0);
+        draw_text(whole, label.text, left + bar + unit, label.row - line / 2, size, black);
     }
+    return whole;
 }
 
 } // namespace difusa

@@ -18,7 +18,8 @@ void draw_text(Image& image, const std::string& text, std::ptrdiff_t column, std
 /// Partly covered pixels are blended with the colour.
 void draw_disc(Image& image, double column, double row, double radius, const Rgb& colour);
 
-/// A bar with ticks and title ("name, unit") at the right edge of the picture, on a panel that darkens the background.
-void draw_colour_bar(Image& image, const ColourScale& scale, const std::string& title);
+/// The picture with a panel to the right of it: the title ("name, unit") and a bar, labelled with the values at its
+/// ends and at round values between them. The width of the panel depends on the height of the picture and on the texts.
+Image with_colour_bar(const Image& image, const ColourScale& scale, const std::string& title);
 
 } // namespace difusa

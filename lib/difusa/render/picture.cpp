@@ -1,8 +1,8 @@
 #include <difusa/render/picture.h>
 
-#include <difusa/core/colour.h>
 #include <difusa/core/memory.h>
 #include <difusa/core/parallel.h>
+#include <difusa/core/photometry.h>
 #include <difusa/core/random.h>
 #include <difusa/core/text.h>
 #include <difusa/mesh/smooth_sides.h>
@@ -27,6 +27,8 @@ using Pixel = std::array<float, 3>;
 constexpr std::size_t batch_samples = 65536; ///< about as many at a time as fit into the caches with all their values
 constexpr double dot_radius = 2.0;           ///< pixels
 const Rgb dark_grey = Rgb::Constant(0.02), dot_colour{0.02, 0.05, 0.35};
+/// Between the lights and the darks of most pictures; lighter around false colours and sites, whose ends are dark.
+const Rgb neutral = Rgb::Constant(0.18), light_neutral = Rgb::Constant(0.6);
 
 struct Name {
     const char* text;
@@ -43,7 +45,10 @@ constexpr Name names[] = {
     {"irradiance-indirect", Quantity::irradiance_indirect, ""},
     {"emission", Quantity::emission, ""},
     {"reflectance", Quantity::reflectance, ""},
-    {"luminance", Quantity::luminance, "luminance, W/m^2"},
+    {"luminance", Quantity::luminance, "luminance, cd/m^2"},
+    {"illuminance", Quantity::illuminance, "illuminance, lux"},
+    {"radiosity-weighted", Quantity::radiosity_weighted, "radiosity, W/m^2"},
+    {"irradiance-weighted", Quantity::irradiance_weighted, "irradiance, W/m^2"},
     {"error", Quantity::error, "estimated error, W/m^2"},
     {"basis", Quantity::basis, "sum of basis"},
     {"sites", Quantity::sites, ""},
@@ -231,7 +236,13 @@ class Look {
         case Quantity::reflectance:
             return scene_.reflectance(x);
         case Quantity::luminance:
+            return Rgb::Constant(lumens_per_watt * std::numbers::inv_pi * luminance(of(light.B)));
+        case Quantity::illuminance:
+            return Rgb::Constant(lumens_per_watt * luminance(of(light.H)));
+        case Quantity::radiosity_weighted:
             return Rgb::Constant(luminance(of(light.B)));
+        case Quantity::irradiance_weighted:
+            return Rgb::Constant(luminance(of(light.H)));
         case Quantity::sites:
             // Lit by a headlight, so that shapes are visible.
             return Rgb::Constant(0.25 + 0.45 * std::abs(x.normal.dot(directions_[numbers_[p]])));
@@ -366,6 +377,9 @@ void draw_sites(const BakeResult& result, const ViewOptions& options, Image& ima
 Colouring colouring_of(Quantity quantity) {
     switch (quantity) {
     case Quantity::luminance:
+    case Quantity::illuminance:
+    case Quantity::radiosity_weighted:
+    case Quantity::irradiance_weighted:
     case Quantity::error:
     case Quantity::basis:
         return Colouring::map;
@@ -434,7 +448,8 @@ double exposure_of(const View& view, std::size_t show) {
 }
 
 ColourScale scale_of(const View& view, std::size_t show, bool logarithmic) {
-    const bool without_lamps = view.shows[show].quantity == Quantity::luminance;
+    const Quantity quantity = view.shows[show].quantity;
+    const bool without_lamps = quantity == Quantity::luminance || quantity == Quantity::radiosity_weighted;
     std::vector<float> values;
     for (std::size_t s = 0; s < view.seen.size(); ++s) {
         if (view.seen[s] == Seen::surface || (view.seen[s] == Seen::lamp && !without_lamps)) {
@@ -448,14 +463,15 @@ Image develop(const BakeResult& result, const View& view, std::size_t show, cons
               const Execution& execution) {
     const Show& what = view.shows[show];
     const Colouring colouring = colouring_of(what.quantity);
-    const bool bright_around = colouring == Colouring::map || colouring == Colouring::dots;
+    const bool light_around = colouring == Colouring::map || colouring == Colouring::dots;
+    const bool sky = how.sky && !how.background && meets_the_eye(what.quantity);
     Image image = averaged(view, execution, [&](std::size_t s) -> Rgb {
         const Rgb value = rgb_of(view.values[show][s]);
         if (view.seen[s] == Seen::back) {
             return dark_grey;
         }
-        if (view.seen[s] == Seen::nothing && (how.background || bright_around)) {
-            return how.background.value_or(Rgb::Ones());
+        if (view.seen[s] == Seen::nothing && !sky) {
+            return how.background.value_or(light_around ? light_neutral : neutral);
         }
         switch (colouring) {
         case Colouring::light:
@@ -471,7 +487,7 @@ Image develop(const BakeResult& result, const View& view, std::size_t show, cons
     if (colouring == Colouring::dots) {
         draw_sites(result, view.options, image);
     } else if (colouring == Colouring::map) {
-        draw_colour_bar(image, how.scale, what.title);
+        return with_colour_bar(image, how.scale, what.title);
     }
     return image;
 }

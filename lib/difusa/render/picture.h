@@ -26,7 +26,10 @@ enum class Quantity {
     irradiance_indirect, ///< H_indirect
     emission,            ///< E
     reflectance,         ///< rho
-    luminance,           ///< of the radiosity, by Rec. 709
+    luminance,           ///< of the radiosity, cd/m² (core/photometry.h)
+    illuminance,         ///< of the irradiance, lux
+    radiosity_weighted,  ///< mean of the radiosity's channels, weighted by their luminance, W/m²
+    irradiance_weighted, ///< likewise
     error,               ///< BakeResult::errors
     basis,               ///< one basis element, or the sum of all
     sites                ///< dots on pale surfaces
@@ -41,7 +44,7 @@ struct Show {
     Quantity quantity = Quantity::radiosity;
     std::string group;            ///< name of the light group
     std::optional<Index> element; ///< of the basis; absent: the sum
-    std::string title;            ///< above the colour bar, "luminance, W/m^2"
+    std::string title;            ///< above the colour bar, "luminance, cd/m^2"
 };
 
 /// A name as typed by a user: "radiosity", "irradiance-direct", "group:NAME". Throws UsageError with the nearest name
@@ -51,7 +54,7 @@ Show parse_show(const std::string& text);
 struct ViewOptions {
     Camera camera;
     std::size_t width = 800, height = 600;
-    std::size_t samples = 4;      ///< per pixel, a square number
+    std::size_t samples = 16;     ///< per pixel, a square number
     bool cull_backs = false;      ///< rays pass through back faces
     std::size_t final_gather = 0; ///< rays from each sample; 0: the basis is evaluated
     std::uint64_t seed = 1;       ///< for the positions of the samples
@@ -83,7 +86,8 @@ struct Development {
     double exposure = 1.0;
     ToneCurve curve = ToneCurve::linear;
     ColourScale scale;             ///< for shows in false colours
-    std::optional<Rgb> background; ///< linear, shown as is where rays hit nothing
+    std::optional<Rgb> background; ///< linear, shown as is where rays hit nothing; absent: a neutral grey, or the sky
+    bool sky = false;              ///< pictures of light show the sky there, unless there is a background
 };
 
 /// exposure_for the luminances of a show on non-emitting surfaces; if there are none, of all hits.
@@ -94,7 +98,7 @@ ColourScale scale_of(const View& view, std::size_t show, bool logarithmic);
 
 /// Linear display values: each pixel is the mean of its tone-mapped samples; mapping first makes the edge of a bright
 /// area light as smooth as any other. Backs are dark grey. Sites appear as dots with a radius of two pixels, and false
-/// colours get a colour bar.
+/// colours get a colour bar beside the picture, which makes it wider (render/draw.h).
 Image develop(const BakeResult& result, const View& view, std::size_t show, const Development& how,
               const Execution& execution);
 

@@ -16,12 +16,24 @@ struct CameraWishes {
     bool cull_backs = false;          ///< back faces will not be visible
 };
 
-/// The camera of the scene file with the requested changes. Without one and without an eye, one that shows the whole
-/// mesh from outside, from a direction that sees nearly as many fronts and as few backs as any; if mostly backs are
-/// seen from everywhere outside, as for a closed room, one in a corner of it that looks along the room's diagonal. `up`
-/// is +z then. `aspect` is width over height of the picture. Throws UsageError for requests that contradict each other,
-/// or that allow no upright view.
-Camera place_camera(const CameraWishes& wishes, const std::optional<Camera>& of_scene, const Mesh& mesh,
+/// What the rays of a picture meet: shares of them.
+struct Coverage {
+    double fronts = 0.0, backs = 0.0;
+};
+
+/// From rays through a grid of 96 rows.
+Coverage coverage_of(const Camera& camera, const Visibility& visibility, double aspect);
+
+/// The camera of the scene file, or else the view that shows most of the scene, with the requested changes; `up`,
+/// unless it is requested, is the scene's. A scene whose fronts are seen from outside is shown whole, obliquely from
+/// above if most of what is seen from there are fronts, or else from a side or from the top; one that shows mostly
+/// backs from everywhere outside, as a closed room does, from a corner inside. An eye alone looks at the scene's
+/// centre, or as the scene's camera does; a direction alone looks at the whole from outside, or across the room.
+/// Looking straight up or down, `up` is a level direction if it is not requested.
+///
+/// `aspect` is width over height of the picture. Throws UsageError for requests that contradict each other, or that
+/// allow no upright view.
+Camera place_camera(const CameraWishes& wishes, const std::optional<Camera>& of_scene, const Vec3& up, const Mesh& mesh,
                     const Visibility& visibility, double aspect);
 
 } // namespace difusa

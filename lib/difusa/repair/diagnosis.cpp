@@ -269,17 +269,6 @@ Mesh make_mesh(const PolygonSoup& soup, const Triangles& triangles, const std::v
     return mesh;
 }
 
-/// Flips triangle t.
-void turn(Mesh& mesh, std::size_t t) {
-    std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
-    if (!mesh.corner_reflectance.empty()) {
-        std::swap(mesh.corner_reflectance[t][1], mesh.corner_reflectance[t][2]);
-    }
-    if (!mesh.corner_texture.empty()) {
-        std::swap(mesh.corner_texture[t][1], mesh.corner_texture[t][2]);
-    }
-}
-
 /// Flips faces so that neighbours agree, and reports where they cannot.
 void orient_faces(const PolygonSoup& soup, const Edges& edges, Mesh& mesh, FindingList& found) {
     std::vector<double> area;
@@ -293,7 +282,7 @@ void orient_faces(const PolygonSoup& soup, const Edges& edges, Mesh& mesh, Findi
         if (orientation.turned[face] == 0) {
             continue;
         }
-        turn(mesh, t);
+        mesh.turn_over(static_cast<Index>(t));
         if (t == 0 || mesh.original_face[t - 1] != face) {
             found.at_face(Defect::inconsistent_orientation, face, mesh.corner(static_cast<Index>(t), 0));
         }
@@ -398,7 +387,7 @@ void add_backs(const PolygonSoup& soup, Mesh& mesh, FindingList& found) {
         if (!mesh.corner_texture.empty()) {
             mesh.corner_texture.push_back(std::array<TextureCoordinates, 3>(mesh.corner_texture[t]));
         }
-        turn(mesh, mesh.triangles.size() - 1);
+        mesh.turn_over(static_cast<Index>(mesh.triangles.size() - 1));
     }
 }
 
@@ -433,7 +422,7 @@ DiagnosedMesh diagnose(const PolygonSoup& soup) {
     add_backs(soup, result.mesh, found);
 
     result.mesh.derive();
-    result.diagnosis = {found.findings(), soup.face_count(), soup.points.size(), soup.parts};
+    result.diagnosis = {found.findings(), soup.face_count(), soup.points.size(), soup.parts, soup.face_line};
     return result;
 }
 

@@ -4,6 +4,7 @@
 #include <difusa/mesh/mesh.h>
 #include <difusa/repair/polygon_soup.h>
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -24,7 +25,8 @@ struct Finding {
 struct Diagnosis {
     std::vector<Finding> findings; ///< each code at most once, in the order of the list at `diagnose`
     std::size_t file_faces = 0, file_points = 0;
-    std::vector<SoupPart> parts; ///< the mesh files of a scene file; empty for a single mesh file
+    std::vector<SoupPart> parts;          ///< the mesh files of a scene file; empty for a single mesh file
+    std::vector<std::uint32_t> face_line; ///< PolygonSoup::face_line
 };
 
 /// A mesh fit for baking, and the report of its repairs.

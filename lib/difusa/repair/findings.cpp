@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <sstream>
+#include <utility>
 
 namespace difusa {
 
@@ -49,6 +50,7 @@ constexpr std::array<Wording, static_cast<std::size_t>(Defect::count)> wordings{
     {"crossing-faces", "pair of crossing faces", "pairs of crossing faces", "", false},
     {"crossing-faces-unknown", "search for crossing faces", "searches for crossing faces",
      "given up, since too many are close together", false},
+    {"inside-out-parts", "connected part inside out", "connected parts inside out", "turned over", true},
 }};
 
 std::string with_line(const char* kind, std::size_t number, std::uint32_t line) {
@@ -67,16 +69,16 @@ std::string file_prefix(const PolygonSoup& soup, std::uint32_t line) {
 
 namespace {
 
-/// The part that `number` belongs to by its `first`; null if the soup comes from one file.
-const SoupPart* part_of(const PolygonSoup& soup, std::size_t SoupPart::*first, std::size_t number) {
-    const auto next = std::upper_bound(soup.parts.begin(), soup.parts.end(), number,
+/// The part that `number` belongs to by its `first`; null if there is only one file.
+const SoupPart* part_of(const std::vector<SoupPart>& parts, std::size_t SoupPart::*first, std::size_t number) {
+    const auto next = std::upper_bound(parts.begin(), parts.end(), number,
                                        [&](std::size_t n, const SoupPart& part) { return n < part.*first; });
-    return next == soup.parts.begin() ? nullptr : &*std::prev(next);
+    return next == parts.begin() ? nullptr : &*std::prev(next);
 }
 
-std::string name_in_part(const PolygonSoup& soup, const char* kind, std::size_t SoupPart::*first, std::size_t number,
-                         std::uint32_t line) {
-    const SoupPart* part = part_of(soup, first, number);
+std::string name_in_part(const std::vector<SoupPart>& parts, const char* kind, std::size_t SoupPart::*first,
+                         std::size_t number, std::uint32_t line) {
+    const SoupPart* part = part_of(parts, first, number);
     return part == nullptr ? with_line(kind, number, line)
                            : with_line(kind, number - part->*first, line) + " of " + part->file;
 }
@@ -84,7 +86,7 @@ std::string name_in_part(const PolygonSoup& soup, const char* kind, std::size_t 
 } // namespace
 
 std::string face_prefix(const PolygonSoup& soup, std::size_t face) {
-    const SoupPart* part = part_of(soup, &SoupPart::first_face, face);
+    const SoupPart* part = part_of(soup.parts, &SoupPart::first_face, face);
     const std::uint32_t line = line_of_face(soup, face);
     return (part == nullptr ? soup.file : part->file) + (line != 0 ? ":" + std::to_string(line) : "") + ": ";
 }
@@ -94,11 +96,16 @@ std::uint32_t line_of_face(const PolygonSoup& soup, std::size_t face) {
 }
 
 std::string face_name(const PolygonSoup& soup, std::size_t face) {
-    return name_in_part(soup, "face ", &SoupPart::first_face, face, line_of_face(soup, face));
+    return name_in_part(soup.parts, "face ", &SoupPart::first_face, face, line_of_face(soup, face));
+}
+
+std::string face_name(const Diagnosis& diagnosis, std::size_t face) {
+    return name_in_part(diagnosis.parts, "face ", &SoupPart::first_face, face,
+                        face < diagnosis.face_line.size() ? diagnosis.face_line[face] : 0);
 }
 
 std::string point_name(const PolygonSoup& soup, std::size_t point) {
-    return name_in_part(soup, "point ", &SoupPart::first_point, point,
+    return name_in_part(soup.parts, "point ", &SoupPart::first_point, point,
                         point < soup.point_line.size() ? soup.point_line[point] : 0);
 }
 
@@ -139,11 +146,16 @@ std::vector<Finding> FindingList::findings() const {
     std::vector<Finding> found;
     for (std::size_t d = 0; d < entries_.size(); ++d) {
         if (entries_[d].count > 0) {
-            found.push_back(
-                {wordings[d].code, entries_[d].count, entries_[d].places, wordings[d].remedy, wordings[d].repaired});
+            found.push_back(finding_of(static_cast<Defect>(d), entries_[d].count, entries_[d].places));
         }
     }
     return found;
+}
+
+Finding finding_of(Defect defect, std::size_t count, std::vector<std::string> places) {
+    const Wording& wording = wordings[static_cast<std::size_t>(defect)];
+    places.resize(std::min(places.size(), places_kept));
+    return {wording.code, count, std::move(places), wording.remedy, wording.repaired};
 }
 
 std::string Finding::message() const {

@@ -33,6 +33,7 @@ enum class Defect : std::size_t {
     border_edges,
     crossing_faces,
     crossing_faces_unknown,
+    inside_out_parts,
     count
 };
 
@@ -46,6 +47,9 @@ std::string face_prefix(const PolygonSoup& soup, std::size_t face);
 /// 40) of room.obj", numbered as in that file.
 std::string face_name(const PolygonSoup& soup, std::size_t face);
 
+/// The same for a face of a mesh that has been diagnosed.
+std::string face_name(const Diagnosis& diagnosis, std::size_t face);
+
 /// "point 7 (line 9)".
 std::string point_name(const PolygonSoup& soup, std::size_t point);
 
@@ -54,6 +58,9 @@ std::string coordinates(const Vec3& position);
 
 /// Line of a face in the file, 0 if unknown.
 std::uint32_t line_of_face(const PolygonSoup& soup, std::size_t face);
+
+/// A finding of `count` defects at these places, of which the first few are kept.
+Finding finding_of(Defect defect, std::size_t count, std::vector<std::string> places);
 
 class FindingList {
   public:

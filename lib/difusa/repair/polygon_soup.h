@@ -42,6 +42,9 @@ struct PolygonSoup {
 
     Lights lights;
     std::optional<Camera> camera;
+    Vec3 up = Vec3::UnitZ();                ///< unit, upwards: as the file says, or as most files of its format
+    bool says_up = false;                   ///< the file or the standard of its format says so
+    bool photometric = false;               ///< lights are measured in lumens, candelas, lux, or cd/m²
     std::optional<Rgb> default_reflectance; ///< for faces without a material; absent: the caller's
 
     /// Positions in the file, for messages: line numbers from 1 (0 = unknown: binary files).

@@ -2,6 +2,7 @@
 
 #include <difusa/core/error.h>
 #include <difusa/core/parallel.h>
+#include <difusa/core/photometry.h>
 #include <difusa/core/text.h>
 #include <difusa/mesh/nearest_surface.h>
 #include <difusa/mesh/triangle_area.h>
@@ -10,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <span>
 
@@ -104,17 +106,18 @@ std::optional<Pair> array_pair(const Side& result, const Side& reference, const 
     return make_pair(name, *arrays[0], std::move(a), std::move(b));
 }
 
-/// The luminance in a file, under any of its names.
-std::optional<Values> luminance(const Side& side) {
-    if (const FieldArray* array = find(side, "luminance"); array != nullptr && numbers(*array).cols() == 1) {
+/// The weighted mean of the radiosity's channels in a file, under any of its names, W/m².
+std::optional<Values> weighted_radiosity(const Side& side) {
+    if (const FieldArray* array = find(side, "radiosity_weighted"); array != nullptr && numbers(*array).cols() == 1) {
         return numbers(*array);
     }
     if (const FieldArray* array = find(side, "radiosity"); array != nullptr && is_rgb(*array)) {
-        return luminance_of(numbers(*array));
+        return weighted_by_luminance(numbers(*array));
     }
     if (const FieldArray* array = find(side, side.field.quality.empty() ? "quality" : side.field.quality);
         array != nullptr && numbers(*array).cols() == 1) {
-        return numbers(*array);
+        const bool candelas = array->name == "luminance" && array->unit == "cd/m^2";
+        return candelas ? Values(std::numbers::pi / lumens_per_watt * numbers(*array)) : numbers(*array);
     }
     return std::nullopt;
 }
@@ -125,12 +128,13 @@ std::vector<Pair> pairs_of(const Side& result, const Side& reference, const Comp
     if (auto total = array_pair(result, reference, "radiosity", true)) {
         pairs.push_back(std::move(*total));
     } else {
-        auto a = luminance(result), b = luminance(reference);
+        auto a = weighted_radiosity(result), b = weighted_radiosity(reference);
         if (a && b) {
-            pairs.push_back(make_pair("luminance", {"luminance", "W/m^2", {}, {}}, std::move(*a), std::move(*b)));
+            pairs.push_back(
+                make_pair("radiosity_weighted", {"radiosity_weighted", "W/m^2", {}, {}}, std::move(*a), std::move(*b)));
         } else {
             notes.push_back("the total light is not compared: " + (a ? reference.name : result.name) +
-                            " has neither radiosity nor luminance nor quality");
+                            " has neither radiosity nor radiosity_weighted nor quality");
         }
     }
     std::string lacks;
@@ -471,7 +475,8 @@ FieldFile error_field(const Comparison& comparison, const FieldFile& result, con
         if (f.cols() == 1) {
             add(errors_of(f, g, means), "", {});
         } else if (quantity.rgb) {
-            add(errors_of(luminance_of(f), luminance_of(g), {quantity.norms.luminance->l1.reference}), "", {});
+            add(errors_of(weighted_by_luminance(f), weighted_by_luminance(g), {quantity.norms.weighted->l1.reference}),
+                "", {});
             add(errors_of(f, g, means), "_rgb", quantity.components);
         } else {
             const Values size = (f - g).rowwise().norm(), length = g.rowwise().norm();

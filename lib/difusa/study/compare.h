@@ -17,7 +17,7 @@ struct CompareOptions {
 
 /// A quantity present in both files.
 struct ComparedQuantity {
-    std::string name; ///< "radiosity", "radiosity_indirect", "luminance", or the array's
+    std::string name; ///< "radiosity", "radiosity_indirect", "radiosity_weighted", or the array's
     std::string unit;
     std::vector<std::string> components; ///< names of the channels; empty for a scalar
     bool rgb = false;                    ///< the channels are R, G and B
@@ -48,8 +48,8 @@ struct Comparison {
 
 /// Compares `result` with `reference`, both triangle meshes with values at their vertices (linear in between).
 ///
-/// Quantities: the total light `radiosity` if both files have it, otherwise `luminance` (or PLY's quality); the
-/// indirect light `radiosity_indirect` = `irradiance_indirect` times `reflectance`; and `options.arrays`.
+/// Quantities: the total light `radiosity` if both files have it, otherwise `radiosity_weighted` (or PLY's quality);
+/// the indirect light `radiosity_indirect` = `irradiance_indirect` times `reflectance`; and `options.arrays`.
 ///
 /// Norms are integrals over the result's triangles by the rule with the points (1/6, 1/6, 2/3) and weights of a third
 /// of the area, exact for quadratic functions: for the square of an error that is linear in a triangle. Points inside
@@ -65,8 +65,8 @@ Comparison compare(const FieldFile& result, const std::string& result_name, cons
                    const std::string& reference_name, const CompareOptions& options, const Execution& execution);
 
 /// The errors on the result's mesh, for each quantity Q: `Q_error` (result - reference), `Q_error_absolute` and
-/// `Q_error_relative`; of the luminance if Q is R G B, of the magnitudes' root sum of squares if it has other
-/// components (then not negative); with more than one channel also for each of them: `Q_error_rgb` or
+/// `Q_error_relative`; of the mean weighted by luminance if Q is R G B, of the magnitudes' root sum of squares if it
+/// has other components (then not negative); with more than one channel also for each of them: `Q_error_rgb` or
 /// `Q_error_components` and so on. In addition `matched` (0 or 1) and `distance` to the reference's surface.
 ///
 /// The relative error is the absolute one divided by the reference's magnitude at the point, or by 1 % of its mean
@@ -78,7 +78,7 @@ FieldFile error_field(const Comparison& comparison, const FieldFile& result, con
 /// A table of the norms for the user.
 std::string table_of(const Comparison& comparison);
 
-/// The comparison as JSON text with the fields `schema` ("difusa-comparison") and `schema_version` (1).
+/// The comparison as JSON text with the fields `schema` ("difusa-comparison") and `schema_version` (2).
 std::string report_of(const Comparison& comparison, const std::string& result_name, const std::string& reference_name);
 
 } // namespace difusa

@@ -213,12 +213,17 @@ void judge_elements(BasisInspection& result, const Basis& basis, const Execution
     });
     result.sites.area = element_integrals(result.mesh, basis, result.sites.spacing, execution);
 
+    result.sums_to_one = basis.sums_to_one();
     double area = 0.0;
     for (const auto& triangle : result.output.triangles) {
         const std::vector<SurfacePoint>& v = result.output.vertices;
         const Vec3 a = v[triangle[0]].position;
         const double third = (v[triangle[1]].position - a).cross(v[triangle[2]].position - a).norm() / 6.0;
         for (const Index corner : triangle) {
+            if (!result.counts(corner)) {
+                result.left_out += third;
+                continue;
+            }
             area += third;
             result.mean_overlap += third * result.overlap[corner];
             result.mean_lebesgue += third * result.lebesgue[corner];
@@ -226,6 +231,7 @@ void judge_elements(BasisInspection& result, const Basis& basis, const Execution
     }
     result.mean_overlap /= area;
     result.mean_lebesgue /= area;
+    result.left_out /= area + result.left_out;
 }
 
 } // namespace

@@ -53,8 +53,14 @@ struct BasisInspection {
                                ///< there is none
     std::vector<double> at_own_site; ///< #S, phi_i(p_i)
 
-    // Over the whole surface, by area (a vertex represents a third of each triangle around it):
+    // Over the surface, by area (a vertex represents a third of each triangle around it). A basis that sums to one has
+    // no element where none of its sites is in sight, as under what stands on a floor: that part is left out.
     double mean_overlap = 0.0, mean_lebesgue = 0.0;
+    double left_out = 0.0; ///< the part that is left out, of all of the surface
+
+    /// True if vertex v is part of what is judged.
+    bool counts(std::size_t v) const { return !sums_to_one || overlap[v] > 0; }
+    bool sums_to_one = false;
 };
 
 /// Reads the mesh, places sites, binds the basis, and evaluates it. Each step reports itself as a phase of

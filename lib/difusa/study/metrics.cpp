@@ -138,12 +138,12 @@ FieldNorms field_norms(const Values& f, const Values& g, std::span<const double>
     }
     norms.all = f.cols() == 1 ? norms.channel.front() : error_norms(all_f, all_g, all_weights);
     if (rgb) {
-        norms.luminance = error_norms(column(luminance_of(f), 0), column(luminance_of(g), 0), weight);
+        norms.weighted = error_norms(column(weighted_by_luminance(f), 0), column(weighted_by_luminance(g), 0), weight);
     }
     return norms;
 }
 
-Values luminance_of(const Values& rgb) {
+Values weighted_by_luminance(const Values& rgb) {
     return rgb * luminance_weights;
 }
 

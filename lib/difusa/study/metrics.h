@@ -43,14 +43,14 @@ struct FieldNorms {
     std::vector<ErrorNorms> channel;
     ErrorNorms all; ///< all channels together, as if each were another sheet of the surface
     /// Of the Rec. 709 weighted sum of the channels, if there are three.
-    std::optional<ErrorNorms> luminance;
+    std::optional<ErrorNorms> weighted;
 };
 
 /// `f`, `g`: #points by #channels, and #points weights; `rgb`: three channels are R, G and B.
 FieldNorms field_norms(const Values& f, const Values& g, std::span<const double> weight, bool rgb);
 
-/// Luminance of linear R, G, B: #rows by 1 (Rec. ITU-R BT.709).
-Values luminance_of(const Values& rgb);
+/// R, G and B weighted by what they contribute to luminance: #rows by 1 (Rec. ITU-R BT.709).
+Values weighted_by_luminance(const Values& rgb);
 
 /// p in error = C h^p: the slope of the least-squares line through (log h, log error), the order of convergence with h
 /// the spacing of sites or the length of edges.

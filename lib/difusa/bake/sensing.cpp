@@ -1,0 +1,228 @@
+#include <difusa/bake/sensing.h>
+
+#include <difusa/bake/sensor_grid.h>
+#include <difusa/core/error.h>
+#include <difusa/core/photometry.h>
+#include <difusa/core/text.h>
+#include <difusa/mesh/nearest_surface.h>
+#include <difusa/plugin/choice.h>
+#include <difusa/repair/findings.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace difusa {
+
+namespace {
+
+constexpr std::size_t rays_of_a_sensor = 4096;
+constexpr double touching = 1e-6; ///< distance from the surface, relative to the scene, of a sensor that is on it
+
+std::string place_name(std::size_t i) {
+    return "point " + std::to_string(i) + " (counting from 0)";
+}
+
+/// Sensors without a normal of their own.
+std::optional<Sensor> sensor_without_normal(const BakeOptions& options, const Vec3& up) {
+    const std::string kind = parse_choice("sensor", options.sensor,
+                                          {{"planar", {}}, {"horizontal", {}}, {"spherical", {}}, {"cylindrical", {}}})
+                                 .name;
+    if (kind == "planar") {
+        return std::nullopt;
+    }
+    return Sensor{Vec3::Zero(), up,
+                  kind == "horizontal"  ? SensorKind::planar
+                  : kind == "spherical" ? SensorKind::spherical
+                                        : SensorKind::cylindrical};
+}
+
+class Placing {
+  public:
+    explicit Placing(BakeResult& result)
+        : result_(result), mesh_(result.scene->mesh), surface_(mesh_.points, mesh_.triangles),
+          without_normal_(sensor_without_normal(result.options, result.up)) {}
+
+    void place(std::size_t i) {
+        const ListedPoint& wanted = result_.options.at[i];
+        const bool snap = result_.options.snap || (!wanted.normal && !without_normal_);
+        if (without_normal_ && (wanted.normal || result_.options.snap)) {
+            throw UsageError("--sensor " + result_.options.sensor +
+                             (wanted.normal ? ": has no use for the normal of " + place_name(i) + " of --at: omit it"
+                                            : ": measures where it stands: omit --snap"));
+        }
+        if (snap) {
+            const NearestSurface::Place place = nearest(wanted.position, wanted.normal.value_or(Vec3::Zero()));
+            if (place.triangle == none) {
+                throw InputError("--at: no surface faces the direction of the normal of " + place_name(i) +
+                                 ": turn the normal, or omit it");
+            }
+            list(i, place);
+            return;
+        }
+        Sensor sensor = without_normal_.value_or(Sensor{});
+        sensor.position = wanted.position;
+        sensor.axis = wanted.normal.value_or(sensor.axis);
+        const NearestSurface::Place place = nearest(sensor.position, Vec3::Zero());
+        if (place.triangle != none && place.distance <= touching * mesh_.diameter()) {
+            const Vec3& n = mesh_.normals[place.triangle];
+            const double facing = n.dot(sensor.axis);
+            if (sensor.kind == SensorKind::planar && facing > 1.0 - touching) {
+                list(i, place);
+                return;
+            }
+            // Rays of a sensor that lies on the surface must not start in it.
+            sensor.position +=
+                (facing < 0.0 && sensor.kind == SensorKind::planar ? -2.0 : 2.0) * touching * mesh_.diameter() * n;
+        }
+        add({sensor, static_cast<Index>(i), none}, "--at: " + place_name(i));
+    }
+
+    void place_grid(std::size_t g) {
+        const SensorGrid& grid = result_.options.grids[g];
+        const GridPlaces places = places_of_grid(grid, *result_.scene);
+        Sensor sensor = without_normal_.value_or(Sensor{Vec3::Zero(), places.normal, SensorKind::planar});
+        // On the face itself, rays start just above it.
+        const double lift = grid.height == 0.0 ? 2.0 * touching * mesh_.diameter() : 0.0;
+        for (const Vec3& position : places.positions) {
+            sensor.position = position + lift * places.normal;
+            add({sensor, none, static_cast<Index>(g)}, "--grid " + grid.on + ": a sensor");
+        }
+    }
+
+    /// Says which places are far from the surface point that stands for them.
+    void note_far(const Execution& execution) const {
+        std::size_t far = 0;
+        std::string which;
+        for (std::size_t k = 0; k < result_.listed.size(); ++k) {
+            if (result_.listed_distance[k] > result_.options.spacing && far++ < 3) {
+                which += (which.empty() ? "" : "; ") + std::string("number ") +
+                         std::to_string(result_.listed_number[k]) + ", " + text_of(result_.listed_distance[k]) +
+                         " away";
+            }
+        }
+        if (far > 0) {
+            execution.note(std::to_string(far) + " of the " + std::to_string(result_.options.at.size()) +
+                           " points of --at are farther from the surface than the site spacing (counting from 0: " +
+                           which + (far > 3 ? "; ..." : "") +
+                           "): the light reported there is that at the nearest surface point; for what a sensor "
+                           "measures in mid-air, give " +
+                           (result_.options.snap ? "normals without --snap" : "normals, or --sensor"));
+        }
+    }
+
+  private:
+    NearestSurface::Place nearest(const Vec3& p, const Vec3& n) const {
+        return surface_.nearest({p, n, p + n * result_.options.spacing});
+    }
+
+    void list(std::size_t i, const NearestSurface::Place& place) {
+        result_.listed.push_back(mesh_.at(place.triangle, place.weight[1], place.weight[2]));
+        result_.listed_distance.push_back(place.distance);
+        result_.listed_number.push_back(static_cast<Index>(i));
+    }
+
+    void add(const PlacedSensor& placed, const std::string& name) {
+        // Nothing is taken to block the view within a convex room.
+        for (Index t = 0; mesh_.convex && t < mesh_.triangles.size(); ++t) {
+            if (mesh_.normals[t].dot(placed.sensor.position - mesh_.corner(t, 0)) < -touching * mesh_.diameter()) {
+                throw InputError(name + " is outside of the room, behind face " +
+                                 std::to_string(mesh_.original_face[t]) + ": move it to the front of all faces");
+            }
+        }
+        result_.sensors.push_back(placed);
+    }
+
+    BakeResult& result_;
+    const Mesh& mesh_;
+    const NearestSurface surface_;
+    const std::optional<Sensor> without_normal_;
+};
+
+/// Sensors of grids that receive nothing spoil the uniformity: most often they stand inside a block.
+void note_dark(const BakeResult& result, const Execution& execution) {
+    std::size_t dark = 0, first = 0;
+    for (std::size_t i = 0; i < result.sensors.size(); ++i) {
+        if (result.sensors[i].grid != none && result.readings.H.row(static_cast<Eigen::Index>(i)).maxCoeff() == 0.0) {
+            first = dark++ == 0 ? i : first;
+        }
+    }
+    if (dark > 0) {
+        const PlacedSensor& placed = result.sensors[first];
+        execution.note(std::to_string(dark) + (dark == 1 ? " sensor" : " sensors") +
+                       " of grids receive no light at all (first on " + result.options.grids[placed.grid].on + ", at " +
+                       coordinates(placed.sensor.position) +
+                       "): they may stand inside of objects; they count in minimum and uniformity");
+    }
+}
+
+} // namespace
+
+void find_places(BakeResult& result, const Execution& execution) {
+    const BakeOptions& options = result.options;
+    if (options.at.empty() && options.grids.empty()) {
+        return;
+    }
+    Placing placing(result);
+    for (std::size_t i = 0; i < options.at.size(); ++i) {
+        placing.place(i);
+    }
+    for (std::size_t g = 0; g < options.grids.size(); ++g) {
+        placing.place_grid(g);
+    }
+    placing.note_far(execution);
+}
+
+void read_places(BakeResult& result, const ErrorMap* errors, const Execution& execution) {
+    const BakeOptions& options = result.options;
+    if (!result.listed.empty()) {
+        result.listed_values =
+            result.field().at(result.listed, options.final_gather, options.seed, "listed", execution);
+        if (errors != nullptr) {
+            result.listed_errors =
+                options.final_gather == 0
+                    ? errors->at(result.listed, execution)
+                    : errors->gathered_at(result.listed, result.listed_values.noise.rowwise().norm(), execution);
+        }
+        execution.count("output rays", result.listed_values.rays);
+        execution.count("output segments", result.listed_values.segments);
+    }
+    if (!result.sensors.empty()) {
+        std::vector<Sensor> sensors;
+        for (const PlacedSensor& placed : result.sensors) {
+            sensors.push_back(placed.sensor);
+        }
+        const std::size_t rays = options.final_gather > 0 ? options.final_gather : rays_of_a_sensor;
+        result.readings = read_sensors(result.field(), sensors, rays, errors, options.seed, execution);
+        note_dark(result, execution);
+        execution.count("output rays", result.readings.rays);
+        execution.count("output segments", result.readings.segments);
+    }
+}
+
+GridSummary summary_of_grid(const BakeResult& result, std::size_t grid) {
+    GridSummary summary;
+    const double factor = result.photometric ? lumens_per_watt : 1.0;
+    double sum = 0.0, squares = 0.0;
+    for (std::size_t i = 0; i < result.sensors.size(); ++i) {
+        if (result.sensors[i].grid != grid) {
+            continue;
+        }
+        const auto row = static_cast<Eigen::Index>(i);
+        const double H = factor * result.readings.H.row(row).dot(luminance_weights);
+        summary.least = summary.count == 0 ? H : std::min(summary.least, H);
+        summary.most = std::max(summary.most, H);
+        sum += H;
+        if (result.readings.error.rows() > 0) {
+            squares += std::pow(factor * result.readings.error(row, 0), 2) / result.channels;
+        }
+        ++summary.count;
+    }
+    const auto count = static_cast<double>(std::max<std::size_t>(summary.count, 1));
+    summary.mean = sum / count;
+    summary.uniformity = summary.mean > 0.0 ? summary.least / summary.mean : 0.0;
+    summary.error = std::sqrt(squares / count);
+    return summary;
+}
+
+} // namespace difusa

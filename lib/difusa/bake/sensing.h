@@ -1,0 +1,31 @@
+// The places at which a user wants to know the light: points of the surface, sensors in mid-air, grids of sensors.
+#pragma once
+
+#include <difusa/bake/result.h>
+
+namespace difusa {
+
+/// Fills in `listed`, `listed_distance`, `listed_number` and `sensors`. A place without a normal, or with BakeOptions::
+/// snap, is the nearest point of the surface; so is one with a normal on the surface that faces this way, to within
+/// rounding. All others are sensors: planar ones with the place's normal, or, as BakeOptions::sensor says, horizontal
+/// (planar, facing up), spherical, or cylindrical around the vertical. Notes places that are far from the surface
+/// although a surface point was asked for. Throws InputError for a normal that no surface has, a sensor behind the
+/// surface of a convex room, a grid on nothing, on a face that is not flat, or with more than a million sensors, and
+/// UsageError for a normal that a sensor without one has no use for.
+void find_places(BakeResult& result, const Execution& execution);
+
+/// Fills in `listed_values` and `readings`. `errors`: null without an estimate.
+void read_places(BakeResult& result, const ErrorMap* errors, const Execution& execution);
+
+/// What a grid comes to, as lighting standards ask for it: in lux of a photometric bake, else in W/m², the mean of the
+/// channels weighted by their luminance (core/colour.h).
+struct GridSummary {
+    std::size_t count = 0;
+    double least = 0.0, mean = 0.0, most = 0.0;
+    double uniformity = 0.0; ///< least / mean; 0 where all is dark
+    double error = 0.0;      ///< root mean square of the estimated errors of the sensors; 0 without an estimate
+};
+
+GridSummary summary_of_grid(const BakeResult& result, std::size_t grid);
+
+} // namespace difusa

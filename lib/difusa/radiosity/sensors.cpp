@@ -1,0 +1,193 @@
+#include <difusa/radiosity/sensors.h>
+
+#include <difusa/core/colour.h>
+#include <difusa/core/random.h>
+#include <difusa/radiosity/system.h>
+#include <difusa/rays/direction_pool.h>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+namespace difusa {
+
+namespace {
+
+constexpr std::size_t around_a_sphere = 128, around_an_axis = 32;
+constexpr std::size_t probes = 64;
+constexpr std::size_t sensors_at_once = 1024; ///< the points of that many are in memory
+
+/// Number of planar sensors that a sensor is the mean of.
+std::size_t count_of(SensorKind kind) {
+    return kind == SensorKind::planar ? 1 : kind == SensorKind::spherical ? around_a_sphere : around_an_axis;
+}
+
+/// Normals of these planar sensors. For a sphere, points of a Fibonacci lattice, randomly turned; around an axis, equal
+/// angles from a random one on.
+void add_planes(const Sensor& sensor, RandomStream stream, std::vector<SurfacePoint>& points) {
+    const auto add = [&](const Vec3& normal) { points.push_back({sensor.position, normal, none, 0.0, 0.0}); };
+    const std::size_t count = count_of(sensor.kind);
+    const double two_pi = 2.0 * std::numbers::pi;
+    if (sensor.kind == SensorKind::planar) {
+        add(sensor.axis);
+        return;
+    }
+    const double start = two_pi * stream.uniform();
+    if (sensor.kind == SensorKind::cylindrical) {
+        Vec3 t, b;
+        tangents(sensor.axis, t, b);
+        for (std::size_t k = 0; k < count; ++k) {
+            const double angle = start + two_pi * static_cast<double>(k) / static_cast<double>(count);
+            add(std::cos(angle) * t + std::sin(angle) * b);
+        }
+        return;
+    }
+    // A uniform rotation (Shoemake 1992).
+    const double s = stream.uniform(), other = two_pi * stream.uniform();
+    const Eigen::Quaterniond turn(std::sqrt(s) * std::cos(other), std::sqrt(1.0 - s) * std::sin(start),
+                                  std::sqrt(1.0 - s) * std::cos(start), std::sqrt(s) * std::sin(other));
+    for (std::size_t k = 0; k < count; ++k) {
+        const double z = 1.0 - (2.0 * static_cast<double>(k) + 1.0) / static_cast<double>(count);
+        const double r = std::sqrt(1.0 - z * z), angle = two_pi * static_cast<double>(k) / std::numbers::phi;
+        add(turn * Vec3(r * std::cos(angle), r * std::sin(angle), z));
+    }
+}
+
+/// What some sensors of one kind receive, by set and channel.
+struct Reading {
+    Values direct, indirect; ///< #sensors by the channels of each set in turn
+};
+
+/// Means over the planes of each sensor.
+Values means(const Values& planes, std::size_t count) {
+    const auto each = static_cast<Eigen::Index>(count);
+    Values mean(planes.rows() / each, planes.cols());
+    for (Eigen::Index i = 0; i < mean.rows(); ++i) {
+        mean.row(i) = planes.middleRows(i * each, each).colwise().mean();
+    }
+    return mean;
+}
+
+class Sensing {
+  public:
+    Sensing(const Field& field, std::span<const Sensor> sensors, std::size_t rays, const ErrorMap* errors,
+            std::uint64_t seed, const Execution& execution)
+        : field_(field), sensors_(sensors), rays_(rays), errors_(errors), seed_(seed), execution_(execution) {}
+
+    SensorReadings read() {
+        const auto count = static_cast<Eigen::Index>(sensors_.size());
+        const Eigen::Index columns = field_.parts().smooth.cols();
+        direct_.setZero(count, columns);
+        indirect_.setZero(count, columns);
+        result_.noise.setZero(count, 1);
+        result_.error.setZero(errors_ != nullptr ? count : 0, 1);
+        // Neighbours of one kind together.
+        for (std::size_t begin = 0; begin < sensors_.size();) {
+            std::size_t end = begin;
+            while (end < sensors_.size() && end - begin < sensors_at_once &&
+                   sensors_[end].kind == sensors_[begin].kind) {
+                ++end;
+            }
+            read_some(begin, end);
+            begin = end;
+        }
+        const int channels = field_.channels();
+        result_.H_direct = three_channels(sum_of_parts(direct_, channels)).cwiseMax(0.0);
+        result_.H_indirect = three_channels(sum_of_parts(indirect_, channels)).cwiseMax(0.0);
+        result_.H = result_.H_direct + result_.H_indirect;
+        if (field_.sets().names.size() > 1 || !field_.sets().names.front().empty()) {
+            for (Index set = 0; set < field_.sets().count(); ++set) {
+                const Eigen::Index first = static_cast<Eigen::Index>(set) * channels;
+                result_.groups.push_back(
+                    {field_.sets().names[set],
+                     {},
+                     three_channels(direct_.middleCols(first, channels) + indirect_.middleCols(first, channels))});
+            }
+        }
+        return std::move(result_);
+    }
+
+  private:
+    Reading half(std::size_t begin, std::size_t end, const std::string& purpose) {
+        const std::size_t planes = count_of(sensors_[begin].kind);
+        std::vector<SurfacePoint> points;
+        points.reserve((end - begin) * planes);
+        for (std::size_t i = begin; i < end; ++i) {
+            add_planes(sensors_[i], RandomStream(seed_, purpose, i), points);
+        }
+        const std::size_t each = std::max<std::size_t>(1, rays_ / 2 / planes);
+        const Irradiance H =
+            field_.gather(points, each, seed_, purpose + ", from " + std::to_string(begin), execution_);
+        result_.rays += H.rays;
+        result_.segments += H.segments;
+        return {means(H.direct, planes), means(H.indirect, planes)};
+    }
+
+    void read_some(std::size_t begin, std::size_t end) {
+        const Reading first = half(begin, end, "sensors, first"), second = half(begin, end, "sensors, second");
+        const auto from = static_cast<Eigen::Index>(begin), count = static_cast<Eigen::Index>(end - begin);
+        direct_.middleRows(from, count) = 0.5 * (first.direct + second.direct);
+        indirect_.middleRows(from, count) = 0.5 * (first.indirect + second.indirect);
+        result_.noise.middleRows(from, count) =
+            0.5 * sum_of_parts(first.direct + first.indirect - second.direct - second.indirect, field_.channels())
+                      .rowwise()
+                      .norm();
+        if (errors_ != nullptr) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const auto row = static_cast<Eigen::Index>(i);
+                result_.error(row, 0) = std::hypot(result_.noise(row, 0), error_of_surroundings(i));
+            }
+        }
+    }
+
+    /// What the errors on the surfaces that a sensor sees make of its reading.
+    double error_of_surroundings(std::size_t number) const {
+        const Tracer& tracer = field_.parts().system->tracer();
+        RandomStream stream(seed_, "probes of sensors", number);
+        std::vector<SurfacePoint> planes;
+        add_planes(sensors_[number], RandomStream(seed_, "probed planes", number), planes);
+        std::vector<Ray> rays;
+        for (std::size_t k = 0; k < probes; ++k) {
+            const Vec3& n = planes[k * planes.size() / probes].normal;
+            Vec3 t, b;
+            tangents(n, t, b);
+            const double u = (static_cast<double>(k) + stream.uniform()) / static_cast<double>(probes);
+            const double angle = 2.0 * std::numbers::pi * stream.uniform();
+            rays.push_back({sensors_[number].position,
+                            std::sqrt(u) * (std::cos(angle) * t + std::sin(angle) * b) + std::sqrt(1.0 - u) * n, none});
+        }
+        std::vector<Hit> hits(rays.size());
+        tracer.first_hits(rays, hits);
+        std::vector<SurfacePoint> met;
+        for (const Hit& hit : hits) {
+            if (hit.face != none && hit.front) {
+                met.push_back(tracer.mesh().at(hit.face, hit.u, hit.v));
+            }
+        }
+        const ErrorsAt errors = errors_->at(met, execution_.silent());
+        const Values local = errors.noise.cwiseAbs2() + errors.discretisation.cwiseAbs2();
+        const double carried = (errors.error.cwiseAbs2() - local).cwiseMax(0.0).cwiseSqrt().sum();
+        return std::sqrt(local.sum() + carried * carried) / static_cast<double>(probes);
+    }
+
+    const Field& field_;
+    const std::span<const Sensor> sensors_;
+    const std::size_t rays_;
+    const ErrorMap* const errors_;
+    const std::uint64_t seed_;
+    const Execution& execution_;
+    Values direct_, indirect_;
+    SensorReadings result_;
+};
+
+} // namespace
+
+SensorReadings read_sensors(const Field& field, std::span<const Sensor> sensors, std::size_t rays,
+                            const ErrorMap* errors, std::uint64_t seed, const Execution& execution) {
+    return Sensing(field, sensors, rays, errors, seed, execution).read();
+}
+
+} // namespace difusa

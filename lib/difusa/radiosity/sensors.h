@@ -1,0 +1,47 @@
+// What sensors in mid-air measure of a field.
+#pragma once
+
+#include <difusa/radiosity/error_map.h>
+#include <difusa/radiosity/field.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace difusa {
+
+/// What a sensor measures of the radiance L(w) that arrives at its place from the unit directions w; its axis is the
+/// unit vector a:
+///   planar       the irradiance of a plane with the normal a:           integral of L max(0, w.a) dw
+///   spherical    the mean irradiance of the surface of a small sphere:  1/4 of the integral of L dw
+///   cylindrical  the mean irradiance of the side of a small cylinder around a:  1/pi of the integral of L |w x a| dw
+/// (CIE S 017, "mean spherical" and "mean cylindrical" illuminance.)
+enum class SensorKind { planar, spherical, cylindrical };
+
+struct Sensor {
+    Vec3 position = Vec3::Zero();
+    Vec3 axis = Vec3::UnitZ();
+    SensorKind kind = SensorKind::planar;
+};
+
+/// #sensors by 3, W/m². A grey scene has three equal columns.
+struct SensorReadings {
+    Values H, H_direct, H_indirect;
+    std::vector<GroupValues> groups; ///< H of each; no B. Empty if all light is one set
+    Values noise; ///< #sensors by 1: estimated noise of H, root of the sum of squares of all channels
+    Values error; ///< likewise: noise, and the error of the light on the surfaces that are seen; no
+                  ///< rows without an error map
+    std::size_t rays = 0, segments = 0; ///< cast
+};
+
+/// Gathers the light at each sensor with about `rays` fresh rays (at least 2), in two independent halves whose
+/// difference gives the noise; suns, point lights and area lights are evaluated as on surfaces. Spherical and
+/// cylindrical sensors are means over planar ones, randomly turned: 2 times 128 all around, 2 times 32 around the axis.
+///
+/// Errors: an error of the light where a sensor's rays end adds to its own in proportion to the share of the rays. What
+/// bounces carry on is taken to have one sign all around; what is local (noise and discretisation) to be independent
+/// from one of 64 probes to the next.
+SensorReadings read_sensors(const Field& field, std::span<const Sensor> sensors, std::size_t rays,
+                            const ErrorMap* errors, std::uint64_t seed, const Execution& execution);
+
+} // namespace difusa

@@ -1,0 +1,282 @@
+// Sensors in mid-air against closed forms, and grids of them.
+#include <difusa/bake.h>
+#include <difusa/bake/sensing.h>
+#include <difusa/bake/sensor_grid.h>
+#include <difusa/core/error.h>
+#include <difusa/lighting/lambert.h>
+#include <difusa/output/bake_files.h>
+#include <difusa/output/point_list.h>
+
+#include <support/lit_scenes.h>
+#include <support/plugins.h>
+#include <support/rooms.h>
+#include <support/sited.h>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace difusa::sensors_test {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr double pi = std::numbers::pi;
+const std::vector<SensorKind> kinds{SensorKind::planar, SensorKind::spherical, SensorKind::cylindrical};
+
+BakeResult coarse_bake(const Scene& scene, BakeOptions options = {}) {
+    options.sites = options.spacing > 0.0 ? 0 : 200;
+    options.rays = 64;
+    options.error_points = options.error_points.value_or(0);
+    return bake(test::registry(), scene, "scene", options, Execution{});
+}
+
+SensorReadings read(const BakeResult& result, const std::vector<Sensor>& sensors, std::size_t rays = 1024,
+                    unsigned threads = 1) {
+    return read_sensors(result.field(), sensors, rays, nullptr, 1, Execution{threads});
+}
+
+std::vector<Sensor> each_kind(const Vec3& position, const Vec3& axis) {
+    std::vector<Sensor> sensors;
+    for (const SensorKind kind : kinds) {
+        sensors.push_back({position, axis, kind});
+    }
+    return sensors;
+}
+
+/// A black floor of 8 by 8 under z = 0, with nothing else.
+Scene black_floor() {
+    return test::uniform_scene(test::moved(test::grid(8, 8, 8.0, 8.0), 1.0, Vec3(-4, -4, 0)), 0.0, 0.0);
+}
+
+TEST(Sensors, InAUniformDomeAllKindsMeasureItsIrradiance) {
+    // A radiance of 1 / pi from everywhere: integrals of pi, 4 pi / 4 and pi^2 / pi. Nothing but a speck of dust,
+    // 1e-14 of the view, is in the way.
+    Scene scene = test::uniform_scene(test::grid(1, 1, 1e-6, 1e-6), 0.0, 0.0);
+    scene.sky = Rgb::Ones();
+    const BakeResult result = coarse_bake(scene);
+    for (const Vec3& axis : {Vec3(Vec3::UnitZ()), Vec3(Vec3::UnitX()), Vec3(Vec3(1, -2, 3).normalized())}) {
+        const SensorReadings readings = read(result, each_kind({0.5, 3.0, 4.0}, axis));
+        EXPECT_LT((readings.H.array() - 1.0).abs().maxCoeff(), 1e-12);
+        EXPECT_LT(readings.noise.maxCoeff(), 1e-12);
+        EXPECT_TRUE(readings.H.isApprox(readings.H_direct));
+    }
+}
+
+TEST(Sensors, InAFurnaceAllKindsMeasureItsRadiosity) {
+    const BakeResult result = coarse_bake(test::uniform_scene(test::l_room(), 0.5, 0.5));
+    const SensorReadings readings = read(result, each_kind({0.5, 1.7, 0.4}, Vec3(1, 1, 1).normalized()), 256);
+    EXPECT_LT((readings.H.array() - 1.0).abs().maxCoeff(), 1e-6); // the solver's tolerance
+}
+
+TEST(Sensors, UnderAPointLight) {
+    Scene scene = black_floor();
+    PointLight lamp;
+    lamp.position = Vec3(1.0, 0.0, 3.0);
+    lamp.intensity = Rgb(8.0, 4.0, 2.0);
+    scene.point_lights.push_back(lamp);
+    const BakeResult result = coarse_bake(scene);
+    const Vec3 place(-0.5, 0.7, 1.0), way = lamp.position - place;
+    const double r2 = way.squaredNorm(), cosine = way.normalized().z(), sine = std::sqrt(1.0 - cosine * cosine);
+    const SensorReadings readings = read(result, each_kind(place, Vec3::UnitZ()));
+    for (Eigen::Index c = 0; c < 3; ++c) {
+        const double I = lamp.intensity[c];
+        EXPECT_NEAR(readings.H(0, c), I * cosine / r2, 1e-12 * I);
+        // The mean of max(0, n.w) over n equal angles is off by at most the factor (pi / n) cot(pi / n).
+        EXPECT_NEAR(readings.H(2, c), I * sine / (pi * r2), (1.0 - pi / 32 / std::tan(pi / 32)) * I / (pi * r2));
+    }
+    // Randomly turned lattices are right in the mean.
+    const std::vector<Sensor> many(100, Sensor{place, Vec3::UnitZ(), SensorKind::spherical});
+    const SensorReadings spheres = read(result, many, 256);
+    const Eigen::ArrayXd ratio = spheres.H.col(0).array() / (lamp.intensity[0] / (4.0 * r2));
+    EXPECT_NEAR(ratio.mean(), 1.0, 4.0 * std::sqrt((ratio - 1.0).square().mean() / 100.0));
+    EXPECT_LT((ratio - 1.0).abs().maxCoeff(), 0.02);
+    // The noise tells how far they are off: root mean squares, from a hundred differences.
+    const double noise = std::sqrt(spheres.noise.col(0).array().square().mean()) /
+                         (lamp.intensity.matrix().norm() / (4.0 * r2)); // of all channels
+    EXPECT_NEAR(std::sqrt((ratio - 1.0).square().mean()) / noise, 1.0, 0.4);
+    // Behind the floor of a horizontal sensor that faces down is nothing.
+    EXPECT_EQ(read(result, {{place, -Vec3::UnitZ(), SensorKind::planar}}).H.maxCoeff(), 0.0);
+}
+
+TEST(Sensors, OverALitSquare) {
+    Scene scene = black_floor();
+    Material lamp;
+    lamp.emission = Rgb::Ones();
+    scene.materials.push_back(lamp);
+    for (Index t = 0; t < scene.mesh.triangles.size(); ++t) { // [0, 1]^2
+        const Vec3 centre = scene.mesh.at(t, 1.0 / 3.0, 1.0 / 3.0).position;
+        if (centre.x() > 0.0 && centre.x() < 1.0 && centre.y() > 0.0 && centre.y() < 1.0) {
+            scene.mesh.material[t] = 1;
+        }
+    }
+    const BakeResult result = coarse_bake(scene);
+    // Facing down, at the height h above a corner: the form factor of a square on a parallel small plane.
+    const double h = 0.5, side = std::sqrt(1.0 + h * h);
+    const double F = std::atan(1.0 / side) / (pi * side);
+    const SensorReadings readings = read(result, {{Vec3(0, 0, h), -Vec3::UnitZ(), SensorKind::planar}});
+    EXPECT_NEAR(readings.H(0, 0), F, 1e-12);
+    // A sphere: a quarter of the radiance 1 / pi times the solid angle, asin(1 / (1 + h^2)) above a corner.
+    const std::vector<Sensor> many(50, Sensor{Vec3(0, 0, h), Vec3::UnitZ(), SensorKind::spherical});
+    const Values H = read(result, many, 256).H;
+    const double exact = std::asin(1.0 / (1.0 + h * h)) / (4.0 * pi);
+    EXPECT_NEAR(H.col(0).mean() / exact, 1.0, 4.0 * std::sqrt((H.col(0).array() / exact - 1.0).square().mean() / 50.0));
+    EXPECT_LT((H.col(0).array() / exact - 1.0).abs().maxCoeff(), 0.03);
+}
+
+TEST(Sensors, TheSameBitsOnAnyNumberOfThreadsAndTheSumOfTheGroups) {
+    Scene scene = lit::scene_of(lit::plain_box({0, 0, 0}, {2, 3, 1}, 2, Front::inside), 0.5);
+    for (const char* name : {"one", "two"}) {
+        PointLight lamp;
+        lamp.position = Vec3(1.0, name[0] == 'o' ? 1.0 : 2.0, 0.8);
+        lamp.intensity = Rgb::Ones();
+        lamp.name = name;
+        scene.point_lights.push_back(lamp);
+    }
+    BakeOptions options;
+    options.light_groups = true;
+    const BakeResult result = coarse_bake(scene, options);
+    std::vector<Sensor> sensors = each_kind({0.3, 0.4, 0.5}, Vec3::UnitZ());
+    sensors.push_back({{1.3, 2.4, 0.2}, Vec3::UnitX(), SensorKind::planar});
+    const SensorReadings one = read(result, sensors, 128, 1), three = read(result, sensors, 128, 3);
+    EXPECT_EQ(one.H, three.H);
+    EXPECT_EQ(one.noise, three.noise);
+    ASSERT_EQ(one.groups.size(), 2U);
+    EXPECT_LT((one.groups[0].H + one.groups[1].H - one.H).cwiseAbs().maxCoeff(), 1e-12 * one.H.maxCoeff());
+    EXPECT_GT(one.H_indirect.minCoeff(), 0.0);
+}
+
+TEST(Sensors, TheirErrorsAreEstimated) {
+    Scene scene = lit::scene_of(lit::plain_box({0, 0, 0}, {2, 3, 1}, 2, Front::inside), 0.7);
+    scene.mesh.convex = false; // as it is for nearly all scenes
+    PointLight lamp;
+    lamp.position = Vec3(1.0, 1.0, 0.8);
+    lamp.intensity = Rgb::Ones();
+    scene.point_lights.push_back(lamp);
+    BakeOptions options;
+    options.spacing = 0.4;
+    options.error_points = 256;
+    options.sensor = "horizontal";
+    options.final_gather = 256;
+    for (double y = 0.25; y < 3.0; y += 0.5) {
+        options.at.push_back({Vec3(0.6, y, 0.3), {}});
+    }
+    const BakeResult result = coarse_bake(scene, options);
+    options.spacing = 0.1;
+    options.final_gather = 16384;
+    options.rays = 1024;
+    const BakeResult fine = bake(test::registry(), scene, "scene", options, Execution{});
+    const Values off = (result.readings.H - fine.readings.H).leftCols(1); // grey
+    const double rms = std::sqrt(off.squaredNorm() / 6.0), told = std::sqrt(result.readings.error.squaredNorm() / 6.0);
+    EXPECT_GT(told, 0.4 * rms);
+    EXPECT_LT(told, 10.0 * rms);
+    EXPECT_LT(fine.readings.error.maxCoeff(), 0.3 * told);
+    EXPECT_TRUE((result.readings.error.array() >= result.readings.noise.array()).all());
+}
+
+std::vector<Vec3> grid_places(const Scene& scene, const SensorGrid& grid) {
+    return places_of_grid(grid, scene).positions;
+}
+
+std::string refused(const Scene& scene, const SensorGrid& grid) {
+    try {
+        places_of_grid(grid, scene);
+    } catch (const InputError& error) {
+        return error.what();
+    }
+    ADD_FAILURE() << "accepted";
+    return "";
+}
+
+TEST(SensorGrids, CellsAreNoLongerThanTheSpacingAndKeepTheMargin) {
+    Scene scene = test::uniform_scene(test::grid(3, 2, 3.0, 1.0), 0.5, 0.0);
+    scene.materials[0].name = "floor";
+    const std::vector<Vec3> places = grid_places(scene, {"floor", 0.8, 0.5, 0.1});
+    ASSERT_EQ(places.size(), 6U * 2U); // 2.8 by 0.8
+    EXPECT_LT((places[0] - Vec3(0.1 + 1.4 / 6.0, 0.3, 0.8)).norm(), 1e-12);
+    EXPECT_LT((places[1] - places[0] - Vec3(2.8 / 6.0, 0.0, 0.0)).norm(), 1e-12);
+    EXPECT_LT((places[6] - places[0] - Vec3(0.0, 0.4, 0.0)).norm(), 1e-12);
+    // A face by its number; one sensor if the spacing is larger than the face.
+    EXPECT_EQ(grid_places(scene, {"0", 0.0, 0.1, 0.0}).size(), 9U + 7U + 5U + 3U + 1U); // of a triangle
+    EXPECT_EQ(grid_places(scene, {"floor", 0.0, 9.0, 0.0}).size(), 1U);
+    EXPECT_THAT(refused(scene, {"floor", 0.0, 0.5, 0.6}), HasSubstr("the margin of 0.6 leaves nothing"));
+    EXPECT_THAT(refused(scene, {"wall", 0.0, 0.5, 0.0}), HasSubstr("the materials are floor"));
+    EXPECT_THAT(refused(scene, {"floor", 0.0, 1e-4, 0.0}), HasSubstr("more than a million"));
+}
+
+TEST(SensorGrids, FollowTheOutlineOfTheFace) {
+    Scene scene = test::uniform_scene(test::l_room(), 0.5, 0.0);
+    scene.mesh.original_face.assign(scene.mesh.triangles.size(), 7);
+    Mesh& mesh = scene.mesh;
+    for (Index t = 0; t < mesh.triangles.size(); ++t) {
+        mesh.original_face[t] = mesh.normals[t].z() > 0.5 ? 3 : 7;
+    }
+    const std::vector<Vec3> places = grid_places(scene, {"3", 0.5, 0.25, 0.0});
+    EXPECT_EQ(places.size(), 3U * 16U); // three of the four unit squares
+    for (const Vec3& p : places) {
+        EXPECT_FALSE(p.x() > 1.0 && p.y() > 1.0);
+        EXPECT_NEAR(p.z(), 0.5, 1e-12);
+    }
+    for (const Vec3& p : grid_places(scene, {"3", 0.5, 0.1, 0.2})) { // the inner corner, too
+        EXPECT_GT((p.head<2>() - Eigen::Vector2d(1, 1)).norm(), 0.2 - 1e-9);
+        EXPECT_GT(std::min(p.x(), p.y()), 0.2 - 1e-9);
+    }
+    EXPECT_THAT(refused(scene, {"7", 0.5, 0.25, 0.0}), HasSubstr("not flat"));
+}
+
+TEST(Places, WithANormalStandWhereTheyAreAndWithoutOneOnTheSurface) {
+    Scene scene = black_floor();
+    PointLight lamp;
+    lamp.position = Vec3(0.0, 0.0, 3.0);
+    lamp.intensity = Rgb::Ones();
+    scene.point_lights.push_back(lamp);
+    BakeOptions options;
+    const Vec3 mid(1.1, 0.3, 1.0), floor(1.1, 0.3, 0.0);
+    options.at = {{mid, Vec3::UnitZ()}, {mid, {}}, {floor, Vec3::UnitZ()}, {floor, Vec3::UnitX()}};
+    options.grids = {{"0", 1.0, 0.6, 0.0}};
+    const auto H = [&](const Vec3& p, const Vec3& n) {
+        const Vec3 way = lamp.position - p;
+        return n.dot(way) / std::pow(way.norm(), 3);
+    };
+    const BakeResult result = coarse_bake(scene, options);
+    ASSERT_EQ(result.listed.size(), 2U);
+    EXPECT_THAT(result.listed_number, testing::ElementsAre(1, 2));
+    EXPECT_NEAR(result.listed_values.H(0, 0), H(floor, Vec3::UnitZ()), 1e-12);
+    EXPECT_NEAR(result.listed_values.H(1, 0), H(floor, Vec3::UnitZ()), 1e-12);
+    ASSERT_GE(result.sensors.size(), 3U);
+    EXPECT_NEAR(result.readings.H(0, 0), H(mid, Vec3::UnitZ()), 1e-12);
+    EXPECT_EQ(result.readings.H(1, 0), 0.0); // away from the lamp
+    EXPECT_EQ(result.sensors[2].grid, 0U);
+    const GridSummary summary = summary_of_grid(result, 0);
+    EXPECT_EQ(summary.count, result.sensors.size() - 2);
+    EXPECT_LE(summary.least, summary.mean);
+    EXPECT_DOUBLE_EQ(summary.uniformity, summary.least / summary.mean);
+    const std::string table = point_table(result);
+    EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 1 + 4 + static_cast<long>(summary.count));
+    const std::string heading = table.substr(0, table.find('\n'));
+    std::istringstream lines(table);
+    for (std::string line; std::getline(lines, line);) {
+        EXPECT_EQ(std::count(line.begin(), line.end(), ','), std::count(heading.begin(), heading.end(), ',')) << line;
+    }
+
+    options.snap = true;
+    options.grids.clear();
+    options.at.pop_back();
+    EXPECT_EQ(coarse_bake(scene, options).listed.size(), 3U);
+    options.sensor = "spherical";
+    EXPECT_THROW(coarse_bake(scene, options), UsageError); // has no use for the normal
+    options.snap = false;
+    options.at = {{mid, {}}};
+    EXPECT_EQ(coarse_bake(scene, options).sensors.size(), 1U);
+    options.sensor = "diagonal";
+    EXPECT_THROW(coarse_bake(scene, options), UsageError);
+}
+
+} // namespace
+} // namespace difusa::sensors_test
