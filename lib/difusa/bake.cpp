@@ -224,6 +224,7 @@ BakeResult run(const Registry& registry, const BakeOptions& options, const Execu
     result.photometric = options.units == "photometric";
     result.threads = execution.threads;
     result.options.visibility = choices.visibility;
+    result.options.sensor = choices.sensor;
     result.plugins = choices.plugins;
     name_elements(result, choices.elements);
     Journal journal;

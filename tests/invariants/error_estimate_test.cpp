@@ -6,6 +6,7 @@
 #include <difusa/study/measure.h>
 #include <difusa/transport/gathered.h>
 
+#include <support/furnace.h>
 #include <support/plugins.h>
 
 #include <gtest/gtest.h>
@@ -18,17 +19,8 @@
 namespace difusa::error_estimate_test {
 namespace {
 
-Scene furnace(double rho, double E) {
-    Scene scene;
-    scene.mesh = box(Vec3::Zero(), Vec3::Ones(), 1, Front::inside);
-    for (int face = 0; face < 6; ++face) {
-        Material material;
-        material.reflectance = Rgb::Constant(rho);
-        material.emission = Rgb::Constant(E);
-        scene.materials.push_back(material);
-    }
-    return scene;
-}
+using test::baked;
+using test::furnace;
 
 BakeOptions coarse(double spacing, std::size_t rays) {
     BakeOptions options;
@@ -39,10 +31,6 @@ BakeOptions coarse(double spacing, std::size_t rays) {
         options.visibility = "cgal";
     }
     return options;
-}
-
-BakeResult baked(Scene scene, const BakeOptions& options) {
-    return bake(test::registry(), std::move(scene), "scene", options, Execution{});
 }
 
 TEST(ErrorEstimate, AnExactBakeHasNoResidual) {

@@ -7,8 +7,8 @@
 #include <difusa/study/reference_case.h>
 
 #include <scratch_directory.h>
-#include <support/plugins.h>
-#include <support/rooms.h>
+#include <support/furnace.h>
+#include <support/refusal.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -19,21 +19,10 @@
 namespace difusa::goal_estimate_test {
 namespace {
 
+using test::baked;
+using test::furnace;
 using test::ScratchDirectory;
 using testing::HasSubstr;
-
-Scene furnace(double rho, double E) {
-    Scene scene;
-    scene.mesh = box(Vec3::Zero(), Vec3::Ones(), 1, Front::inside);
-    for (int face = 0; face < 6; ++face) {
-        Material material;
-        material.name = "side " + std::to_string(face);
-        material.reflectance = Rgb::Constant(rho);
-        material.emission = Rgb::Constant(E);
-        scene.materials.push_back(material);
-    }
-    return scene;
-}
 
 BakeOptions coarse(double spacing, std::size_t rays) {
     BakeOptions options;
@@ -41,10 +30,6 @@ BakeOptions coarse(double spacing, std::size_t rays) {
     options.rays = rays;
     options.error_points = 0;
     return options;
-}
-
-BakeResult baked(Scene scene, const BakeOptions& options) {
-    return bake(test::registry(), std::move(scene), "scene", options, Execution{});
 }
 
 Goal side(const Scene& scene, Index material) {
@@ -157,13 +142,7 @@ class GoalFile : public testing::Test {
         return read_goals(folder_ / "goals.json");
     }
     std::string refused(const std::string& text) const {
-        try {
-            read(text);
-        } catch (const InputError& error) {
-            return error.what();
-        }
-        ADD_FAILURE() << "accepted: " << text;
-        return "";
+        return test::refusal_of([&] { read(text); }, text);
     }
     ScratchDirectory folder_;
 };
@@ -215,13 +194,8 @@ TEST_F(GoalFile, FindsTheTrianglesOfTheScene) {
 
 TEST_F(GoalFile, NamesWhatTheSceneDoesNotHave) {
     const BakeResult result = baked(furnace(0.5, 1.0), coarse(0.5, 16));
-    const auto problem = [&](const std::string& text) -> std::string {
-        try {
-            find_goals(read(text), *result.scene, 0.1, Execution{});
-        } catch (const InputError& error) {
-            return error.what();
-        }
-        return "accepted";
+    const auto problem = [&](const std::string& text) {
+        return test::refusal_of([&] { find_goals(read(text), *result.scene, 0.1, Execution{}); }, text);
     };
     EXPECT_THAT(problem(R"({"goals": [{"name": "a", "materials": ["sid 2"]}]})"), HasSubstr("did you mean \"side 2\""));
     EXPECT_THAT(problem(R"({"goals": [{"name": "a", "faces": [99]}]})"), HasSubstr("there is no face 99"));

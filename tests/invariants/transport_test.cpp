@@ -129,7 +129,7 @@ TEST(Gather, RowsAgreeWithKnownFormFactors) {
 TEST(Pairwise, IsReciprocalWithThePointKernel) {
     for (const Mesh& mesh : {test::l_room(), test::room_with_block(), test::icosphere(2, 1.0, true)}) {
         for (const std::string& engine : test::plugin_names<Visibility>()) {
-            const Discretised scene(test::uniform_scene(mesh, 0.5, 1.0), 0.3, engine, "normalized-radial");
+            const Discretised scene(test::uniform_scene(mesh, 0.5, 1.0), 0.4, engine, "normalized-radial");
             const Surfels& surfels = *scene.discretisation.surfels;
             for (const std::string& kernel : test::plugin_names<Kernel>()) {
                 const LightTransport transport = scene.paired(kernel);

@@ -4,6 +4,7 @@
 #include <difusa/io/field_file.h>
 
 #include <scratch_directory.h>
+#include <support/refusal.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -22,13 +23,7 @@ class PointList : public testing::Test {
         return read_point_list(folder_ / "places.csv");
     }
     std::string refused(const std::string& text) const {
-        try {
-            read(text);
-        } catch (const InputError& error) {
-            return error.what();
-        }
-        ADD_FAILURE() << "accepted: " << text;
-        return "";
+        return test::refusal_of([&] { read(text); }, text);
     }
     ScratchDirectory folder_;
 };

@@ -38,8 +38,9 @@ Choices make_choices(const Registry& registry, const BakeOptions& options) {
     choices.plugins.emplace_back("transport", transport.text());
     choices.direct_in_basis =
         parse_choice("direct", options.direct, {{"exact", {}}, {"interpolated", {}}}).name == "interpolated";
-    parse_choice("sensor", options.sensor,
-                 {{"planar", {}}, {"horizontal", {}}, {"spherical", {}}, {"cylindrical", {}}});
+    choices.sensor = parse_choice("sensor", options.sensor,
+                                  {{"planar", {}}, {"horizontal", {}}, {"spherical", {}}, {"cylindrical", {}}})
+                         .name;
     parse_choice("units", options.units, {{"auto", {}}, {"radiometric", {}}, {"photometric", {}}});
     const std::string flip = parse_choice("flip", options.flip, {{"auto", {}}, {"all", {}}, {"none", {}}}).name;
     choices.flip = flip == "all" ? Flip::all : flip == "none" ? Flip::nothing : Flip::certain;

@@ -40,6 +40,7 @@ struct Choices {
     bool neighbour_areas = false; ///< for pairwise transport
     bool direct_in_basis = false; ///< BakeOptions::direct is "interpolated"
     Flip flip = Flip::certain;
+    std::string sensor;                                       ///< BakeOptions::sensor
     std::string visibility;                                   ///< the engine chosen by "auto"
     std::vector<std::string> notes;                           ///< about choices that were not available
     std::vector<std::pair<std::string, std::string>> plugins; ///< kind, and choice with all parameters, of the others

@@ -6,6 +6,7 @@
 #include <difusa/plugin/parameters.h>
 
 #include <algorithm>
+#include <optional>
 
 namespace difusa {
 
@@ -101,13 +102,17 @@ std::vector<Index> triangles_of(const GoalRequest& goal, const Scene& scene) {
     const Mesh& mesh = scene.mesh;
     check_materials(goal, scene);
     check_faces(goal, mesh);
+    std::vector<char> named; // of each material
+    for (const Material& material : scene.materials) {
+        const auto found = std::find(goal.materials.begin(), goal.materials.end(), material.name);
+        named.push_back(found != goal.materials.end() ? 1 : 0);
+    }
     std::vector<Index> triangles;
     for (Index t = 0; t < mesh.triangles.size(); ++t) {
-        const std::string& material = scene.materials[mesh.material[t]].name;
         const std::size_t face = mesh.original_face[t];
-        if (std::find(goal.materials.begin(), goal.materials.end(), material) != goal.materials.end() ||
-            std::any_of(goal.faces.begin(), goal.faces.end(),
-                        [&](const auto& range) { return range.first <= face && face <= range.second; })) {
+        if (named[mesh.material[t]] != 0 || std::any_of(goal.faces.begin(), goal.faces.end(), [&](const auto& range) {
+                return range.first <= face && face <= range.second;
+            })) {
             triangles.push_back(t);
         }
     }
@@ -143,17 +148,20 @@ std::vector<GoalRequest> read_goals(const std::filesystem::path& file) {
 std::vector<Goal> find_goals(const std::vector<GoalRequest>& requests, const Scene& scene, double spacing,
                              const Execution& execution) {
     std::vector<Goal> goals;
+    std::optional<NearestSurface> surface; // made for the first goal with places
     for (const GoalRequest& request : requests) {
         Goal goal{request.name, {}, {}};
         if (request.places.empty()) {
             goal.triangles = triangles_of(request, scene);
         } else {
-            const NearestSurface surface(scene.mesh.points, scene.mesh.triangles);
+            if (!surface) {
+                surface.emplace(scene.mesh.points, scene.mesh.triangles);
+            }
             std::size_t far = 0;
             for (const ListedPoint& wanted : request.places) {
                 const Vec3& p = wanted.position;
                 const Vec3 n = wanted.normal.value_or(Vec3::Zero());
-                const NearestSurface::Place place = surface.nearest({p, n, p + n * spacing});
+                const NearestSurface::Place place = surface->nearest({p, n, p + n * spacing});
                 if (place.triangle == none) {
                     refuse(request, "no surface faces the direction of the normal of place " +
                                         std::to_string(goal.places.size()) +

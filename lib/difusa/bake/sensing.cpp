@@ -5,7 +5,6 @@
 #include <difusa/core/photometry.h>
 #include <difusa/core/text.h>
 #include <difusa/mesh/nearest_surface.h>
-#include <difusa/plugin/choice.h>
 #include <difusa/repair/findings.h>
 
 #include <algorithm>
@@ -25,9 +24,7 @@ std::string place_name(std::size_t i) {
 
 /// Sensors without a normal of their own.
 std::optional<Sensor> sensor_without_normal(const BakeOptions& options, const Vec3& up) {
-    const std::string kind = parse_choice("sensor", options.sensor,
-                                          {{"planar", {}}, {"horizontal", {}}, {"spherical", {}}, {"cylindrical", {}}})
-                                 .name;
+    const std::string& kind = options.sensor;
     if (kind == "planar") {
         return std::nullopt;
     }

@@ -1,5 +1,7 @@
 #include <difusa/discretisation/region_trees.h>
 
+#include <difusa/mesh/triangle_tree.h>
+
 #include <utility>
 
 namespace difusa {
@@ -29,12 +31,7 @@ RegionTrees::RegionTrees(const Mesh& mesh) : mesh_(mesh), trees_(mesh.region_cou
 const BoxTree& RegionTrees::triangles(Index region) {
     if (trees_[region].empty()) {
         const std::span<const Index> own = members(region);
-        std::vector<BoxTree::Box> boxes;
-        boxes.reserve(own.size());
-        for (const Index t : own) {
-            boxes.push_back(mesh_.box(t));
-        }
-        trees_[region] = BoxTree(std::move(boxes), {own.begin(), own.end()});
+        trees_[region] = tree_of_triangles(mesh_, {own.begin(), own.end()});
     }
     return trees_[region];
 }

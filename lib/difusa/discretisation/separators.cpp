@@ -2,6 +2,7 @@
 
 #include <difusa/discretisation/obstacles.h>
 #include <difusa/discretisation/region_trees.h>
+#include <difusa/mesh/triangle_tree.h>
 #include <difusa/rays/watertight.h>
 
 #include <algorithm>
@@ -183,15 +184,6 @@ class Segment {
     double rounding_;
 };
 
-BoxTree tree_of(const Mesh& mesh, std::vector<Index> triangles) {
-    std::vector<Box> boxes;
-    boxes.reserve(triangles.size());
-    for (const Index t : triangles) {
-        boxes.push_back(mesh.box(t));
-    }
-    return {std::move(boxes), std::move(triangles)};
-}
-
 } // namespace
 
 Separators::Separators(const Mesh& mesh, const SiteSet& sites, std::span<const double> support)
@@ -222,7 +214,7 @@ Separators::Separators(const Mesh& mesh, const SiteSet& sites, std::span<const d
     tree_.assign(mesh.region_count, none);
     const auto add_tree = [&](Index region) {
         tree_[region] = static_cast<Index>(trees_.size());
-        trees_.push_back({tree_of(mesh, walls[region]), tree_of(mesh, obstacles[region])});
+        trees_.push_back({tree_of_triangles(mesh, walls[region]), tree_of_triangles(mesh, obstacles[region])});
     };
     for (Index region = 0; region < mesh.region_count; ++region) {
         if (!obstacles[region].empty()) {
@@ -239,7 +231,7 @@ Separators::Separators(const Mesh& mesh, const SiteSet& sites, std::span<const d
         if (tree_[region] == none) {
             add_tree(region);
         } else {
-            trees_[tree_[region]].obstacles = tree_of(mesh, obstacles[region]);
+            trees_[tree_[region]].obstacles = tree_of_triangles(mesh, obstacles[region]);
         }
     }
 }

@@ -1,6 +1,7 @@
 #include <difusa/lighting/inside_out.h>
 
 #include <difusa/core/random.h>
+#include <difusa/mesh/parity_sets.h>
 #include <difusa/mesh/surface_sampling.h>
 
 #include <Eigen/Geometry>
@@ -8,7 +9,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 #include <utility>
 
 namespace difusa {
@@ -22,30 +22,19 @@ constexpr double least_enclosed = 0.9;   ///< share of rays that end in the part
 constexpr double least_contrast = 10.0;  ///< of light on backs to light on fronts, likewise
 constexpr int most_rounds = 3;
 
-Index root_of(std::vector<Index>& parent, Index x) {
-    while (parent[x] != x) {
-        parent[x] = parent[parent[x]];
-        x = parent[x];
-    }
-    return x;
-}
-
 std::vector<ConnectedPart> connected_parts(const Scene& scene, std::vector<Index>& part_of_triangle) {
     const Mesh& mesh = scene.mesh;
-    std::vector<Index> parent(mesh.points.size());
-    std::iota(parent.begin(), parent.end(), Index{0});
+    ParitySets sets(mesh.points.size());
     for (const auto& [a, b, c] : mesh.triangles) {
-        for (const Index other : {b, c}) {
-            const Index x = root_of(parent, a), y = root_of(parent, other);
-            parent[std::max(x, y)] = std::min(x, y);
-        }
+        sets.join(a, b, false);
+        sets.join(a, c, false);
     }
     const std::vector<char> emits = emitting_materials(scene);
     std::vector<Index> number(mesh.points.size(), none);
     std::vector<ConnectedPart> parts;
     part_of_triangle.resize(mesh.triangles.size());
     for (Index t = 0; t < mesh.triangles.size(); ++t) {
-        Index& part = number[root_of(parent, mesh.triangles[t][0])];
+        Index& part = number[sets.find(mesh.triangles[t][0]).root];
         if (part == none) {
             part = static_cast<Index>(parts.size());
             parts.emplace_back();
@@ -81,30 +70,16 @@ struct Sight {
     std::size_t light() const { return sky + lamps; }
 };
 
-/// Triangles to draw points from, by area.
-struct Area {
-    std::vector<Index> triangles;
-    std::vector<double> below; ///< partial sums
-
-    Area(const Mesh& mesh, std::vector<Index> all) : triangles(std::move(all)) {
-        double sum = 0.0;
-        for (const Index t : triangles) {
-            below.push_back(sum += mesh.areas[t]);
-        }
-    }
-    SurfacePoint draw(const Mesh& mesh, RandomStream& stream) const {
-        const auto place = std::upper_bound(below.begin(), below.end(), stream.uniform() * below.back());
-        const auto i = std::min<std::ptrdiff_t>(place - below.begin(), std::ssize(below) - 1);
-        const double u = stream.uniform(), v = stream.uniform();
-        return inset(mesh, uniform_point(mesh, triangles[static_cast<std::size_t>(i)], u, v));
-    }
-};
+SurfacePoint draw(const Mesh& mesh, const TriangleSampler& sampler, RandomStream& stream) {
+    const double share = stream.uniform(), u = stream.uniform(), v = stream.uniform();
+    return inset(mesh, sampler.at(share, u, v));
+}
 
 class Judge {
   public:
     Judge(const Scene& scene, const std::optional<Camera>& camera, const Visibility& engine, std::uint64_t seed)
         : scene_(scene), camera_(camera), engine_(engine), seed_(seed), parts_(connected_parts(scene, part_)),
-          turned_(parts_.size(), 0), emitters_(scene.mesh, emitting_triangles()) {
+          turned_(parts_.size(), 0), emitting_(emitting_triangles()), emitters_(scene.mesh, emitting_) {
         const std::vector<Material>& materials = scene.materials;
         for (const ConnectedPart& part : parts_) {
             // Double-sided faces have no wrong side; a part with some of them may have a volume all the same.
@@ -150,9 +125,7 @@ class Judge {
     }
 
   private:
-    bool lights_inside_possible() const {
-        return camera_ || !scene_.point_lights.empty() || !emitters_.triangles.empty();
-    }
+    bool lights_inside_possible() const { return camera_ || !scene_.point_lights.empty() || !emitters_.empty(); }
 
     std::vector<Index> emitting_triangles() const {
         const std::vector<char> emits = emitting_materials(scene_);
@@ -171,11 +144,11 @@ class Judge {
         Sight sight;
         sight.samples = samples;
         RandomStream stream(seed_, side > 0.0 ? "fronts" : "backs", p);
-        const Area area(mesh, parts_[p].triangles);
+        const TriangleSampler part(mesh, parts_[p].triangles);
         std::vector<Ray> rays, suns;
         std::vector<Segment> lamps, eyes;
         for (std::size_t i = 0; i < samples; ++i) {
-            const SurfacePoint x = area.draw(mesh, stream);
+            const SurfacePoint x = draw(mesh, part, stream);
             const Vec3 n = side * x.normal;
             rays.push_back({x.position, cosine_direction(n, stream), x.face});
             if (!scene_.suns.empty()) {
@@ -190,8 +163,8 @@ class Judge {
                     lamps.push_back({x.position, lamp.position, x.face, none});
                 }
             }
-            if (!emitters_.triangles.empty()) {
-                const SurfacePoint y = emitters_.draw(mesh, stream);
+            if (!emitters_.empty()) {
+                const SurfacePoint y = draw(mesh, emitters_, stream);
                 const Vec3 way = y.position - x.position;
                 const double facing = turned_[part_[y.face]] != 0 ? 1.0 : -1.0;
                 const double grazing = 1e-6 * way.norm(); // or in one plane, by rounding
@@ -297,7 +270,8 @@ class Judge {
     std::vector<ConnectedPart> parts_;
     std::vector<char> turned_; ///< parts found inside out
     std::vector<char> candidate_;
-    Area emitters_;
+    std::vector<Index> emitting_; ///< triangles
+    TriangleSampler emitters_;
     std::size_t samples_ = 0, confirming_samples_ = 0;
 };
 

@@ -1,5 +1,7 @@
 #include <difusa/lighting/shaft.h>
 
+#include <difusa/mesh/triangle_tree.h>
+
 #include <algorithm>
 #include <array>
 #include <numeric>
@@ -15,16 +17,7 @@ struct Plane {
     double offset;
 };
 
-std::vector<BoxTree::Box> boxes_of(const Mesh& mesh) {
-    std::vector<BoxTree::Box> boxes;
-    boxes.reserve(mesh.triangles.size());
-    for (Index t = 0; t < mesh.triangles.size(); ++t) {
-        boxes.push_back(mesh.box(t));
-    }
-    return boxes;
-}
-
-std::vector<Index> numbers_of(const Mesh& mesh) {
+std::vector<Index> all_triangles(const Mesh& mesh) {
     std::vector<Index> numbers(mesh.triangles.size());
     std::iota(numbers.begin(), numbers.end(), Index{0});
     return numbers;
@@ -33,7 +26,7 @@ std::vector<Index> numbers_of(const Mesh& mesh) {
 } // namespace
 
 Shafts::Shafts(const Mesh& mesh)
-    : mesh_(mesh), faces_(boxes_of(mesh), numbers_of(mesh)), rounding_(mesh.magnitude() * 0x1p-44) {}
+    : mesh_(mesh), faces_(tree_of_triangles(mesh, all_triangles(mesh))), rounding_(mesh.magnitude() * 0x1p-44) {}
 
 bool Shafts::may_be_blocked(const SurfacePoint& x, Index t) const {
     const Vec3 &a = mesh_.corner(t, 0), &b = mesh_.corner(t, 1), &c = mesh_.corner(t, 2);

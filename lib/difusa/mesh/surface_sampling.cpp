@@ -6,17 +6,31 @@
 
 namespace difusa {
 
+TriangleSampler::TriangleSampler(const Mesh& mesh, std::span<const Index> triangles)
+    : mesh_(mesh), triangles_(triangles) {
+    below_.reserve(triangles.size());
+    double sum = 0.0;
+    for (const Index t : triangles) {
+        below_.push_back(sum += mesh.areas[t]);
+    }
+}
+
+SurfacePoint TriangleSampler::at(double share, double u, double v) const {
+    const auto place = std::upper_bound(below_.begin(), below_.end(), share * area());
+    const auto k = std::min<std::ptrdiff_t>(place - below_.begin(), std::ssize(below_) - 1);
+    return uniform_point(mesh_, triangles_[static_cast<std::size_t>(k)], u, v);
+}
+
 std::vector<SurfacePoint> even_points(const Mesh& mesh, std::size_t count, RandomStream stream) {
-    std::vector<double> below(mesh.areas.size());
-    std::partial_sum(mesh.areas.begin(), mesh.areas.end(), below.begin());
+    std::vector<Index> all(mesh.triangles.size());
+    std::iota(all.begin(), all.end(), Index{0});
+    const TriangleSampler sampler(mesh, all);
     std::vector<SurfacePoint> points;
     points.reserve(count);
     for (std::size_t i = 0; i < count; ++i) {
-        const double share = (static_cast<double>(i) + stream.uniform()) / static_cast<double>(count) * below.back();
-        const auto place = std::upper_bound(below.begin(), below.end(), share);
-        const auto face = static_cast<Index>(std::min<std::ptrdiff_t>(place - below.begin(), std::ssize(below) - 1));
+        const double share = (static_cast<double>(i) + stream.uniform()) / static_cast<double>(count);
         const double u = stream.uniform(), v = stream.uniform();
-        points.push_back(uniform_point(mesh, face, u, v));
+        points.push_back(sampler.at(share, u, v));
     }
     return points;
 }

@@ -5,6 +5,7 @@
 #include <difusa/mesh/mesh.h>
 
 #include <cmath>
+#include <span>
 #include <vector>
 
 namespace difusa {
@@ -14,6 +15,24 @@ inline SurfacePoint uniform_point(const Mesh& mesh, Index t, double u, double v)
     const double root = std::sqrt(u);
     return mesh.at(t, root * (1.0 - v), root * v);
 }
+
+/// Points of some triangles, uniform by area.
+class TriangleSampler {
+  public:
+    /// Keeps references.
+    TriangleSampler(const Mesh& mesh, std::span<const Index> triangles);
+
+    bool empty() const { return triangles_.empty(); }
+    double area() const { return empty() ? 0.0 : below_.back(); }
+
+    /// Uniform if share, u and v are uniform in [0, 1). Not to be called if empty.
+    SurfacePoint at(double share, double u, double v) const;
+
+  private:
+    const Mesh& mesh_;
+    std::span<const Index> triangles_;
+    std::vector<double> below_; ///< area of the triangles up to each
+};
 
 /// `count` points, each uniform over the surface by area, one from each of `count` equal shares of the area in the
 /// order of the triangles: sums over them have at most, and usually less than, the variance of sums over independent

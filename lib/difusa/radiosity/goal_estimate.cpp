@@ -18,7 +18,7 @@ namespace {
 
 /// Independent repetitions, which tell the variance of their mean, and the 97.5 % quantile of Student's t for it.
 constexpr std::size_t repetitions = 16;
-constexpr double quantile = 2.1314;
+constexpr double t_quantile = 2.1314;
 
 /// Points of direct light for each at which the residual is gathered: they take no rays where nothing is in the way.
 constexpr std::size_t direct_points = 4;
@@ -28,40 +28,31 @@ constexpr std::size_t adjoint_rays = 4096; ///< at least, for the first step of 
 /// Uniform over triangles, or each place in turn.
 class GoalSampler {
   public:
-    GoalSampler(const Mesh& mesh, const Goal& goal) : mesh_(mesh), goal_(goal) {
-        double sum = 0.0;
-        for (const Index t : goal.triangles) {
-            sum += mesh.areas[t];
-            below_.push_back(sum);
-        }
-    }
+    GoalSampler(const Mesh& mesh, const Goal& goal) : goal_(goal), triangles_(mesh, goal.triangles) {}
 
-    double area() const { return below_.empty() ? 0.0 : below_.back(); }
+    double area() const { return triangles_.area(); }
 
     std::vector<SurfacePoint> draw(std::size_t count, RandomStream stream) const {
         std::vector<SurfacePoint> points;
         points.reserve(count);
-        if (below_.empty()) {
-            for (std::size_t i = 0; i < std::max(count, goal_.places.size()); ++i) {
-                points.push_back(goal_.places[i % goal_.places.size()]);
+        if (triangles_.empty()) {
+            const std::size_t places = goal_.places.size(), rounds = std::max<std::size_t>(1, count / places);
+            for (std::size_t i = 0; i < rounds * places; ++i) {
+                points.push_back(goal_.places[i % places]);
             }
-            points.resize(points.size() / goal_.places.size() * goal_.places.size());
             return points;
         }
         const std::array<double, 3> shift{stream.uniform(), stream.uniform(), stream.uniform()};
         for (std::size_t i = 0; i < count; ++i) {
             const std::array<double, 3> u = even_point(i, shift);
-            const auto at = std::upper_bound(below_.begin(), below_.end(), u[0] * area());
-            const auto k = std::min(static_cast<std::size_t>(at - below_.begin()), below_.size() - 1);
-            points.push_back(uniform_point(mesh_, goal_.triangles[k], u[1], u[2]));
+            points.push_back(triangles_.at(u[0], u[1], u[2]));
         }
         return points;
     }
 
   private:
-    const Mesh& mesh_;
     const Goal& goal_;
-    std::vector<double> below_; ///< area of the triangles up to each
+    TriangleSampler triangles_;
 };
 
 class GoalEstimation {
@@ -92,7 +83,7 @@ class GoalEstimation {
         }
         const Eigen::RowVectorXd mean = corrected.colwise().mean();
         const Eigen::RowVectorXd reach =
-            quantile *
+            t_quantile *
             ((corrected.rowwise() - mean).colwise().squaredNorm() / (repetitions * (repetitions - 1.0))).cwiseSqrt();
         result_.field = rgb_of(own.colwise().mean());
         result_.mean = rgb_of(mean);
@@ -261,6 +252,9 @@ class GoalEstimation {
                 x.push_back(sources_.place[p]);
                 number.push_back(p);
             }
+        }
+        if (x.empty()) { // nothing is reflected
+            return product;
         }
         const Values s = residual(x, named("goal sources", k));
         const Values z = evaluate(*system_.discretisation().basis, adjoint_smooth_, x, execution_);
