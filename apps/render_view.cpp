@@ -22,7 +22,7 @@
 #include <utility>
 #include <vector>
 
-namespace {
+namespace render_view {
 
 using difusa::add_parsed;
 using difusa::ExitCode;
@@ -413,9 +413,10 @@ void run(Arguments& a) {
     }
 }
 
-} // namespace
+} // namespace render_view
 
 int main(int count, char** words) {
+    using namespace render_view;
     Arguments arguments;
     CLI::App app(examples, "render_view");
     declare(app, arguments);
