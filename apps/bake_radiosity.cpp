@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-namespace {
+namespace bake_radiosity {
 
 using difusa::add_parsed;
 using difusa::ExitCode;
@@ -200,9 +200,10 @@ void run(const Arguments& a) {
     require_target(result);
 }
 
-} // namespace
+} // namespace bake_radiosity
 
 int main(int count, char** words) {
+    using namespace bake_radiosity;
     Arguments arguments;
     CLI::App app(examples, "bake_radiosity");
     declare(app, arguments);

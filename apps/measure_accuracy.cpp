@@ -19,7 +19,7 @@
 #include <string>
 #include <vector>
 
-namespace {
+namespace measure_accuracy {
 
 using difusa::add_whole;
 using difusa::shown;
@@ -343,9 +343,10 @@ void run(Arguments& a) {
     }
 }
 
-} // namespace
+} // namespace measure_accuracy
 
 int main(int count, char** words) {
+    using namespace measure_accuracy;
     std::string text = examples, names;
     for (const std::string& name : difusa::reference_case_names()) {
         names += (names.empty() ? "" : ", ") + name;

@@ -22,7 +22,7 @@
 #include <utility>
 #include <vector>
 
-namespace {
+namespace render_view {
 
 using difusa::add_parsed;
 using difusa::ExitCode;
@@ -415,9 +415,10 @@ void run(Arguments& a) {
     require_target(result);
 }
 
-} // namespace
+} // namespace render_view
 
 int main(int count, char** words) {
+    using namespace render_view;
     Arguments arguments;
     CLI::App app(examples, "render_view");
     declare(app, arguments);

@@ -101,7 +101,7 @@ WholeFile::WholeFile(const fs::path& target) : target_(target), resolved_(follow
 
 WholeFile::~WholeFile() {
     if (descriptor_ >= 0) {
-        close(descriptor_);
+        ::close(descriptor_);
         unlink(temporary_.c_str());
     }
 }
@@ -130,7 +130,7 @@ void WholeFile::commit() {
     if (rename(temporary_.c_str(), resolved_.c_str()) != 0) {
         fail(explain(errno, directory_of(resolved_)));
     }
-    close(descriptor_);
+    ::close(descriptor_);
     descriptor_ = -1;
 }
 

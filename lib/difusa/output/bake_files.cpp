@@ -351,8 +351,11 @@ std::string error_sentence(const ErrorEstimate& error) {
          << " %, below " << percent(error.total.high) << " % with a confidence of 97.5 %; indirect light about "
          << percent(error.indirect.rms) << " %, below " << percent(error.indirect.high) << " % (" << error.points
          << " points); ";
-    if (std::isfinite(error.bound)) {
+    if (percent(error.bound) <= 100.0) {
         text << "bound from the residual: " << percent(error.bound) << " %";
+    } else if (std::isfinite(error.bound)) {
+        text << "no useful bound from the residual, because the surfaces absorb little (largest reflectance "
+             << error.largest_reflectance << "); more sites and rays would tighten it";
     } else {
         text << "no proven bound, since some surface absorbs nothing";
     }
