@@ -120,17 +120,6 @@ void add_scene_arguments(CLI::App& app, BakeOptions& options) {
         ->group(group);
 }
 
-/// "1%" or "0.5 %": a share.
-double parse_percent(const std::string& option, const std::string& text) {
-    const std::size_t sign = text.find('%');
-    const std::vector<double> values =
-        parse_numbers(text.substr(0, text.find_last_not_of(" %") + 1)).value_or(std::vector<double>());
-    if (sign == std::string::npos || sign + 1 != text.size() || values.size() != 1 || !(values[0] > 0.0)) {
-        throw UsageError(option + " " + text + ": takes a positive percentage with its sign, such as 1%");
-    }
-    return values[0] / 100.0;
-}
-
 void add_target_arguments(CLI::App& app, BakeArguments& arguments) {
     const std::string group = "Accuracy";
     add_parsed(app, "--error", arguments.error,
@@ -148,6 +137,13 @@ void add_target_arguments(CLI::App& app, BakeArguments& arguments) {
                parse_positive)
         ->group(group)
         ->type_name("S");
+    add_parsed(
+        app, "--max-memory", arguments.options.most_memory,
+        "memory for the whole process, as estimated beforehand: refuses what would take more; with --error, goes "
+        "no further",
+        parse_bytes)
+        ->group(group)
+        ->type_name("SIZE");
     app.add_flag("--best-effort", arguments.target.best_effort,
                  "if the accuracy of --error is out of reach, write the best result all the same; still exit code 3")
         ->group(group);

@@ -1,6 +1,7 @@
 #include <difusa/bake.h>
 #include <difusa/bake/error_target.h>
 #include <difusa/core/error.h>
+#include <difusa/core/memory.h>
 #include <difusa/core/random.h>
 #include <difusa/import/shapes.h>
 #include <difusa/mesh/surface_sampling.h>
@@ -131,6 +132,20 @@ TEST(ErrorTarget, OutOfReachIsRefusedOrTheBestThereIs) {
     EXPECT_EQ(result.error->total.high / result.error->reflected, least);
     ASSERT_FALSE(result.journal.notes().empty());
     EXPECT_THAT(result.journal.notes().back(), testing::HasSubstr("the error is not below 0.001 %"));
+}
+
+/// The first attempt fits into a limit; one for a much smaller error does not, and the first is the best there is.
+TEST(ErrorTarget, GoesNoFurtherThanTheMemoryThatItMayTake) {
+    const ReferenceCase box = reference_case("manufactured-box");
+    BakeOptions options = ordered(0.001);
+    options.target->best_effort = true;
+    baked(box.scene, ordered(0.05)); // whatever a process takes once
+    options.most_memory = static_cast<double>(peak_memory()) + 16e6; // what is to come may take 16 MB
+    const BakeResult result = baked(box.scene, options);
+    EXPECT_TRUE(result.target_missed);
+    EXPECT_THAT(result.journal.notes().back(), testing::HasSubstr("of memory"));
+    options.most_memory = 1e6; // less than the process has
+    EXPECT_THROW(baked(box.scene, options), ResourceError);
 }
 
 TEST(ErrorTarget, HasTheSameBitsForAnyNumberOfThreads) {

@@ -6,8 +6,10 @@
 #include <difusa/radiosity/error_map.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <utility>
 
 namespace difusa {
@@ -21,7 +23,7 @@ constexpr double of_basis = 0.5;       ///< squared error of the basis: sites to
 constexpr double of_noise = 1.5;       ///< squared noise: rays to this power, inverted
 constexpr double basis_part =
     of_noise / (of_basis + of_noise); ///< of the squared error, for the least sites times rays
-constexpr double hopeless = 2.0; ///< times the target: what the basis alone is predicted to miss with all sites
+constexpr double hopeless = 2.0;      ///< times the target: what the basis alone is predicted to miss with all sites
 constexpr std::size_t least_rays = 64, most_rays = std::size_t{1} << 16U;
 constexpr std::size_t most_error_points = std::size_t{1} << 16U;
 
@@ -52,7 +54,9 @@ class AttemptProgress final : public Progress {
 };
 
 std::string percent(double value) {
-    return text_of(std::round(1e4 * value) / 100.0) + " %";
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.3g %%", 100.0 * value);
+    return text.data();
 }
 
 class Search {
@@ -62,6 +66,9 @@ class Search {
         : scene_(result), best_(result), solve_(solve), execution_(execution), target_(*result.options.target) {}
 
     void run() {
+        if (execution_.journal != nullptr) {
+            execution_.journal->end(); // attempts have times of their own
+        }
         Effort effort = first_effort(target_);
         while (attempts_.empty() || attempts_.back().high > target_.relative) {
             if (!attempts_.empty()) {

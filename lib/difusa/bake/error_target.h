@@ -1,9 +1,10 @@
 // Accuracy to order: what to change so that the estimated error of the next attempt is below a target.
 //
-// Squares of errors add up: those of the basis, in proportion to n^-1/2 for n sites, and those of the rays, in proportion
-// to N^-1.5 for N rays of a lattice. The former is what remains where surfaces touch: there the error hardly falls, but
-// the strip of elements that has it gets narrower, as their size h, which is n^-1/2. Smooth light does better. What an
-// attempt's estimate says of both, and a cost in proportion to n N, give the cheapest n and N for the target.
+// Squares of errors add up: those of the basis, in proportion to n^-1/2 for n sites, and those of the rays, in
+// proportion to N^-1.5 for N rays of a lattice. The former is what remains where surfaces touch: there the error hardly
+// falls, but the strip of elements that has it gets narrower, as their size h, which is n^-1/2. Smooth light does
+// better. What an attempt's estimate says of both, and a cost in proportion to n N, give the cheapest n and N for the
+// target.
 #pragma once
 
 #include <difusa/bake/result.h>

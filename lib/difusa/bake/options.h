@@ -68,12 +68,14 @@ struct BakeOptions {
     /// on surfels, outside the linear system; or "interpolated", carried by the basis as in the dissertation.
     std::string direct = "exact";
 
-    double spacing = 0.0;                    ///< unit of the scene; 0: from `sites`
-    std::size_t sites = 0;                   ///< wanted number; 0: default_sites
-    int neighbours = 10;                     ///< m
-    std::size_t rays = 512;                  ///< a site
-    std::optional<ErrorTarget> target;       ///< determines sites and rays, and starts with few
-    SolveOptions solve;                      ///< tolerance, iterations
+    double spacing = 0.0;                                         ///< unit of the scene; 0: from `sites`
+    std::size_t sites = 0;                                        ///< wanted number; 0: default_sites
+    int neighbours = 10;                                          ///< m
+    std::size_t rays = 512;                                       ///< a site
+    std::optional<ErrorTarget> target;                            ///< determines sites and rays, and starts with few
+    double most_memory = std::numeric_limits<double>::infinity(); ///< bytes for the whole process, as estimated before
+                                                                  ///< each step that takes much
+    SolveOptions solve;                                           ///< tolerance, iterations
     std::size_t final_gather = 0;            ///< rays from each output vertex; 0: the basis is evaluated
     std::optional<std::size_t> error_points; ///< of the error estimate; 0: none; absent: #S / 8 in 128..4096
     std::optional<Rgb> reflectance;          ///< of faces without a colour; absent: what the scene says, or else 0.5

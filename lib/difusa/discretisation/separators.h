@@ -34,7 +34,8 @@ class Separators {
     Separators() = default;
 
     /// `support`: #S, the Euclidean radii of the elements. The mesh must outlive this; the sites too.
-    Separators(const Mesh& mesh, const SiteSet& sites, std::span<const double> support, const Execution& execution);
+    Separators(const Mesh& mesh, const SiteSet& sites, std::span<const double> support,
+               const Execution& execution = {});
 
     /// True if some region has anything that may hide its points from each other.
     bool any() const { return !trees_.empty(); }

@@ -91,7 +91,7 @@ Json target_of(const BakeResult& result) {
     }
     return {{"relative", target.relative},
             {"most_sites", target.most_sites},
-            {"most_seconds", number(target.most_seconds)},
+            {"most_seconds", json_number(target.most_seconds)},
             {"reached", !result.target_missed},
             {"attempts", attempts}};
 }
