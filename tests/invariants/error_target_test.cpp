@@ -140,6 +140,7 @@ TEST(ErrorTarget, GoesNoFurtherThanTheMemoryThatItMayTake) {
     BakeOptions options = ordered(0.001);
     options.target->best_effort = true;
     baked(box.scene, ordered(0.05)); // whatever a process takes once
+    options.output_spacing = 1e30;
     options.most_memory = static_cast<double>(peak_memory()) + 16e6; // what is to come may take 16 MB
     const BakeResult result = baked(box.scene, options);
     EXPECT_TRUE(result.target_missed);
