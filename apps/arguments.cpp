@@ -113,6 +113,10 @@ void add_run_arguments(CLI::App& app, RunArguments& run, std::uint64_t& seed, co
         ->group(run_group)
         ->type_name("N")
         ->default_str(shown(seed));
+    add_run_arguments(app, run, independent);
+}
+
+void add_run_arguments(CLI::App& app, RunArguments& run, const std::string& independent) {
     add_parsed(app, "--threads", run.threads, "threads; " + independent + " on it",
                [](const std::string& option, const std::string& text) {
                    const auto threads = parse_whole<unsigned>(option, text, 1);

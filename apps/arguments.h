@@ -107,6 +107,9 @@ struct RunArguments {
 /// --seed --threads --plugin-path --quiet --version, in the group `run_group`. `independent` is what the help says of
 /// the number of threads: "the result does not depend".
 void add_run_arguments(CLI::App& app, RunArguments& run, std::uint64_t& seed, const std::string& independent);
+
+/// The same without --seed.
+void add_run_arguments(CLI::App& app, RunArguments& run, const std::string& independent);
 inline constexpr const char* run_group = "Running";
 
 /// Parses the command line into the targets declared on `app` and runs `action`; answers --help, and `version` if that

@@ -1,6 +1,7 @@
 #include "bake_arguments.h"
 
 #include <difusa/bake/goals.h>
+#include <difusa/import/text_scanner.h>
 #include <difusa/output/point_list.h>
 
 #include <algorithm>
@@ -12,6 +13,9 @@
 namespace difusa {
 
 namespace {
+
+const char* const scene_group = "Scene";
+const char* const output_group = "Output";
 
 /// R or R,G,B at the end of a list of numbers that begins with three others.
 Rgb light_of(const std::vector<double>& values) {
@@ -88,36 +92,15 @@ CLI::Option* add_name(CLI::App& app, const std::string& name, std::string& targe
 }
 
 void add_scene_arguments(CLI::App& app, BakeOptions& options) {
-    const std::string group = "Scene";
     add_parsed(app, "--reflectance", options.reflectance, "reflectance of faces without a colour, 0 to 1 (default 0.5)",
                parse_rgb)
-        ->group(group)
+        ->group(scene_group)
         ->type_name("R[,G,B]");
-    add_parsed(
-        app, "--sky", options.sky,
-        "irradiance of an unshaded surface under a uniform sky, W/m^2 (default: 1 if there is no other light, else 0)",
-        parse_rgb)
-        ->group(group)
-        ->type_name("R[,G,B]");
-    add_repeated(app, "--sun", options.suns,
-                 "sun: direction towards it, and the irradiance in W/m^2 of a surface that faces it (may be repeated)",
-                 parse_sun)
-        ->group(group)
-        ->type_name("X,Y,Z,R[,G,B]");
-    add_repeated(
-        app, "--point-light", options.point_lights,
-        "point light: its position (in metres for a scene file), and its radiant intensity in W/sr (may be repeated)",
-        parse_point_light)
-        ->group(group)
-        ->type_name("X,Y,Z,R[,G,B]");
+    add_lamp_arguments(app, options);
     add_name(app, "--flip", options.flip,
              "faces to turn over, so that their backs become fronts: auto (parts that are certainly inside out, as "
              "light meets only their backs; doubtful ones are noted), all, none",
-             group);
-    app.add_flag("--light-groups", options.light_groups,
-                 "write each light's contribution (emitting material, sun, point light, sky): arrays radiosity_of_NAME "
-                 "and irradiance_of_NAME (in a .vtp, and in the table of --at)")
-        ->group(group);
+             scene_group);
 }
 
 void add_target_arguments(CLI::App& app, BakeArguments& arguments) {
@@ -236,7 +219,36 @@ void add_place_arguments(CLI::App& app, BakeArguments& arguments, const std::str
 
 } // namespace
 
+void add_lamp_arguments(CLI::App& app, BakeOptions& options) {
+    add_parsed(
+        app, "--sky", options.sky,
+        "irradiance of an unshaded surface under a uniform sky, W/m^2 (default: 1 if there is no other light, else 0)",
+        parse_rgb)
+        ->group(scene_group)
+        ->type_name("R[,G,B]");
+    add_repeated(app, "--sun", options.suns,
+                 "sun: direction towards it, and the irradiance in W/m^2 of a surface that faces it (may be repeated)",
+                 parse_sun)
+        ->group(scene_group)
+        ->type_name("X,Y,Z,R[,G,B]");
+    add_repeated(
+        app, "--point-light", options.point_lights,
+        "point light: its position (in metres for a scene file), and its radiant intensity in W/sr (may be repeated)",
+        parse_point_light)
+        ->group(scene_group)
+        ->type_name("X,Y,Z,R[,G,B]");
+    app.add_flag("--light-groups", options.light_groups,
+                 "write each light's contribution (emitting material, sun, point light, sky): arrays radiosity_of_NAME "
+                 "and irradiance_of_NAME (in a .vtp, and in the table of --at)")
+        ->group(scene_group);
+}
+
 void add_light_arguments(CLI::App& app, BakeOptions& options, const std::string& group) {
+    add_direct_arguments(app, options, group);
+    add_name(app, "--kernel", options.kernel, "form factor of pairwise transport: disc (default) or point", group);
+}
+
+void add_direct_arguments(CLI::App& app, BakeOptions& options, const std::string& group) {
     add_name(
         app, "--direct", options.direct,
         "light from suns, point lights and area lights: exact (evaluated at each point, outside the linear system) "
@@ -244,15 +256,23 @@ void add_light_arguments(CLI::App& app, BakeOptions& options, const std::string&
         group);
     add_name(app, "--visibility", options.visibility,
              "ray casting: embree (fast) or cgal (the reference); auto: embree if available, otherwise cgal", group);
-    add_name(app, "--kernel", options.kernel, "form factor of pairwise transport: disc (default) or point", group);
+}
+
+void add_solver_arguments(CLI::App& app, BakeOptions& options, const std::string& group) {
+    add_name(app, "--solver", options.solver, "krylov or jacobi", group);
+    add_parsed(app, "--tolerance", options.solve.tolerance,
+               "largest residual, relative to the light before any reflection", parse_positive)
+        ->group(group)
+        ->type_name("T")
+        ->default_str(shown(options.solve.tolerance));
+    add_whole(app, "--max-iterations", options.solve.max_iterations, 0, "give up after this many")
+        ->group(group)
+        ->type_name("N")
+        ->default_str(shown(options.solve.max_iterations));
 }
 
 void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::string& gathered) {
     BakeOptions& options = arguments.options;
-    arguments.given = [&app](const std::string& name) {
-        const CLI::Option* option = app.get_option_no_throw(name);
-        return option != nullptr && option->count() > 0;
-    };
     const std::string discretisation = "Discretisation";
     app.add_option("--quality", options.quality, quality_help)->group(discretisation)->type_name("NAME");
     add_site_arguments(app, options, discretisation);
@@ -271,20 +291,19 @@ void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::stri
         ->default_str(shown(options.rays));
     add_name(app, "--directions", options.directions, "set of ray directions", transport);
     add_light_arguments(app, options, transport);
-    add_name(app, "--solver", options.solver, "krylov or jacobi", transport);
-    add_parsed(app, "--tolerance", options.solve.tolerance,
-               "largest residual, relative to the light before any reflection", parse_positive)
-        ->group(transport)
-        ->type_name("T")
-        ->default_str(shown(options.solve.tolerance));
-    add_whole(app, "--max-iterations", options.solve.max_iterations, 0, "give up after this many")
-        ->group(transport)
-        ->type_name("N")
-        ->default_str(shown(options.solve.max_iterations));
+    add_solver_arguments(app, options, transport);
 
     add_scene_arguments(app, options);
+    add_result_arguments(app, arguments, gathered);
+}
 
-    const std::string output = "Output";
+void add_result_arguments(CLI::App& app, BakeArguments& arguments, const std::string& gathered) {
+    BakeOptions& options = arguments.options;
+    arguments.given = [&app](const std::string& name) {
+        const CLI::Option* option = app.get_option_no_throw(name);
+        return option != nullptr && option->count() > 0;
+    };
+    const std::string output = output_group;
     add_whole<std::size_t>(app, "--final-gather", options.final_gather, 1,
                            "gather the light at " + gathered +
                                " with this many rays (rounded up to an even number), instead of evaluating the basis: "
@@ -325,10 +344,24 @@ void require_target(const BakeResult& result) {
     }
 }
 
+void add_mesh_output_arguments(CLI::App& app, BakeArguments& arguments) {
+    app.add_option("out", arguments.files.field,
+                   "baked field: .vtp (everything) or .ply (colours, and the radiosity or luminance)")
+        ->type_name("OUT");
+    add_parsed(app, "--output-spacing", arguments.options.output_spacing,
+               "longest edge of the output mesh (default: the site spacing)", parse_positive)
+        ->group(output_group)
+        ->type_name("D");
+    app.add_flag("--face-centres", arguments.options.face_centres,
+                 "also write the light at the centres of the output's triangles, as cell arrays (in a .vtp)")
+        ->group(output_group);
+}
+
 BakeOptions bake_options(const BakeArguments& arguments) {
     BakeOptions options = arguments.options;
     apply_quality(arguments, options);
-    options.outputs = {arguments.files.field, arguments.files.sites, arguments.files.report, arguments.files.listed};
+    options.outputs = {arguments.files.field, arguments.files.sites, arguments.files.report, arguments.files.listed,
+                       arguments.files.transport};
     if (!arguments.at.empty()) {
         options.at = read_point_list(arguments.at);
     }
@@ -360,9 +393,24 @@ void check_bake_outputs(const BakeArguments& arguments, std::vector<OutputName> 
     if (arguments.options.snap && arguments.at.empty()) {
         throw UsageError("--snap: there are no places to move to the surface; give --at");
     }
+    const std::string field = arguments.files.field.string();
+    if (lower_case(arguments.files.field.extension().string()) == ".ply") {
+        if (arguments.options.light_groups && arguments.at.empty()) {
+            throw UsageError("--light-groups: a .ply cannot hold the light of each group; write " + field +
+                             " as a .vtp, which can, or name points, --at FILE");
+        }
+        if (arguments.options.face_centres) {
+            throw UsageError("--face-centres: a .ply cannot hold the light at the centres of faces; write " + field +
+                             " as a .vtp, which can");
+        }
+    }
+    if (!arguments.files.field.empty()) {
+        outputs.insert(outputs.begin(), {arguments.files.field, true});
+    }
     outputs.push_back({arguments.files.sites, true});
     outputs.push_back({arguments.files.report, false});
     outputs.push_back({arguments.files.listed, false});
+    outputs.push_back({arguments.files.transport, false});
     if (!arguments.at.empty()) {
         inputs.emplace_back(arguments.at, "the list of points");
     }

@@ -51,13 +51,22 @@ template <class Options> void add_site_arguments(CLI::App& app, Options& options
 /// --direct --visibility --kernel.
 void add_light_arguments(CLI::App& app, BakeOptions& options, const std::string& group);
 
+/// --direct --visibility.
+void add_direct_arguments(CLI::App& app, BakeOptions& options, const std::string& group);
+
+/// --solver --tolerance --max-iterations.
+void add_solver_arguments(CLI::App& app, BakeOptions& options, const std::string& group);
+
+/// --sky --sun --point-light --light-groups.
+void add_lamp_arguments(CLI::App& app, BakeOptions& options);
+
 /// The values of these options.
 struct BakeArguments {
     BakeOptions options;        ///< except `at` and `goals`
-    BakeFiles files;            ///< sites, listed and report
+    BakeFiles files;            ///< the field and the transport are those of programs that write them
     std::filesystem::path at;   ///< file with points
     std::filesystem::path goal; ///< file with goals
-    /// Whether the command line has an option of this name; set by add_bake_arguments, and valid as long as its app.
+    /// Whether the command line has an option of this name; set by add_result_arguments, and valid as long as its app.
     std::function<bool(const std::string& option)> given;
     std::optional<double> error; ///< to reach
     ErrorTarget target;          ///< its limits
@@ -67,8 +76,15 @@ struct BakeArguments {
 /// gathers: "each output vertex".
 void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::string& gathered);
 
-/// `check_outputs` with the files of the bake added. Throws UsageError for --at without --at-output, and for options
-/// of places without any.
+/// What comes out, beside the light on the output mesh: --final-gather, --error-points, goals, units, places, sites,
+/// report. Part of the above.
+void add_result_arguments(CLI::App& app, BakeArguments& arguments, const std::string& gathered);
+
+/// The output file, --output-spacing and --face-centres.
+void add_mesh_output_arguments(CLI::App& app, BakeArguments& arguments);
+
+/// `check_outputs` with the files of the bake added. Throws UsageError for --at without --at-output, for options of
+/// places without any, and for what a .ply cannot hold.
 void check_bake_outputs(const BakeArguments& arguments, std::vector<OutputName> outputs,
                         std::vector<std::pair<std::filesystem::path, std::string>> inputs);
 

@@ -1,10 +1,8 @@
 // bake_radiosity mesh out: bakes diffuse global illumination onto a mesh. Parses options, bakes, writes files.
 #include "bake_arguments.h"
-#include "terminal.h"
+#include "run_bake.h"
 
 #include <difusa/bake.h>
-#include <difusa/import/text_scanner.h>
-#include <difusa/output/bake_files.h>
 #include <difusa/rays/visibility_choice.h>
 
 #include <algorithm>
@@ -15,9 +13,6 @@
 
 namespace bake_radiosity {
 
-using difusa::add_parsed;
-using difusa::ExitCode;
-using difusa::parse_positive;
 using difusa::UsageError;
 
 const char* const examples =
@@ -34,6 +29,8 @@ Examples:
       sky light on a mesh without colours
   bake_radiosity room.obj out.vtp --dry-run
       number of sites and rays, memory and time it would take
+  bake_radiosity room.obj out.vtp --save-transport room.difusa
+      and then relight room.difusa, in other light or colours, without casting the rays again
   bake_radiosity --list-plugins
 
 Exit codes: 0 done, 1 usage, 2 input, 3 not converged or --error not reached, 4 resources, 5 internal, 130 interrupted.
@@ -48,19 +45,13 @@ struct Arguments {
 
 void declare(CLI::App& app, Arguments& a) {
     app.add_option("mesh", a.mesh, difusa::mesh_help)->type_name("MESH");
-    app.add_option("out", a.bake.files.field,
-                   "baked field: .vtp (everything) or .ply (colours, and the radiosity or luminance)")
-        ->type_name("OUT");
-
     add_bake_arguments(app, a.bake, "each output vertex");
-    const std::string output = "Output";
-    add_parsed(app, "--output-spacing", a.bake.options.output_spacing,
-               "longest edge of the output mesh (default: the site spacing)", parse_positive)
-        ->group(output)
-        ->type_name("D");
-    app.add_flag("--face-centres", a.bake.options.face_centres,
-                 "also write the light at the centres of the output's triangles, as cell arrays (in a .vtp)")
-        ->group(output);
+    add_mesh_output_arguments(app, a.bake);
+    app.add_option("--save-transport", a.bake.files.transport,
+                   "also write what depends on the surface alone, for `relight`, which lights it anew without casting "
+                   "the rays again; puts sites on all surfaces, also on those that these lights do not reach")
+        ->group("Output")
+        ->type_name("FILE");
 
     add_run_arguments(app, a.run, a.bake.options.seed, "the result does not depend");
     const std::string run = difusa::run_group;
@@ -121,34 +112,7 @@ void check_files(const Arguments& a) {
     if (a.bake.files.field.empty() && !a.dry_run) {
         throw UsageError("an output file is expected: bake_radiosity " + a.mesh.string() + " out.vtp (--help)");
     }
-    const std::string field = a.bake.files.field.string();
-    if (difusa::lower_case(a.bake.files.field.extension().string()) == ".ply") {
-        if (a.bake.options.light_groups && a.bake.at.empty()) {
-            throw UsageError("--light-groups: a .ply cannot hold the light of each group; write " + field +
-                             " as a .vtp, which can, or name points, --at FILE");
-        }
-        if (a.bake.options.face_centres) {
-            throw UsageError("--face-centres: a .ply cannot hold the light at the centres of faces; write " + field +
-                             " as a .vtp, which can");
-        }
-    }
-    check_bake_outputs(a.bake, {{a.bake.files.field, true}}, {{a.mesh, "the mesh"}});
-}
-
-void print_details(const difusa::BakeResult& result) {
-    for (const auto& [kind, choice] : result.plugins) {
-        std::cout << kind << ": " << choice << "\n";
-    }
-    for (const auto& [phase, took] : result.journal.seconds()) {
-        std::cout << "time, " << phase << ": " << difusa::format_seconds(took) << "\n";
-    }
-    for (std::size_t c = 0; c < result.solution.solve.residual_history.size(); ++c) {
-        std::cout << "residuals, channel " << c << ":";
-        for (const double residual : result.solution.solve.residual_history[c]) {
-            std::cout << " " << residual;
-        }
-        std::cout << "\n";
-    }
+    check_bake_outputs(a.bake, {}, {{a.mesh, "the mesh"}});
 }
 
 void run(const Arguments& a) {
@@ -158,46 +122,16 @@ void run(const Arguments& a) {
         return;
     }
     check_files(a);
-    const difusa::BakeOptions options = bake_options(a.bake);
-
-    difusa::TerminalProgress progress(a.run.quiet);
-    const difusa::Execution execution{a.run.threads, &progress};
-    difusa::BakeResult result;
-    try {
-        result = a.dry_run ? difusa::dry_run(registry, a.mesh, options, execution)
-                           : difusa::bake(registry, a.mesh, options, execution);
-    } catch (const difusa::Error& error) {
-        if (!a.run.quiet && error.code() != ExitCode::interrupted) {
-            progress.print_remarks();
-        }
-        throw;
-    }
+    difusa::BakeOptions options = bake_options(a.bake);
+    options.every_surface = !a.bake.files.transport.empty();
     difusa::BakeFiles files = a.bake.files;
     if (a.dry_run) {
-        files.field.clear();
-        files.sites.clear();
-        files.listed.clear();
+        files = {.report = files.report};
     }
-    difusa::write_bake(result, files, execution);
-    progress.clear();
-    if (a.run.quiet) {
-        require_target(result);
-        return;
-    }
-    if (a.verbose) {
-        print_details(result);
-    }
-    std::cout << difusa::summary_of(result);
-    if (!files.field.empty()) {
-        std::cout << "written: " << files.field.string() << " (" << result.mesh.vertices.size() << " vertices, "
-                  << result.mesh.triangles.size() << " triangles)\n";
-    }
-    for (const std::filesystem::path& file : {files.sites, files.listed, files.report}) {
-        if (!file.empty()) {
-            std::cout << "written: " << file.string() << "\n";
-        }
-    }
-    require_target(result);
+    run_bake(files, a.run, a.verbose, [&](const difusa::Execution& execution) {
+        return a.dry_run ? difusa::dry_run(registry, a.mesh, options, execution)
+                         : difusa::bake(registry, a.mesh, options, execution);
+    });
 }
 
 } // namespace bake_radiosity

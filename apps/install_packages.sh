@@ -6,7 +6,7 @@
 build_packages=(
     g++ cmake ninja-build
     libcgal-dev libeigen3-dev libopenmesh-dev libvtk9-dev libembree-dev
-    libpng-dev libjpeg-dev libtiff-dev
+    libpng-dev libjpeg-dev libtiff-dev libhdf5-dev zlib1g-dev
     libcli11-dev libnanoflann-dev nlohmann-json3-dev
 )
 

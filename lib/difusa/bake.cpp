@@ -5,19 +5,11 @@
 #include <difusa/bake/error_target.h>
 #include <difusa/bake/evaluation.h>
 #include <difusa/bake/fronts.h>
-#include <difusa/bake/goals.h>
 #include <difusa/bake/placing.h>
 #include <difusa/bake/scene.h>
-#include <difusa/bake/sensing.h>
+#include <difusa/bake/steps.h>
 #include <difusa/core/error.h>
-#include <difusa/core/random.h>
-#include <difusa/core/text.h>
-#include <difusa/discretisation/evaluate.h>
-#include <difusa/mesh/surface_sampling.h>
-#include <difusa/transport/gathered.h>
-#include <difusa/transport/pairwise.h>
 
-#include <cmath>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -25,81 +17,6 @@
 namespace difusa {
 
 namespace {
-
-/// How well a basis whose coefficients need a solve represents the function 1 between its sites, at random surface
-/// points: a basis that cannot do that will do no better on light.
-void check_constants(BakeResult& result, const Discretisation& discretisation, const Execution& execution) {
-    if (discretisation.projection->is_identity()) {
-        return;
-    }
-    RandomStream stream(result.options.seed, "constants");
-    std::vector<SurfacePoint> points;
-    for (int i = 0; i < 4096; ++i) {
-        const SurfacePoint& site = discretisation.sites->points[stream.below(discretisation.sites->size())];
-        const double u = stream.uniform(), v = stream.uniform();
-        points.push_back(uniform_point(result.scene->mesh, site.face, u, v));
-    }
-    const Values ones = Values::Ones(static_cast<Eigen::Index>(discretisation.points.size()), 1);
-    const Values values = evaluate(*discretisation.basis, discretisation.projection->coefficients(ones, execution),
-                                   points, execution.silent());
-    result.constant_error = std::sqrt((values.array() - 1.0).square().mean());
-    const std::string miss = text_of(100.0 * result.constant_error) + " % (rms)";
-    if (!(result.constant_error < 0.25)) {
-        throw NotConverged("the basis misses a constant by " + miss +
-                           " between its sites: its coefficients oscillate. Give it another width, or use "
-                           "--basis normalized-radial or shepard");
-    }
-    if (result.constant_error > 0.01) {
-        execution.note("the basis misses a constant by " + miss + " between its sites: expect errors of that size");
-    }
-}
-
-/// Notes how much of the surface and of the rays is lost.
-void check_coverage(BakeResult& result, const Discretisation& discretisation, const LightTransport& transport,
-                    double dark_area, const Execution& execution) {
-    const double area = result.scene->mesh.area, uncovered = discretisation.uncovered - dark_area;
-    // Bases that sum to one leave out what nothing is in sight of: no light is lost there.
-    if (uncovered > 1e-3 * area && !discretisation.basis->sums_to_one()) {
-        execution.note("no basis function covers " + text_of(100.0 * uncovered / area) +
-                       " % of the surface: light is lost there; give the basis a larger width, or more sites");
-    }
-    for (const double back : transport.back) {
-        result.mean_back += back / static_cast<double>(transport.points());
-    }
-    if (result.mean_back > 0.1) {
-        execution.note(text_of(std::round(100.0 * result.mean_back)) +
-                       " % of the light paths end on back faces, which neither receive nor emit light: if the "
-                       "result is too dark, turn those faces over (--flip, or in the modelling program)");
-    }
-}
-
-LightTransport transport_between(const BakeResult& result, const Choices& choices, const Tracer& tracer,
-                                 const Discretisation& discretisation, const Execution& execution) {
-    execution.phase("transport");
-    const BakeOptions& options = result.options;
-    LightTransport transport = choices.pairwise ? pairwise(tracer, discretisation, *choices.kernel, *choices.directions,
-                                                           options.rays, options.seed, execution)
-                                                : gathered(tracer, discretisation.points, *discretisation.surfels,
-                                                           *choices.directions, options.rays, options.seed, execution);
-    execution.count("rays", transport.rays);
-    execution.count("segments", transport.segments);
-    return transport;
-}
-
-/// The sites, and the area of the surface that no light reaches.
-struct Placed {
-    std::shared_ptr<SiteSet> sites;
-    double dark_area = 0.0;
-};
-
-/// Refuses what may be refused before time is spent, and estimates the cost.
-void check_request(BakeResult& result, const Choices& choices, const DirectLight& lights, std::size_t sites,
-                   const Execution& execution) {
-    check_output(result);
-    find_places(result, execution);
-    result.goals = find_goals(result.options.goals, *result.scene, result.options.spacing, execution);
-    result.estimate = estimate_cost(result, choices, lights, sites, execution);
-}
 
 /// Builds the engine, and settles which sides are fronts.
 void build_visibility(BakeResult& result, const Registry& registry, Choices& choices, const Execution& execution) {
@@ -128,132 +45,38 @@ void forecast(BakeResult& result, const Choices& choices, const Execution& execu
     time_sample(result.estimate, result, choices, lights, execution);
 }
 
-LightingOptions lighting_options(const BakeResult& result, const Choices& choices) {
-    LightingOptions options;
-    options.sets = result.options.light_groups ? light_groups(*result.scene) : all_lights(*result.scene);
-    options.direct_in_basis = choices.direct_in_basis;
-    options.solve = result.options.solve;
-    return options;
-}
-
-/// Enters these elements into the list of plugins.
-void name_elements(BakeResult& result, const ElementChoice& elements) {
-    std::erase_if(result.plugins,
-                  [](const auto& plugin) { return plugin.first == "basis" || plugin.first == "projection"; });
-    result.plugins.emplace_back("basis", elements.basis_text);
-    result.plugins.emplace_back("projection", elements.projection_text);
-}
-
-/// The system of these elements and its solution. `transport`: that of other elements on the same sites, if any.
-void solve_with(BakeResult& result, const ElementChoice& elements, const Choices& choices, const Tracer& tracer,
-                const Placed& placed, std::optional<LightTransport>& transport, const Execution& execution) {
-    name_elements(result, elements);
-    Discretisation discretisation = discretise(result.scene->mesh, placed.sites, elements.basis, elements.projection,
-                                               choices.neighbour_areas, result.options.seed, execution);
-    check_constants(result, discretisation, execution);
-    if (!transport) {
-        transport = transport_between(result, choices, tracer, discretisation, execution);
-        check_coverage(result, discretisation, *transport, placed.dark_area, execution);
-    }
-    result.system =
-        std::make_shared<RadiositySystem>(SystemParts{result.scene, choices.engine, choices.directions, choices.solver,
-                                                      std::move(discretisation), *transport, result.options.seed});
-    try {
-        result.solution = result.system->solve(result.scene, lighting_options(result, choices), execution);
-    } catch (const InputError& error) {
-        throw InputError(result.file + ": " + error.what());
-    }
-}
-
-/// What does not depend on the sites.
-struct Surroundings {
-    const Tracer& tracer;
-    const DirectLight& lights;
-    const LitSurface& lit;
-};
-
-/// The steps from the sites to the error estimate.
-void solve_and_judge(BakeResult& result, Choices& choices, const Surroundings& around, const Execution& execution) {
-    const Placed placed{place_sites(result, choices, around.lit, execution), around.lit.dark_area};
-    result.sites = placed.sites;
-    check_request(result, choices, around.lights, placed.sites->size(), execution);
-    std::optional<LightTransport> transport;
-    try {
-        solve_with(result, choices.elements, choices, around.tracer, placed, transport, execution);
-    } catch (const BouncesDoNotDieOut&) {
-        if (!choices.fallback) {
-            throw;
-        }
-        execution.note("with --basis " + choices.elements.basis_text +
-                       ", the default, the bounces do not die out: normalized-radial is used, with which they do "
-                       "unless the surfaces absorb nothing");
-        solve_with(result, *choices.fallback, choices, around.tracer, placed, transport, execution);
-    }
-    estimate_error_of(result, execution);
-}
-
 /// The steps after the scene is there.
 void finish(BakeResult& result, const Registry& registry, Choices& choices, const Execution& execution) {
     const Tracer tracer(result.scene->mesh, *choices.engine);
     const DirectLight lights(*result.scene, tracer);
     const LitSurface lit = lit_surface(result, lights, tracer, execution);
-    const Surroundings around{tracer, lights, lit};
+    const auto solve = [&](BakeResult& attempt, const Execution& own) {
+        const Placed placed{place_sites(attempt, choices, lit, own), lit.dark_area};
+        attempt.sites = placed.sites;
+        check_request(attempt, choices, lights, placed.sites->size(), own);
+        solve_placed(attempt, choices, placed, transport_by_rays(attempt, choices, tracer), own);
+        estimate_error_of(attempt, own);
+    };
     if (result.options.target) {
         const BakeOptions wanted = result.options;
-        const auto solve = [&](BakeResult& attempt, const Execution& own) {
+        const auto solve_afresh = [&](BakeResult& attempt, const Execution& own) {
             Choices fresh = make_choices(registry, wanted); // a basis is bound to the sites of one attempt
             choices.elements = std::move(fresh.elements);
             choices.fallback = std::move(fresh.fallback);
-            solve_and_judge(attempt, choices, around, own);
+            solve(attempt, own);
         };
-        reach_target(result, solve, execution);
+        reach_target(result, solve_afresh, execution);
     } else {
-        solve_and_judge(result, choices, around, execution);
+        solve(result, execution);
     }
-    estimate_goals_of(result, execution);
-    evaluate_output(result, execution);
-    list_savings(result, execution);
-}
-
-/// Runs `steps` on a result with a journal of its own, which is appended to the caller's in any case.
-template <class Steps>
-BakeResult run(const Registry& registry, const BakeOptions& options, const Execution& execution, const Steps& steps) {
-    Choices choices = make_choices(registry, options);
-    BakeResult result;
-    result.options = options;
-    result.photometric = options.units == "photometric";
-    result.threads = execution.threads;
-    result.options.visibility = choices.visibility;
-    result.options.sensor = choices.sensor;
-    result.plugins = choices.plugins;
-    name_elements(result, choices.elements);
-    Journal journal;
-    const Execution own{execution.threads, execution.progress, &journal};
-    for (const std::string& note : choices.notes) {
-        own.note(note);
-    }
-    const auto hand_over = [&] {
-        journal.end();
-        if (execution.journal != nullptr) {
-            execution.journal->append(journal);
-        }
-    };
-    try {
-        steps(result, choices, own);
-    } catch (...) {
-        hand_over();
-        throw;
-    }
-    hand_over();
-    result.journal = std::move(journal);
-    return result;
+    evaluate_solution(result, execution);
 }
 
 } // namespace
 
 BakeResult bake(const Registry& registry, const std::filesystem::path& file, const BakeOptions& options,
                 const Execution& execution) {
-    return run(registry, options, execution, [&](BakeResult& result, Choices& choices, const Execution& own) {
+    return run_steps(registry, options, execution, [&](BakeResult& result, Choices& choices, const Execution& own) {
         read_into(result, registry, file, own);
         build_visibility(result, registry, choices, own);
         finish(result, registry, choices, own);
@@ -262,7 +85,7 @@ BakeResult bake(const Registry& registry, const std::filesystem::path& file, con
 
 BakeResult bake(const Registry& registry, Scene scene, const std::string& name, const BakeOptions& options,
                 const Execution& execution) {
-    return run(registry, options, execution, [&](BakeResult& result, Choices& choices, const Execution& own) {
+    return run_steps(registry, options, execution, [&](BakeResult& result, Choices& choices, const Execution& own) {
         adopt_into(result, std::move(scene), name, own);
         if (choices.flip == Flip::certain) { // a program knows its fronts, and may light them otherwise later
             choices.flip = Flip::nothing;
@@ -274,7 +97,7 @@ BakeResult bake(const Registry& registry, Scene scene, const std::string& name, 
 
 BakeResult dry_run(const Registry& registry, const std::filesystem::path& file, const BakeOptions& options,
                    const Execution& execution) {
-    return run(registry, options, execution, [&](BakeResult& result, Choices& choices, const Execution& own) {
+    return run_steps(registry, options, execution, [&](BakeResult& result, Choices& choices, const Execution& own) {
         if (options.target) {
             throw UsageError("a dry run cannot tell what --error will take: sites and rays follow from attempts");
         }

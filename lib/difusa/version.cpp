@@ -13,6 +13,7 @@ std::vector<std::pair<std::string, std::string>> library_versions() {
                                                               {"CLI11", DIFUSA_CLI11_VERSION},
                                                               {"Eigen", DIFUSA_EIGEN_VERSION},
                                                               {"Embree", DIFUSA_EMBREE_VERSION},
+                                                              {"HDF5", DIFUSA_HDF5_VERSION},
                                                               {"nanoflann", DIFUSA_NANOFLANN_VERSION},
                                                               {"nlohmann-json", DIFUSA_JSON_VERSION},
                                                               {"OpenMesh", DIFUSA_OPENMESH_VERSION},

@@ -3,6 +3,7 @@
 set -u
 
 bake=$DIFUSA_BIN/bake_radiosity
+relight=$DIFUSA_BIN/relight
 box=$DIFUSA_DATA/cornell_box.obj
 small="--sites 60 --rays 16" # where only the way through the program matters
 
@@ -58,7 +59,7 @@ expect_refusal() {
     cmp -s before after || fail "the files have changed: $(diff before after)"
     [ ! -s stdout ] || fail "standard output is not empty: $*"
     tail -n 1 stderr >message
-    grep -qE '^(bake_radiosity|compare_fields|inspect_basis|measure_accuracy|render_view): ' message ||
+    grep -qE '^(bake_radiosity|compare_fields|inspect_basis|measure_accuracy|relight|render_view): ' message ||
         fail "the message does not name its program: $(cat message)"
     expect_text message "$text"
 }

@@ -1,4 +1,5 @@
 #include <difusa/algebra/hit_lists.h>
+#include <difusa/core/error.h>
 #include <difusa/core/parallel.h>
 #include <difusa/core/random.h>
 
@@ -178,6 +179,78 @@ TEST(HitLists, EmptyOnesAreNoSpecialCase) {
     EXPECT_EQ(y.rows(), 0);
     nothing.apply_transpose(Values(0, 3), y, Execution{});
     EXPECT_EQ(y, Values::Zero(10, 3));
+}
+
+TEST(HitLists, ComeBackFromTheirPackedForm) {
+    RandomStream random(5, "packed");
+    for (const std::size_t columns : {std::size_t{1}, std::size_t{300}, most_columns}) {
+        for (const std::size_t count : {0, 1, 4, 37}) {
+            const HitLists lists = lists_of(random_rows(count, columns, 48, random), columns, 48);
+            const HitLists::Packed packed = lists.packed();
+            EXPECT_EQ(packed.codes.size(), lists.code_bytes());
+            const HitLists again(packed, Execution{2, nullptr, nullptr});
+            EXPECT_EQ(again.columns(), lists.columns());
+            EXPECT_EQ(again.rays(), lists.rays());
+            ASSERT_EQ(again.rows(), lists.rows());
+            std::vector<Index> bins, others;
+            for (std::size_t j = 0; j < lists.rows(); ++j) {
+                lists.row(j, bins);
+                again.row(j, others);
+                EXPECT_EQ(bins, others);
+            }
+            EXPECT_EQ(again.packed().codes, packed.codes);
+            EXPECT_EQ(again.packed().row_bytes, packed.row_bytes);
+        }
+    }
+}
+
+/// Whatever the bytes are: either they are refused, or the rows are lists of bins that exist.
+TEST(HitLists, DamagedCodesAreRefusedOrSound) {
+    RandomStream random(6, "damaged");
+    constexpr std::size_t columns = 500, rays = 32;
+    const HitLists::Packed packed = lists_of(random_rows(20, columns, rays, random), columns, rays).packed();
+    std::size_t refused = 0;
+    for (int trial = 0; trial < 2000; ++trial) {
+        HitLists::Packed damaged = packed;
+        for (std::uint64_t k = 0; k <= random.below(3); ++k) {
+            damaged.codes[random.below(damaged.codes.size())] = static_cast<std::uint8_t>(random.below(256));
+        }
+        if (trial % 4 == 0) { // one byte of a row given to the next one
+            const std::size_t j = random.below(19);
+            --damaged.row_bytes[j];
+            ++damaged.row_bytes[j + 1];
+        }
+        try {
+            const HitLists lists(damaged, Execution{});
+            std::vector<Index> bins;
+            for (std::size_t j = 0; j < lists.rows(); ++j) {
+                lists.row(j, bins);
+                ASSERT_LE(bins.size(), rays);
+                ASSERT_TRUE(std::is_sorted(bins.begin(), bins.end()));
+                ASSERT_TRUE(bins.empty() || bins.back() < columns);
+            }
+        } catch (const InputError&) {
+            ++refused;
+        }
+    }
+    EXPECT_GT(refused, 500U);
+}
+
+TEST(HitLists, SizesThatDoNotAddUpAreRefused) {
+    const HitLists::Packed packed = lists_of({{1, 2}, {3}}, 9, 4).packed();
+    const auto refused = [&](const auto& damage) {
+        HitLists::Packed damaged = packed;
+        damage(damaged);
+        EXPECT_THROW(HitLists(damaged, Execution{}), InputError);
+    };
+    refused([](HitLists::Packed& p) { p.rays = 0; });
+    refused([](HitLists::Packed& p) { p.rays = 1; });
+    refused([](HitLists::Packed& p) { p.columns = 3; });
+    refused([](HitLists::Packed& p) { p.columns = none; });
+    refused([](HitLists::Packed& p) { p.rows_per_block = 0; });
+    refused([](HitLists::Packed& p) { p.codes.pop_back(); });
+    refused([](HitLists::Packed& p) { p.row_bytes.push_back(1); });
+    refused([](HitLists::Packed& p) { p.codes[4] = 32; });
 }
 
 } // namespace

@@ -1,7 +1,10 @@
 #include <difusa/algebra/sparse_rows.h>
+#include <difusa/core/error.h>
 #include <difusa/core/random.h>
 
 #include <gtest/gtest.h>
+
+#include <cmath>
 
 namespace difusa::sparse_rows_test {
 namespace {
@@ -51,6 +54,30 @@ TEST(SparseRows, MultipliesLikeADenseMatrixWithTheSameBitsForAnyThreads) {
             EXPECT_EQ(adjoint, z);
         }
     }
+}
+
+TEST(SparseRows, ComeBackFromTheirPackedFormUnlessItIsUnsound) {
+    SparseRows A(3, 5);
+    A.row(0) = {{0, 4}, {1.5, -2.0}};
+    A.row(2) = {{3}, {0.25}};
+    const SparseRows::Packed packed = A.packed();
+    const SparseRows B(packed);
+    EXPECT_EQ(B.rows(), 3U);
+    EXPECT_EQ(B.columns(), 5U);
+    for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(A.row(i).column, B.row(i).column);
+        EXPECT_EQ(A.row(i).value, B.row(i).value);
+    }
+    const auto refused = [&](const auto& damage) {
+        SparseRows::Packed damaged = packed;
+        damage(damaged);
+        EXPECT_THROW(SparseRows{damaged}, InputError);
+    };
+    refused([](SparseRows::Packed& p) { p.column[1] = 0; });
+    refused([](SparseRows::Packed& p) { p.column[2] = 5; });
+    refused([](SparseRows::Packed& p) { p.value[0] = NAN; });
+    refused([](SparseRows::Packed& p) { p.value.pop_back(); });
+    refused([](SparseRows::Packed& p) { p.row_entries[1] = 1; });
 }
 
 } // namespace

@@ -72,6 +72,21 @@ TEST(WholeFile, AbandonedLeavesNothingAndKeepsTheOld) {
     EXPECT_EQ(scratch.names(), Names{"out"});
 }
 
+TEST(WholeFile, MayBeFinishedLongBeforeItIsCommitted) {
+    const ScratchDirectory scratch;
+    {
+        WholeFile kept(scratch / "kept"), abandoned(scratch / "abandoned");
+        kept.write("content");
+        kept.finish();
+        abandoned.finish();
+        EXPECT_EQ(scratch.names().size(), 2U);
+        EXPECT_FALSE(fs::exists(scratch / "kept"));
+        kept.commit();
+    }
+    EXPECT_EQ(read_file(scratch / "kept"), "content");
+    EXPECT_EQ(scratch.names(), Names{"kept"});
+}
+
 TEST(WholeFile, SaysWhyADirectoryTakesNone) {
     const ScratchDirectory scratch;
     write_whole_file(scratch / "file", "");

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <limits>
+#include <string>
 
 namespace difusa {
 
@@ -48,6 +50,43 @@ class BitWriter {
     unsigned held_ = 0;
 };
 
+/// Whether a code of this length, which `slack` bytes follow, is that of at most `rays` bins below `columns`.
+bool is_sound_code(const std::uint8_t* codes, std::size_t length, std::size_t columns, std::size_t rays) {
+    if (length < header) {
+        return false;
+    }
+    std::uint32_t count = 0;
+    std::memcpy(&count, codes, sizeof count);
+    const unsigned r = codes[4];
+    if (count > rays || r > most_low_bits) {
+        return false;
+    }
+    const std::uint64_t low = (std::uint64_t{1} << r) - 1;
+    const std::size_t bits = 8 * (length - header);
+    std::size_t at = 0;
+    std::uint64_t bin = 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        if (at >= bits) {
+            return false;
+        }
+        std::uint64_t word = 0;
+        std::memcpy(&word, codes + header + (at >> 3U), sizeof word);
+        word >>= at & 7U;
+        const auto ones = static_cast<unsigned>(std::countr_one(word));
+        if (ones < escape) {
+            bin += (static_cast<std::uint64_t>(ones) << r) | ((word >> (ones + 1)) & low);
+            at += ones + 1 + r;
+        } else {
+            bin += static_cast<std::uint32_t>(word >> escape);
+            at += escape + 32;
+        }
+        if (bin >= columns) {
+            return false;
+        }
+    }
+    return (at + 7) / 8 == length - header;
+}
+
 /// Calls `act(bin)` for each bin of the row that starts at `codes`.
 template <class Act> void decode(const std::uint8_t* codes, const Act& act) {
     std::uint32_t count = 0;
@@ -80,6 +119,58 @@ HitLists::HitLists(std::size_t rows, std::size_t columns, std::size_t rays, std:
     : rows_(rows), columns_(columns), rays_(rays), rows_per_block_(rows_per_block),
       blocks_((rows + rows_per_block - 1) / rows_per_block) {
     DIFUSA_REQUIRE(rays > 0 && columns < none);
+}
+
+HitLists::HitLists(const Packed& packed, const Execution& execution)
+    : rows_(packed.row_bytes.size()), columns_(packed.columns), rays_(packed.rays),
+      rows_per_block_(packed.rows_per_block) {
+    if (rays_ == 0 || columns_ >= none || rows_per_block_ == 0) {
+        throw InputError("the lists of hits state no rays, too many bins, or no rows per block");
+    }
+    std::vector<std::size_t> first(rows_ + 1, 0); // byte of each row
+    for (std::size_t j = 0; j < rows_; ++j) {
+        first[j + 1] = first[j] + packed.row_bytes[j];
+    }
+    if (first.back() != packed.codes.size()) {
+        throw InputError("the lengths of the lists of hits do not add up to their bytes");
+    }
+    blocks_.resize((rows_ + rows_per_block_ - 1) / rows_per_block_);
+    parallel_for(blocks_.size(), 64, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
+        for (std::size_t b = begin; b < end; ++b) {
+            Block& block = blocks_[b];
+            const std::size_t from = b * rows_per_block_, to = std::min(rows_, from + rows_per_block_);
+            if (first[to] - first[from] > std::numeric_limits<std::uint32_t>::max()) {
+                throw InputError("the lists of hits have a block of more than 4 GiB");
+            }
+            block.codes.reserve(first[to] - first[from] + slack);
+            block.codes.assign(packed.codes.data() + first[from], packed.codes.data() + first[to]);
+            block.codes.resize(block.codes.size() + slack, 0);
+            block.begin.reserve(to - from);
+            for (std::size_t j = from; j < to; ++j) {
+                block.begin.push_back(static_cast<std::uint32_t>(first[j] - first[from]));
+                if (!is_sound_code(codes_of(j), packed.row_bytes[j], columns_, rays_)) {
+                    throw InputError("the list of hits of point " + std::to_string(j) + " is not one");
+                }
+            }
+        }
+    });
+}
+
+std::size_t HitLists::bytes_of(std::size_t j) const {
+    const Block& block = blocks_[j / rows_per_block_];
+    const std::size_t next = j % rows_per_block_ + 1;
+    return (next < block.begin.size() ? block.begin[next] : block.codes.size() - slack) - block.begin[next - 1];
+}
+
+HitLists::Packed HitLists::packed() const {
+    Packed packed{columns_, rays_, rows_per_block_, {}, {}};
+    packed.row_bytes.reserve(rows_);
+    packed.codes.reserve(code_bytes());
+    for (std::size_t j = 0; j < rows_; ++j) {
+        packed.row_bytes.push_back(static_cast<std::uint32_t>(bytes_of(j)));
+        packed.codes.insert(packed.codes.end(), codes_of(j), codes_of(j) + packed.row_bytes[j]);
+    }
+    return packed;
 }
 
 void HitLists::set(std::size_t j, std::vector<Index>& bins) {
@@ -133,6 +224,14 @@ std::size_t HitLists::bytes() const {
     std::size_t sum = 0;
     for (const Block& block : blocks_) {
         sum += sizeof(Block) + block.codes.capacity() + block.begin.capacity() * sizeof(std::uint32_t);
+    }
+    return sum;
+}
+
+std::size_t HitLists::code_bytes() const {
+    std::size_t sum = 0;
+    for (const Block& block : blocks_) {
+        sum += block.codes.size() - (block.codes.empty() ? 0 : slack);
     }
     return sum;
 }

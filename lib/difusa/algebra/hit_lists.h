@@ -17,6 +17,19 @@ class HitLists final : public LinearOperator {
     /// `rows_per_block` rows, the rows of each block in order.
     HitLists(std::size_t rows, std::size_t columns, std::size_t rays, std::size_t rows_per_block);
 
+    /// All rows as they are stored, for files.
+    struct Packed {
+        std::size_t columns = 0, rays = 0, rows_per_block = 0;
+        std::vector<std::uint32_t> row_bytes; ///< #rows: length of the code of each
+        std::vector<std::uint8_t> codes;      ///< of all rows, one after another
+    };
+
+    /// Throws InputError, saying what is wrong, unless each code is that of at most `rays` bins below `columns`, and
+    /// ends where its row does.
+    HitLists(const Packed& packed, const Execution& execution);
+
+    Packed packed() const;
+
     std::size_t rows() const override { return rows_; }
     std::size_t columns() const override { return columns_; }
     std::size_t rays() const { return rays_; }
@@ -34,6 +47,9 @@ class HitLists final : public LinearOperator {
     /// Size in bytes.
     std::size_t bytes() const;
 
+    /// Size in bytes of the codes of all rows alone.
+    std::size_t code_bytes() const;
+
     void apply(const Values& x, Values& y, const Execution& execution) const override;
     void apply_transpose(const Values& x, Values& y, const Execution& execution) const override;
 
@@ -46,6 +62,7 @@ class HitLists final : public LinearOperator {
         const Block& block = blocks_[j / rows_per_block_];
         return block.codes.data() + block.begin[j % rows_per_block_];
     }
+    std::size_t bytes_of(std::size_t j) const; ///< of the code of row j
 
     std::size_t rows_, columns_, rays_, rows_per_block_;
     std::vector<Block> blocks_;

@@ -3,6 +3,7 @@
 
 #include <difusa/algebra/linear_operator.h>
 
+#include <cstdint>
 #include <vector>
 
 namespace difusa {
@@ -17,6 +18,20 @@ class SparseRows final : public LinearOperator {
         std::vector<Index> column;
         std::vector<double> value;
     };
+
+    /// All entries row by row, for files.
+    struct Packed {
+        std::size_t columns = 0;
+        std::vector<std::uint32_t> row_entries; ///< #rows: number of entries of each
+        std::vector<Index> column;              ///< #entries
+        std::vector<double> value;              ///< #entries
+    };
+
+    /// Throws InputError, saying what is wrong, unless all values are finite and the columns of each row ascend below
+    /// `columns`.
+    explicit SparseRows(const Packed& packed);
+
+    Packed packed() const;
 
     std::size_t rows() const override { return rows_.size(); }
     std::size_t columns() const override { return columns_; }

@@ -38,6 +38,8 @@ Choices make_choices(const Registry& registry, const BakeOptions& options) {
     choices.plugins.emplace_back("transport", transport.text());
     choices.direct_in_basis =
         parse_choice("direct", options.direct, {{"exact", {}}, {"interpolated", {}}}).name == "interpolated";
+    choices.operator_bounce =
+        parse_choice("first bounce", options.first_bounce, {{"live", {}}, {"operator", {}}}).name == "operator";
     choices.sensor = parse_choice("sensor", options.sensor,
                                   {{"planar", {}}, {"horizontal", {}}, {"spherical", {}}, {"cylindrical", {}}})
                          .name;

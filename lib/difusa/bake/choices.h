@@ -39,6 +39,8 @@ struct Choices {
     bool pairwise = false;
     bool neighbour_areas = false; ///< for pairwise transport
     bool direct_in_basis = false; ///< BakeOptions::direct is "interpolated"
+    bool operator_bounce = false; ///< BakeOptions::first_bounce is "operator"
+    bool may_be_dark = false;     ///< LightingOptions::may_be_dark
     Flip flip = Flip::certain;
     std::string sensor;                                       ///< BakeOptions::sensor
     std::string visibility;                                   ///< the engine chosen by "auto"

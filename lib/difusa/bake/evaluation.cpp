@@ -113,11 +113,15 @@ void estimate_goals_of(BakeResult& result, const Execution& execution) {
     }
 }
 
-void evaluate_output(BakeResult& result, const Execution& execution) {
+void refine_output(BakeResult& result, const Execution& execution) {
     execution.phase("refine output");
     const BakeOptions& options = result.options;
     result.mesh = refine(result.scene->mesh, options.output_spacing, options.crease_angle,
                          most_output_triangles(options), execution);
+}
+
+void evaluate_output(BakeResult& result, const Execution& execution) {
+    const BakeOptions& options = result.options;
     execution.phase("evaluate");
     result.output = values_at(result, result.mesh.vertices, "output", execution);
     std::optional<ErrorMap> map;

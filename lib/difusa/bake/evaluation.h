@@ -14,8 +14,11 @@ void estimate_error_of(BakeResult& result, const Execution& execution);
 /// Fills in `goal_estimates`. Phase "estimate goals", if there are any.
 void estimate_goals_of(BakeResult& result, const Execution& execution);
 
-/// Fills in `mesh`, `output` and what else the options request: centres, errors, the light at places (bake/sensing.h).
-/// Phases "refine output", "evaluate".
+/// Fills in `mesh`. Phase "refine output".
+void refine_output(BakeResult& result, const Execution& execution);
+
+/// Fills in `output` and what else the options request: centres, errors, the light at places (bake/sensing.h). Phase
+/// "evaluate".
 void evaluate_output(BakeResult& result, const Execution& execution);
 
 /// Records what this scene did not need.

@@ -72,6 +72,7 @@ bool settle_fronts(BakeResult& result, const Choices& choices, const Execution& 
     if (choices.flip == Flip::all) {
         for (Index t = 0; t < mesh.triangles.size(); ++t) {
             mesh.turn_over(t);
+            result.turned_over.push_back(t);
         }
         mesh.derive();
         execution.note("all faces have been turned over (--flip all)");
@@ -96,6 +97,7 @@ bool settle_fronts(BakeResult& result, const Choices& choices, const Execution& 
         if (judged.fault == FrontFault::inside_out) {
             for (const Index t : verdict.parts[judged.part].triangles) {
                 mesh.turn_over(t);
+                result.turned_over.push_back(t);
             }
         }
     }

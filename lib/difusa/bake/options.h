@@ -68,6 +68,10 @@ struct BakeOptions {
     /// on surfels, outside the linear system; or "interpolated", carried by the basis as in the dissertation.
     std::string direct = "exact";
 
+    /// How light evaluated exactly is carried over its first reflection: "live", with samples on bright surfels where
+    /// these are few, or "operator", by the transport alone (FirstBounce in radiosity/system.h).
+    std::string first_bounce = "live";
+
     double spacing = 0.0;                                         ///< unit of the scene; 0: from `sites`
     std::size_t sites = 0;                                        ///< wanted number; 0: default_sites
     int neighbours = 10;                                          ///< m

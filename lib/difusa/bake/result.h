@@ -57,17 +57,20 @@ struct BakeResult {
     std::string file;
     std::shared_ptr<Scene> scene;
     std::shared_ptr<const SiteSet> sites;                     ///< null in a dry run that predicts their number
+    BakeOptions requested;                                    ///< as the caller gave them
     BakeOptions options;                                      ///< with defaults filled in
     std::vector<std::pair<std::string, std::string>> plugins; ///< kind and choice with all parameters
     bool dry_run = false;                                     ///< nothing below `estimate` is filled in
     unsigned threads = 1;
-    std::optional<Camera> camera; ///< from the scene file
-    Vec3 up = Vec3::UnitZ();      ///< unit, upwards: what the scene file says, or the convention of the mesh format
-    int channels = 3;             ///< 1 for a grey scene
-    bool sky_assumed = false;     ///< nothing else emits light
-    bool photometric = false;     ///< what people read is in lux and cd/m²
-    Journal journal;              ///< times of the phases, notes, savings; counts "rays", "segments", "output rays",
-                                  ///< "output segments"
+    std::vector<Index> turned_over; ///< triangles whose fronts were backs in the file (bake/fronts.h)
+    std::string transport_file;     ///< the transport was loaded from there; empty: it was computed
+    std::optional<Camera> camera;   ///< from the scene file
+    Vec3 up = Vec3::UnitZ();        ///< unit, upwards: what the scene file says, or the convention of the mesh format
+    int channels = 3;               ///< 1 for a grey scene
+    bool sky_assumed = false;       ///< nothing else emits light
+    bool photometric = false;       ///< what people read is in lux and cd/m²
+    Journal journal;                ///< times of the phases, notes, savings; counts "rays", "segments", "output rays",
+                                    ///< "output segments"
 
     BakeEstimate estimate;
     std::vector<Attempt> attempts;                 ///< at BakeOptions::target; the most accurate is this result

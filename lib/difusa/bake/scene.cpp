@@ -100,19 +100,13 @@ std::shared_ptr<const SkyDome> graded_sky(const Vec3& up) {
 void add_lights(BakeResult& result, const Execution& execution) {
     Scene& scene = *result.scene;
     BakeOptions& options = result.options;
-    if (options.sky) { // replaces the scene's, including suns split off from it
-        std::erase_if(scene.suns, [](const Sun& sun) { return sun.of_sky; });
+    add_chosen_lights(scene, options);
+    const bool lit = has_light(scene);
+    if (!lit && options.sky) {
+        throw InputError(result.file + ": the scene has no light: give it a sky (--sky 1), a sun (--sun 0,0,1,1), "
+                                       "or some faces an emission (OBJ: Ke in the material)");
     }
-    scene.suns.insert(scene.suns.end(), options.suns.begin(), options.suns.end());
-    scene.point_lights.insert(scene.point_lights.end(), options.point_lights.begin(), options.point_lights.end());
-    const bool sunny = std::any_of(scene.suns.begin(), scene.suns.end(),
-                                   [](const Sun& sun) { return (sun.irradiance > 0.0).any(); }) ||
-                       std::any_of(scene.point_lights.begin(), scene.point_lights.end(),
-                                   [](const PointLight& light) { return (light.intensity > 0.0).any(); });
-    if (options.sky) { // replaces the scene's
-        scene.sky = *options.sky;
-        scene.dome = nullptr;
-    } else if (!scene.has_emitters() && !sunny && !scene.has_sky()) {
+    if (!lit) {
         result.sky_assumed = true;
         if (options.graded_sky) {
             scene.dome = graded_sky(result.up);
@@ -124,10 +118,6 @@ void add_lights(BakeResult& result, const Execution& execution) {
         }
     }
     options.sky = scene.sky;
-    if (!scene.has_sky() && !scene.has_emitters() && !sunny) {
-        throw InputError(result.file + ": the scene has no light: give it a sky (--sky 1), a sun (--sun 0,0,1,1), "
-                                       "or some faces an emission (OBJ: Ke in the material)");
-    }
     result.channels = scene.is_grey() ? 1 : 3;
 }
 
@@ -166,6 +156,24 @@ void add_default_material(BakeResult& result, const PolygonSoup& soup, const Exe
 
 } // namespace
 
+void add_chosen_lights(Scene& scene, const BakeOptions& options) {
+    if (options.sky) {
+        std::erase_if(scene.suns, [](const Sun& sun) { return sun.of_sky; });
+        scene.sky = *options.sky;
+        scene.dome = nullptr;
+    }
+    scene.suns.insert(scene.suns.end(), options.suns.begin(), options.suns.end());
+    scene.point_lights.insert(scene.point_lights.end(), options.point_lights.begin(), options.point_lights.end());
+}
+
+bool has_light(const Scene& scene) {
+    return scene.has_sky() || scene.has_emitters() ||
+           std::any_of(scene.suns.begin(), scene.suns.end(),
+                       [](const Sun& sun) { return (sun.irradiance > 0.0).any(); }) ||
+           std::any_of(scene.point_lights.begin(), scene.point_lights.end(),
+                       [](const PointLight& light) { return (light.intensity > 0.0).any(); });
+}
+
 PolygonSoup read_apart_from(const std::vector<std::filesystem::path>& outputs, const Registry& registry,
                             const std::filesystem::path& file) {
     PolygonSoup soup = read_scene(registry, file);
@@ -175,7 +183,7 @@ PolygonSoup read_apart_from(const std::vector<std::filesystem::path>& outputs, c
 }
 
 void read_into(BakeResult& result, const Registry& registry, const std::filesystem::path& file,
-               const Execution& execution) {
+               const Execution& execution, const SceneChange& change) {
     execution.phase("read");
     result.file = file.string();
     const PolygonSoup soup = read_apart_from(result.options.outputs, registry, file);
@@ -206,15 +214,22 @@ void read_into(BakeResult& result, const Registry& registry, const std::filesyst
         result.options.reflectance = soup.default_reflectance;
     }
     add_default_material(result, soup, execution);
+    if (change) {
+        change(scene);
+    }
     add_lights(result, execution);
 }
 
-void adopt_into(BakeResult& result, Scene scene, const std::string& name, const Execution& execution) {
+void adopt_into(BakeResult& result, Scene scene, const std::string& name, const Execution& execution,
+                const SceneChange& change) {
     result.file = name;
     result.diagnosis.file_faces = scene.mesh.triangles.size();
     result.diagnosis.file_points = scene.mesh.points.size();
     check_scene(scene, name);
     result.scene = std::make_shared<Scene>(std::move(scene));
+    if (change) {
+        change(*result.scene);
+    }
     add_lights(result, execution);
 }
 

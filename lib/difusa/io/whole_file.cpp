@@ -102,6 +102,8 @@ WholeFile::WholeFile(const fs::path& target) : target_(target), resolved_(follow
 WholeFile::~WholeFile() {
     if (descriptor_ >= 0) {
         ::close(descriptor_);
+    }
+    if (!temporary_.empty()) {
         unlink(temporary_.c_str());
     }
 }
@@ -122,16 +124,23 @@ void WholeFile::seek(std::int64_t position) {
     }
 }
 
-void WholeFile::commit() {
+void WholeFile::finish() {
     // File systems that cannot flush report EINVAL; there is nothing to wait for then.
     if (fsync(descriptor_) != 0 && errno != EINVAL) {
         fail(explain(errno, directory_of(resolved_)));
     }
+    ::close(descriptor_);
+    descriptor_ = -1;
+}
+
+void WholeFile::commit() {
+    if (descriptor_ >= 0) {
+        finish();
+    }
     if (rename(temporary_.c_str(), resolved_.c_str()) != 0) {
         fail(explain(errno, directory_of(resolved_)));
     }
-    ::close(descriptor_);
-    descriptor_ = -1;
+    temporary_.clear();
 }
 
 void WholeFile::fail(const std::string& reason) const {

@@ -27,7 +27,11 @@ class WholeFile {
     /// Moves to this number of bytes from the start.
     void seek(std::int64_t position);
 
-    /// Waits until all data are on disk, then renames.
+    /// Waits until all data are on disk, and closes the file: nothing more is written. For programs that hold many files
+    /// before they commit the first.
+    void finish();
+
+    /// Does so if it has not been done, then renames.
     void commit();
 
   private:
@@ -35,7 +39,7 @@ class WholeFile {
 
     std::filesystem::path target_;   ///< as the user named it, for messages
     std::filesystem::path resolved_; ///< with all symbolic links resolved
-    std::filesystem::path temporary_;
+    std::filesystem::path temporary_; ///< empty: renamed
     int descriptor_ = -1;
 };
 

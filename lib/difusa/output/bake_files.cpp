@@ -1,5 +1,6 @@
 #include <difusa/output/bake_files.h>
 
+#include <difusa/bake/saved_transport.h>
 #include <difusa/bake/sensing.h>
 #include <difusa/core/memory.h>
 #include <difusa/core/photometry.h>
@@ -335,6 +336,7 @@ void write_bake(const BakeResult& result, const BakeFiles& files, const Executio
     write(files.field, [&](WholeFile& file) { write_finite_field(field_of(result), files.field, file, execution); });
     write(files.sites, [&](WholeFile& file) { write_finite_field(sites_of(result), files.sites, file, execution); });
     write(files.listed, [&](WholeFile& file) { file.write(point_table(result)); });
+    write(files.transport, [&](WholeFile& file) { write_transport(saved_transport_of(result), file); });
     write(files.report, [&](WholeFile& file) { file.write(report_of(result)); });
     for (const std::unique_ptr<WholeFile>& file : written) {
         file->commit();
@@ -423,8 +425,14 @@ std::string summary_of(const BakeResult& result) {
              << " rays, about " << format_seconds(estimate.further_seconds) << "\n";
         return text.str();
     }
-    text << "transport: " << result.journal.count_of("rays") << " rays, " << result.journal.count_of("segments")
-         << " segments, " << format_bytes(static_cast<double>(result.system->transport().bytes)) << "; spectral radius "
+    if (result.transport_file.empty()) {
+        text << "transport: ";
+    } else {
+        text << "transport: loaded from " << result.transport_file << " (" << result.system->transport().rays
+             << " rays); now ";
+    }
+    text << result.journal.count_of("rays") << " rays, " << result.journal.count_of("segments") << " segments, "
+         << format_bytes(static_cast<double>(result.system->transport().bytes)) << "; spectral radius "
          << (result.solution.spectral_radius_is_bound ? "at most " : "about ") << result.solution.spectral_radius
          << "\n";
     for (const Saving& saving : result.journal.savings()) {

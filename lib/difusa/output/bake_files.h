@@ -38,12 +38,13 @@ std::string format_seconds(double seconds);
 /// Where to write each file; an empty name: not written.
 struct BakeFiles {
     std::filesystem::path field = {}, sites = {}, report = {};
-    std::filesystem::path listed = {}; ///< point_table (output/point_list.h)
+    std::filesystem::path listed = {};    ///< point_table (output/point_list.h)
+    std::filesystem::path transport = {}; ///< write_transport (bake/saved_transport.h)
 };
 
-/// Writes field_of, sites_of, point_table and report_of as the phase "write" of `execution`. All are written before the
-/// first appears under its name: on failure none of them appears, and older files stay as they were. Throws what
-/// `write_field` and `require_finite` throw, and Interrupted.
+/// Writes field_of, sites_of, point_table, report_of and the transport as the phase "write" of `execution`. All are
+/// written before the first appears under its name: on failure none of them appears, and older files stay as they were.
+/// Throws what `write_field`, `require_finite` and `saved_transport_of` throw, and Interrupted.
 void write_bake(const BakeResult& result, const BakeFiles& files, const Execution& execution);
 
 /// The factor from radiosity to linear display values: 0.9 over the luminance below which 95 % of the area of

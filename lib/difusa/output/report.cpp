@@ -36,6 +36,11 @@ const char* word(SolveSummary::Reason reason) {
     return "";
 }
 
+/// Null where there is no sharp light to carry over.
+Json first_bounce_word(const std::optional<FirstBounce>& first_bounce) {
+    return first_bounce ? Json(*first_bounce == FirstBounce::live ? "live" : "operator") : Json(nullptr);
+}
+
 /// Null if infinite.
 Json json_number(double value) {
     return std::isfinite(value) ? Json(value) : Json(nullptr);
@@ -181,6 +186,8 @@ Json transport_of(const BakeResult& result) {
         transport["rays"] = result.journal.count_of("rays");
         transport["segments"] = result.journal.count_of("segments");
         transport["projection_points"] = result.system->discretisation().points.size();
+        transport["loaded_from"] = result.transport_file.empty() ? Json(nullptr) : Json(result.transport_file);
+        transport["first_bounce"] = first_bounce_word(result.solution.first_bounce);
         transport["area_light_triangles"] = result.solution.area_lights;
         transport["surfels"] = result.system->discretisation().surfels->size();
         transport["bytes"] = result.system->transport().bytes;

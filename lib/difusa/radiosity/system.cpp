@@ -42,26 +42,106 @@ class Rows {
     const SparseRows* entries_;
 };
 
-/// One call of RadiositySystem::solve.
+/// One lighting in a call of RadiositySystem::solve.
 class Solving {
   public:
     Solving(const RadiositySystem& system, const std::shared_ptr<const Scene>& scene, const LightingOptions& options,
-            const Execution& execution)
+            int channels, const Execution& execution)
         : system_(system), discretisation_(system.discretisation()), transport_(system.transport()), scene_(scene),
-          options_(options), execution_(execution), channels_(scene->is_grey() ? 1 : 3),
+          options_(options), execution_(execution), channels_(channels),
           sources_(std::make_shared<DirectLight>(*scene, system.tracer(), options.sets)) {}
 
-    Solution run(std::shared_ptr<const RadiositySystem> owner) {
+    /// Everything before the linear system.
+    void prepare() {
         light_surfels();
         check_dark_surfaces();
         direct_light();
-        execution_.phase("check convergence");
-        check_contraction();
-        execution_.phase("solve");
-        solve({discretisation_, transport_, result_.light.reflectance});
+    }
+
+    bool is_dark() const {
+        return !((soft_.size() > 0 && soft_.maxCoeff() > 0.0) || (sharp_.size() > 0 && sharp_.maxCoeff() > 0.0) ||
+                 result_.light.direct.maxCoeff() > 0.0);
+    }
+
+    /// Refuses a dark lighting, unless it has emitters.
+    void refuse_darkness() const {
+        if (!scene_->has_emitters()) {
+            throw InputError("no light reaches the front of any face: no sky is visible, no sun shines in and nothing "
+                             "emits. Give some faces an emission (OBJ: Ke in the material), open the mesh, or turn its "
+                             "faces towards the light (--flip all)");
+        }
+        execution_.note("the faces that emit light no other surface: they face away from everything");
+    }
+
+    /// The right-hand side.
+    const Values& g() const { return g_; }
+    const Values& reflectance() const { return result_.light.reflectance; }
+
+    /// What another lighting of the same reflectances has found.
+    void take_contraction(const Solving& other) {
+        result_.spectral_radius = other.result_.spectral_radius;
+        result_.spectral_radius_is_bound = other.result_.spectral_radius_is_bound;
+    }
+
+    /// Everything after it. `solved`: of these columns.
+    Solution finish(SolveSummary solved, std::shared_ptr<const RadiositySystem> owner) {
+        result_.solve = std::move(solved);
+        result_.h = std::move(result_.solve.h);
         make_field(std::move(owner));
         balance();
         return std::move(result_);
+    }
+
+    /// The solution of all columns of g, which are reflected as those of this lighting.
+    SolveSummary solve(Values g) const {
+        const ReflectedTransport T(discretisation_, transport_, result_.light.reflectance);
+        const SolveProblem problem{&T, std::move(g)};
+        SolveSummary solved = system_.parts().solver->solve(problem, options_.solve, execution_);
+        if (!solved.converged()) {
+            throw NotConverged("the solver " + solved.sentence() + " (wanted: " + text_of(options_.solve.tolerance) +
+                               "). The spectral radius is " + text_of(result_.spectral_radius) +
+                               ": allow more --max-iterations, a larger --tolerance, or another --solver");
+        }
+        DIFUSA_REQUIRE(solved.h.rows() == problem.g.rows() && solved.h.cols() == problem.g.cols());
+        Values residual;
+        const double largest = solved.h.cwiseAbs().maxCoeff();
+        for (const double miss : relative_residual(problem, solved.h, residual, execution_)) {
+            if (!(miss <= 10.0 * options_.solve.tolerance || is_rounding(residual.cwiseAbs().maxCoeff(), largest))) {
+                throw NotConverged("the solver claims convergence, but its residual is " + text_of(miss) +
+                                   ": use another --solver");
+            }
+        }
+        return solved;
+    }
+
+    /// Rejects an equation whose series of bounces does not converge (T has a spectral radius of 1 or more): a solver
+    /// may still return numbers, but they are meaningless.
+    void check_contraction() {
+        const Values& rho = result_.light.reflectance;
+        if (discretisation_.projection->is_identity() && discretisation_.basis->partition_of_unity()) {
+            Values norms; // row sums of T, which bound the radius: neither Π nor P increases them
+            transport_.gather(rho, {}, norms, execution_);
+            result_.spectral_radius = norms.maxCoeff();
+            result_.spectral_radius_is_bound = true;
+        }
+        if (!result_.spectral_radius_is_bound || !(result_.spectral_radius < contraction)) {
+            const auto radius_of = [&](const Values& channel) {
+                const ReflectedTransport one(discretisation_, transport_, channel);
+                return spectral_radius(one, arnoldi_steps, arnoldi_tolerance, execution_);
+            };
+            // More reflectance, more light: the largest of all channels everywhere stands for each of them.
+            result_.spectral_radius = radius_of(rho.rowwise().maxCoeff());
+            if (!(result_.spectral_radius < contraction) && rho.cols() > 1) {
+                result_.spectral_radius = 0.0;
+                for (Eigen::Index c = 0; c < rho.cols(); ++c) {
+                    result_.spectral_radius = std::max(result_.spectral_radius, radius_of(rho.col(c)));
+                }
+            }
+            result_.spectral_radius_is_bound = false;
+        }
+        if (!(result_.spectral_radius < contraction)) {
+            throw BouncesDoNotDieOut(divergence());
+        }
     }
 
   private:
@@ -121,15 +201,6 @@ class Solving {
                                       effort);
         execution_.count("segments", effort.segments);
         execution_.count("unobstructed points", effort.clear);
-        if (!((soft_.size() > 0 && soft_.maxCoeff() > 0.0) || (sharp_.size() > 0 && sharp_.maxCoeff() > 0.0) ||
-              result_.light.direct.maxCoeff() > 0.0)) {
-            if (!scene_->has_emitters()) {
-                throw InputError("no light reaches the front of any face: no sky is visible, no sun shines in and "
-                                 "nothing emits. Give some faces an emission (OBJ: Ke in the material), open the mesh, "
-                                 "or turn its faces towards the light (--flip all)");
-            }
-            execution_.note("the faces that emit light no other surface: they face away from everything");
-        }
         g_ = soft_;
         if (in_basis) {
             g_ += sharp_;
@@ -138,12 +209,14 @@ class Solving {
         }
     }
 
-    /// D (rho ∘ H), with samples on bright surfels where these are few.
+    /// D (rho ∘ H), with samples on bright surfels where these are few, unless the options leave it at the operator.
     Values first_bounce() {
         const Values reflected = result_.light.first_bounce();
         const Rows rows(*transport_.W);
         Values h;
-        if (!rows.any() || bright_->places(1) == 0) {
+        const bool live = options_.first_bounce == FirstBounce::live && rows.any() && bright_->places(1) > 0;
+        result_.first_bounce = live ? FirstBounce::live : FirstBounce::operator_only;
+        if (!live) {
             transport_.gather(reflected, {}, h, execution_);
             return h;
         }
@@ -169,36 +242,6 @@ class Solving {
         return h;
     }
 
-    /// Rejects an equation whose series of bounces does not converge (T has a spectral radius of 1 or more): a solver
-    /// may still return numbers, but they are meaningless.
-    void check_contraction() {
-        const Values& rho = result_.light.reflectance;
-        if (discretisation_.projection->is_identity() && discretisation_.basis->partition_of_unity()) {
-            Values norms; // row sums of T, which bound the radius: neither Π nor P increases them
-            transport_.gather(rho, {}, norms, execution_);
-            result_.spectral_radius = norms.maxCoeff();
-            result_.spectral_radius_is_bound = true;
-        }
-        if (!result_.spectral_radius_is_bound || !(result_.spectral_radius < contraction)) {
-            const auto radius_of = [&](const Values& channel) {
-                const ReflectedTransport one(discretisation_, transport_, channel);
-                return spectral_radius(one, arnoldi_steps, arnoldi_tolerance, execution_);
-            };
-            // More reflectance, more light: the largest of all channels everywhere stands for each of them.
-            result_.spectral_radius = radius_of(rho.rowwise().maxCoeff());
-            if (!(result_.spectral_radius < contraction) && rho.cols() > 1) {
-                result_.spectral_radius = 0.0;
-                for (Eigen::Index c = 0; c < rho.cols(); ++c) {
-                    result_.spectral_radius = std::max(result_.spectral_radius, radius_of(rho.col(c)));
-                }
-            }
-            result_.spectral_radius_is_bound = false;
-        }
-        if (!(result_.spectral_radius < contraction)) {
-            throw BouncesDoNotDieOut(divergence());
-        }
-    }
-
     std::string divergence() const {
         const double row_sum = transport_.largest_row_sum(execution_);
         const std::string what = "the discretised light transport does not converge: its spectral radius is " +
@@ -216,27 +259,6 @@ class Solving {
         }
         return what + "A closed scene that absorbs nothing has no steady state: give some surface a reflectance "
                       "below 1";
-    }
-
-    void solve(const ReflectedTransport& T) {
-        const SolveProblem problem{&T, g_};
-        result_.solve = system_.parts().solver->solve(problem, options_.solve, execution_);
-        if (!result_.solve.converged()) {
-            throw NotConverged("the solver " + result_.solve.sentence() +
-                               " (wanted: " + text_of(options_.solve.tolerance) + "). The spectral radius is " +
-                               text_of(result_.spectral_radius) +
-                               ": allow more --max-iterations, a larger --tolerance, or another --solver");
-        }
-        DIFUSA_REQUIRE(result_.solve.h.rows() == g_.rows() && result_.solve.h.cols() == g_.cols());
-        Values residual;
-        const double largest = result_.solve.h.cwiseAbs().maxCoeff();
-        for (const double miss : relative_residual(problem, result_.solve.h, residual, execution_)) {
-            if (!(miss <= 10.0 * options_.solve.tolerance || is_rounding(residual.cwiseAbs().maxCoeff(), largest))) {
-                throw NotConverged("the solver claims convergence, but its residual is " + text_of(miss) +
-                                   ": use another --solver");
-            }
-        }
-        result_.h = std::move(result_.solve.h);
     }
 
     /// Coefficients of the field to evaluate, from values at the points.
@@ -300,25 +322,76 @@ class Solving {
     Solution result_;
 };
 
+/// What became of some of the columns. The number of iterations is that of all.
+SolveSummary columns_of(const SolveSummary& all, Eigen::Index first, Eigen::Index count) {
+    SolveSummary part;
+    part.reason = all.reason;
+    part.iterations = all.iterations;
+    part.residual_history.assign(all.residual_history.begin() + first, all.residual_history.begin() + first + count);
+    for (const std::vector<double>& history : part.residual_history) {
+        part.residual = std::max(part.residual, history.back());
+    }
+    part.h = all.h.middleCols(first, count);
+    return part;
+}
+
 } // namespace
 
 Solution RadiositySystem::solve(const std::shared_ptr<const Scene>& scene, const LightingOptions& options,
                                 const Execution& execution) const {
-    const Mesh &own = parts_.scene->mesh, &other = scene->mesh;
+    return std::move(solve(std::span(&scene, 1), options, execution).front());
+}
+
+std::vector<Solution> RadiositySystem::solve(std::span<const std::shared_ptr<const Scene>> scenes,
+                                             const LightingOptions& options, const Execution& execution) const {
+    std::vector<LightingOptions> complete; // for each
+    for (const std::shared_ptr<const Scene>& scene : scenes) {
+        check_scene(*scene);
+        complete.push_back(options);
+        LightSets& sets = complete.back().sets;
+        sets = sets.count() == 0 ? all_lights(*scene) : sets;
+        if (sets.material.size() != scene->materials.size() || sets.sun.size() != scene->suns.size() ||
+            sets.point.size() != scene->point_lights.size()) {
+            throw UsageError("the sets of lights are those of another scene");
+        }
+    }
+    std::vector<Solving> each;
+    std::vector<Eigen::Index> first{0}; // column
+    each.reserve(scenes.size());
+    const bool grey = std::all_of(scenes.begin(), scenes.end(), [](const auto& scene) { return scene->is_grey(); });
+    for (std::size_t i = 0; i < scenes.size(); ++i) {
+        each.emplace_back(*this, scenes[i], complete[i], grey ? 1 : 3, execution);
+        each.back().prepare();
+        first.push_back(first.back() + each.back().g().cols());
+        if (each[i].reflectance() != each[0].reflectance()) {
+            throw UsageError("scenes that are lit together must have the same reflectances");
+        }
+    }
+    if (!options.may_be_dark &&
+        std::all_of(each.begin(), each.end(), [](const Solving& one) { return one.is_dark(); })) {
+        each.front().refuse_darkness();
+    }
+    execution.phase("check convergence");
+    each.front().check_contraction();
+    execution.phase("solve");
+    Values g(each.front().g().rows(), first.back());
+    for (std::size_t i = 0; i < each.size(); ++i) {
+        g.middleCols(first[i], each[i].g().cols()) = each[i].g();
+    }
+    SolveSummary solved = each.front().solve(std::move(g));
+    std::vector<Solution> solutions;
+    for (std::size_t i = 0; i < each.size(); ++i) {
+        each[i].take_contraction(each.front());
+        solutions.push_back(each[i].finish(columns_of(solved, first[i], first[i + 1] - first[i]), shared_from_this()));
+    }
+    return solutions;
+}
+
+void RadiositySystem::check_scene(const Scene& scene) const {
+    const Mesh &own = parts_.scene->mesh, &other = scene.mesh;
     if (&own != &other && (own.points != other.points || own.triangles != other.triangles)) {
         throw UsageError("the scene's surface is not the one the system was built for");
     }
-    const std::shared_ptr<const RadiositySystem> owner = shared_from_this();
-    LightingOptions complete = options;
-    if (complete.sets.count() == 0) {
-        complete.sets = all_lights(*scene);
-    }
-    const LightSets& sets = complete.sets;
-    if (sets.material.size() != scene->materials.size() || sets.sun.size() != scene->suns.size() ||
-        sets.point.size() != scene->point_lights.size()) {
-        throw UsageError("the sets of lights are those of another scene");
-    }
-    return Solving(*this, scene, complete, execution).run(owner);
 }
 
 Values RadiositySystem::respond(const Values& reflectance, const Values& b, const SolveOptions& options,

@@ -14,7 +14,10 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 namespace difusa {
 
@@ -34,12 +37,21 @@ struct BouncesDoNotDieOut : NotConverged {
     using NotConverged::NotConverged;
 };
 
+/// How the light of suns, point lights and area lights is carried over its first reflection.
+enum class FirstBounce {
+    live, ///< samples on bright surfels supplement the rays where such light falls on a small part of the surface; by
+          ///< the operator where it does not
+    operator_only ///< D (rho ∘ H), a product without a ray; blotchy where few rays meet the bright part
+};
+
 /// How to light a system.
 struct LightingOptions {
     LightSets sets;                         ///< of the scene that is solved for; none: all lights in one set
     bool direct_in_basis = false;           ///< suns, point lights and area lights are represented in the basis, too
     SolveOptions solve = {};                ///< tolerance, iterations
     std::size_t shadow_rays_per_round = 64; ///< AreaLights::irradiance
+    FirstBounce first_bounce = FirstBounce::live;
+    bool may_be_dark = false; ///< light that reaches no front is no mistake: the solution is 0
     bool limit = true; ///< if the field is evaluated with corrected coefficients, `limited` to plausible values
 };
 
@@ -52,9 +64,11 @@ struct Solution {
     Values irradiance;  ///< #S: all irradiance
     SurfelLight light;  ///< on the surfels
     EnergyBalance energy;
-    double spectral_radius = 0.0;          ///< of T
-    bool spectral_radius_is_bound = false; ///< true: an upper bound (the norm); false: an estimate
-    std::size_t area_lights = 0;           ///< emitting triangles whose light was evaluated analytically
+    double spectral_radius = 0.0;            ///< of T
+    bool spectral_radius_is_bound = false;   ///< true: an upper bound (the norm); false: an estimate
+    std::optional<FirstBounce> first_bounce; ///< the way it was computed; none if there is no such light, or if the
+                                             ///< basis represents it
+    std::size_t area_lights = 0;             ///< emitting triangles whose light was evaluated analytically
 };
 
 /// Owned by a std::shared_ptr: the fields that it solves for keep it alive.
@@ -77,6 +91,13 @@ class RadiositySystem : public std::enable_shared_from_this<RadiositySystem> {
     Solution solve(const std::shared_ptr<const Scene>& scene, const LightingOptions& options,
                    const Execution& execution) const;
 
+    /// The same for several scenes of this surface that differ in their lights alone: the linear systems are solved
+    /// together, as columns of one matrix. With the solver krylov, each solution has the bits that it has alone, except
+    /// for its number of iterations, which is that of all. Some of the scenes may be dark. `options.sets`: none, or
+    /// those of every scene. Throws UsageError if reflectances differ. All have three channels unless all are grey.
+    std::vector<Solution> solve(std::span<const std::shared_ptr<const Scene>> scenes, const LightingOptions& options,
+                                const Execution& execution) const;
+
     /// The irradiance at the points that a radiosity b of the surfels causes directly and by further reflections,
     /// h = D b + T h. `reflectance`: #surfels by #channels; `b`: #surfels by any number of columns, of which column c
     /// is reflected by channel c modulo #channels. The first bounce is computed, and the others are solved for, because
@@ -86,6 +107,7 @@ class RadiositySystem : public std::enable_shared_from_this<RadiositySystem> {
                    const Execution& execution) const;
 
   private:
+    void check_scene(const Scene& scene) const;
     SystemParts parts_;
 };
 

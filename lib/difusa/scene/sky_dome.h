@@ -6,6 +6,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <utility>
 #include <vector>
 
 namespace difusa {
@@ -24,6 +26,20 @@ class GradientSky final : public SkyDome {
   private:
     Rgb zenith_, horizon_, ground_;
     Vec3 up_;
+};
+
+/// Another sky, brighter or dimmer by a factor.
+class ScaledSky final : public SkyDome {
+  public:
+    /// `factor`: not negative.
+    ScaledSky(std::shared_ptr<const SkyDome> sky, double factor) : sky_(std::move(sky)), factor_(factor) {}
+
+    Rgb radiance(const Vec3& towards) const override { return factor_ * sky_->radiance(towards); }
+    bool is_grey() const override { return sky_->is_grey(); }
+
+  private:
+    std::shared_ptr<const SkyDome> sky_;
+    double factor_;
 };
 
 /// An environment image in equirectangular (lat-long) layout: columns cover all azimuths, rows run from straight up to

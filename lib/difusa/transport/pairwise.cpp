@@ -1,6 +1,5 @@
 #include <difusa/transport/pairwise.h>
 
-#include <difusa/algebra/sparse_rows.h>
 #include <difusa/core/error.h>
 #include <difusa/core/parallel.h>
 #include <difusa/transport/gathered.h>
@@ -16,12 +15,12 @@ namespace {
 class PairwiseOperator final : public LinearOperator {
   public:
     /// `Y`: of a gathered transport over the same surfels.
-    PairwiseOperator(SparseRows S, std::shared_ptr<const BasisAverages> P, Eigen::VectorXd surfel_area,
-                     Eigen::VectorXd inverse_area, std::shared_ptr<const LinearOperator> Y)
+    PairwiseOperator(std::shared_ptr<const SparseRows> S, std::shared_ptr<const BasisAverages> P,
+                     Eigen::VectorXd surfel_area, Eigen::VectorXd inverse_area, std::shared_ptr<const LinearOperator> Y)
         : S_(std::move(S)), P_(std::move(P)), surfel_area_(std::move(surfel_area)),
           inverse_area_(std::move(inverse_area)), Y_(std::move(Y)) {}
 
-    std::size_t rows() const override { return S_.rows(); }
+    std::size_t rows() const override { return S_->rows(); }
     std::size_t columns() const override { return Y_->columns(); }
 
     void apply(const Values& x, Values& y, const Execution& execution) const override {
@@ -30,7 +29,7 @@ class PairwiseOperator final : public LinearOperator {
         scaled.array().colwise() *= surfel_area_.array();
         P_->apply_transpose(scaled, at_sites, execution);
         at_sites.array().colwise() *= inverse_area_.array();
-        S_.apply(at_sites, y, execution);
+        S_->apply(at_sites, y, execution);
         if (const Eigen::Index sky = x.rows() - surfel_area_.size(); !x.bottomRows(sky).isZero(0.0)) {
             Values only_sky = Values::Zero(x.rows(), x.cols()), from_sky;
             only_sky.bottomRows(sky) = x.bottomRows(sky);
@@ -41,7 +40,7 @@ class PairwiseOperator final : public LinearOperator {
 
     void apply_transpose(const Values& x, Values& y, const Execution& execution) const override {
         Values at_sites, at_surfels;
-        S_.apply_transpose(x, at_sites, execution);
+        S_->apply_transpose(x, at_sites, execution);
         at_sites.array().colwise() *= inverse_area_.array();
         P_->apply(at_sites, at_surfels, execution);
         at_surfels.array().colwise() *= surfel_area_.array();
@@ -49,8 +48,10 @@ class PairwiseOperator final : public LinearOperator {
         y.topRows(surfel_area_.size()) = at_surfels;
     }
 
+    PairwiseParts parts() const { return {S_, Y_}; }
+
   private:
-    SparseRows S_;
+    std::shared_ptr<const SparseRows> S_;
     std::shared_ptr<const BasisAverages> P_;
     Eigen::VectorXd surfel_area_, inverse_area_;
     std::shared_ptr<const LinearOperator> Y_;
@@ -111,7 +112,8 @@ LightTransport pairwise(const Tracer& tracer, const Discretisation& discretisati
             seen_by[k].push_back(static_cast<Index>(j));
         }
     }
-    SparseRows S(n, n);
+    const auto form_factors = std::make_shared<SparseRows>(n, n);
+    SparseRows& S = *form_factors;
     parallel_for(n, 16, execution, [&](std::size_t begin, std::size_t end, unsigned) {
         for (std::size_t j = begin; j < end; ++j) {
             SparseRows::Row& row = S.row(j);
@@ -126,6 +128,17 @@ LightTransport pairwise(const Tracer& tracer, const Discretisation& discretisati
             sees[j] = {};
         }
     });
+    transport.bytes += S.bytes();
+    transport.W = pairwise_operator(form_factors, transport.W, discretisation, execution);
+    return transport;
+}
+
+std::shared_ptr<const LinearOperator> pairwise_operator(std::shared_ptr<const SparseRows> S,
+                                                        std::shared_ptr<const LinearOperator> gathered,
+                                                        const Discretisation& discretisation,
+                                                        const Execution& execution) {
+    const Surfels& surfels = *discretisation.surfels;
+    const std::size_t n = discretisation.sites->size();
     // A_s / sigma_s, 0 where no basis function is nonzero. Exactly A_s for a partition of unity.
     Values sigma;
     discretisation.averages->apply(Values::Ones(static_cast<Eigen::Index>(n), 1), sigma, execution);
@@ -138,10 +151,13 @@ LightTransport pairwise(const Tracer& tracer, const Discretisation& discretisati
         const double A = discretisation.integrals[k];
         inverse_area[static_cast<Eigen::Index>(k)] = A != 0.0 ? 1.0 / A : 0.0;
     }
-    transport.bytes += S.bytes();
-    transport.W = std::make_shared<PairwiseOperator>(std::move(S), discretisation.averages, std::move(surfel_area),
-                                                     std::move(inverse_area), transport.W);
-    return transport;
+    return std::make_shared<PairwiseOperator>(std::move(S), discretisation.averages, std::move(surfel_area),
+                                              std::move(inverse_area), std::move(gathered));
+}
+
+PairwiseParts pairwise_parts(const LinearOperator& W) {
+    const auto* const pairs = dynamic_cast<const PairwiseOperator*>(&W);
+    return pairs != nullptr ? pairs->parts() : PairwiseParts();
 }
 
 } // namespace difusa

@@ -8,16 +8,32 @@
 // and the iteration may diverge. That is detected before solving (algebra/spectral_radius.h).
 #pragma once
 
+#include <difusa/algebra/sparse_rows.h>
 #include <difusa/discretisation/discretisation.h>
 #include <difusa/rays/directions.h>
 #include <difusa/rays/tracer.h>
 #include <difusa/transport/kernel.h>
 #include <difusa/transport/light_transport.h>
 
+#include <memory>
+
 namespace difusa {
 
 /// Areas are those of the sites. Pairs of sites cannot measure what escapes: `rays` rays from each site do that.
 LightTransport pairwise(const Tracer& tracer, const Discretisation& discretisation, const Kernel& kernel,
                         const Directions& directions, std::size_t rays, std::uint64_t seed, const Execution& execution);
+
+/// What of a pairwise transport comes from rays and pairs. The rest follows from the discretisation.
+struct PairwiseParts {
+    std::shared_ptr<const SparseRows> form_factors; ///< S, #S by #S; null if the transport is not pairwise
+    std::shared_ptr<const LinearOperator> gathered; ///< of which the columns of the sky are used
+};
+PairwiseParts pairwise_parts(const LinearOperator& W);
+
+/// W = [S M, Y], with Y from `gathered`.
+std::shared_ptr<const LinearOperator> pairwise_operator(std::shared_ptr<const SparseRows> S,
+                                                        std::shared_ptr<const LinearOperator> gathered,
+                                                        const Discretisation& discretisation,
+                                                        const Execution& execution);
 
 } // namespace difusa

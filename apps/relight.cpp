@@ -1,0 +1,362 @@
+// relight transport out: lights a surface whose transport was saved by bake_radiosity. Parses options, writes files.
+#include "bake_arguments.h"
+#include "run_bake.h"
+
+#include <difusa/bake/relight.h>
+#include <difusa/import/text_scanner.h>
+#include <difusa/output/series_files.h>
+
+#include <filesystem>
+#include <iostream>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace relight {
+
+using difusa::Rgb;
+using difusa::UsageError;
+
+const char* const examples =
+    R"(Lights a surface anew, in other light or other colours, with a transport saved by bake_radiosity. No ray is cast
+from the sites; the result is the same, to the bit, as that of a bake in the new light.
+
+Examples:
+  bake_radiosity room.json day.vtp --save-transport room.difusa
+      bakes, and saves the transport
+  relight room.difusa night.vtp --scale sun=0 --scale sky=0.01 --emission lamp=40,36,30
+      night: sun off, a hundredth of the sky, and a material that emits
+  relight room.difusa red.vtp --reflectance wall=0.6,0.1,0.1
+      another colour
+  relight room.difusa evening.vtp --scale sun=0 --sun 0.9,0.3,0.1,400,250,120
+      the sun elsewhere
+  relight room.difusa day.pvd --scale sun=0 --sun-path 48.14,11.58,2026-06-21,30 --time-zone 2
+      a day in Munich, every 30 minutes: open day.pvd in ParaView and press Play
+  relight room.difusa other.vtp --scene other.json
+      the materials, textures and lights of another scene with the same surface
+
+Exit codes: 0 done, 1 usage, 2 input, 3 not converged, 4 resources, 5 internal, 130 interrupted.
+)";
+
+struct Arguments {
+    std::filesystem::path transport, scene;
+    difusa::LightChange change;
+    difusa::BakeArguments bake;
+    difusa::RunArguments run;
+    std::optional<difusa::SunPath> path;
+    std::optional<std::pair<double, double>> hours;
+    std::optional<double> time_zone;
+    std::optional<difusa::Vec3> north;
+    std::optional<Rgb> strength;
+    bool verbose = false;
+};
+
+/// "NAME=VALUE"; the name may contain '='.
+std::pair<std::string, std::string> split_at_sign(const std::string& option, const std::string& text,
+                                                  const std::string& form) {
+    const std::size_t sign = text.rfind('=');
+    if (sign == std::string::npos || sign == 0) {
+        throw UsageError(option + " " + text + ": takes " + form);
+    }
+    return {text.substr(0, sign), text.substr(sign + 1)};
+}
+
+std::pair<std::string, Rgb> parse_material(const std::string& option, const std::string& text) {
+    const auto [name, value] = split_at_sign(option, text, "MATERIAL=R or MATERIAL=R,G,B");
+    return {name, difusa::parse_rgb(option + " " + name, value)};
+}
+
+std::pair<std::string, double> parse_scale(const std::string& option, const std::string& text) {
+    const auto [name, value] = split_at_sign(option, text, "GROUP=FACTOR");
+    const auto numbers = difusa::parse_numbers(value).value_or(std::vector<double>());
+    if (numbers.size() != 1 || numbers[0] < 0.0) {
+        throw UsageError(option + " " + text + ": the factor must be a number of at least 0");
+    }
+    return {name, numbers[0]};
+}
+
+/// "48.1,11.6,2026-06-21" or "48.1,11.6,2026-06-21,30".
+difusa::SunPath parse_sun_path(const std::string& option, const std::string& text) {
+    const auto refuse = [&]() -> difusa::SunPath {
+        throw UsageError(option + " " + text +
+                         ": takes LATITUDE,LONGITUDE,YEAR-MONTH-DAY[,MINUTES] with nothing but commas between, such as "
+                         "48.14,11.58,2026-06-21,30");
+    };
+    std::vector<std::string> fields;
+    std::istringstream stream(text);
+    for (std::string field; std::getline(stream, field, ',');) {
+        fields.push_back(field);
+    }
+    if (fields.size() < 3 || fields.size() > 4 || text.back() == ',') {
+        return refuse();
+    }
+    const auto place = difusa::parse_numbers(fields[0] + "," + fields[1]);
+    const auto minutes = difusa::parse_numbers(fields.size() == 4 ? fields[3] : "60");
+    std::vector<int> date;
+    std::istringstream days(fields[2]);
+    for (std::string part; std::getline(days, part, '-');) {
+        date.push_back(difusa::parse_whole<int>(option + " " + text + ": day", part, 1));
+    }
+    if (!place || place->size() != 2 || !minutes || minutes->size() != 1 || date.size() != 3) {
+        return refuse();
+    }
+    difusa::SunPath path;
+    path.latitude = (*place)[0];
+    path.longitude = (*place)[1];
+    path.date = {date[0], date[1], date[2]};
+    path.step = (*minutes)[0] / 60.0;
+    return path;
+}
+
+/// Numbers with nothing but commas between.
+std::vector<double> parse_count(const std::string& option, const std::string& text, std::size_t count,
+                                const char* form) {
+    const auto numbers = difusa::parse_numbers(text);
+    if (!numbers || numbers->size() != count) {
+        throw UsageError(option + " " + text + ": takes " + form);
+    }
+    return *numbers;
+}
+
+void declare_path(CLI::App& app, Arguments& a) {
+    const std::string group = "Sun over a day (writes a .pvd, and a .vtp for each time)";
+    difusa::add_parsed(
+        app, "--sun-path", a.path,
+        "a sun beside the other lights, as it stands at a place (degrees north and east) on a day, every so many "
+        "minutes (60), while it is above the horizon",
+        parse_sun_path)
+        ->group(group)
+        ->type_name("LAT,LON,Y-M-D[,MIN]");
+    difusa::add_parsed(app, "--hours", a.hours, "between these times only (default: 0,24)",
+                       [](const std::string& option, const std::string& text) {
+                           const std::vector<double> hours = parse_count(option, text, 2, "FROM,TO in hours");
+                           return std::pair(hours[0], hours[1]);
+                       })
+        ->group(group)
+        ->type_name("FROM,TO");
+    difusa::add_parsed(app, "--time-zone", a.time_zone, "of all times, hours east of universal time (default: 0)",
+                       [](const std::string& option, const std::string& text) {
+                           return parse_count(option, text, 1, "a number of hours")[0];
+                       })
+        ->group(group)
+        ->type_name("H");
+    difusa::add_parsed(app, "--north", a.north, "direction of north in the scene (default: +y where z is up, else -z)",
+                       difusa::parse_point)
+        ->group(group)
+        ->type_name("X,Y,Z");
+    difusa::add_parsed(
+        app, "--sun-strength", a.strength,
+        "irradiance of a surface that faces the sun, W/m^2, at all times (default: under a clear sky, by the sun's "
+        "elevation)",
+        difusa::parse_rgb)
+        ->group(group)
+        ->type_name("R[,G,B]");
+}
+
+void declare_light(CLI::App& app, Arguments& a) {
+    const std::string group = "Scene";
+    app.add_option("--scene", a.scene,
+                   "scene of the same surface, whose materials, textures and lights are to be used (default: the one "
+                   "that was baked)")
+        ->group(group)
+        ->type_name("FILE");
+    difusa::add_repeated(app, "--scale", a.change.scale,
+                         "factor on a light group of the scene, or of the lights that the bake added: an emitting "
+                         "material, sun, point light, sky; 0 turns it off (may be repeated)",
+                         parse_scale)
+        ->group(group)
+        ->type_name("GROUP=FACTOR");
+    difusa::add_repeated(app, "--emission", a.change.emission,
+                         "radiosity that a material emits, W/m^2 (may be repeated)", parse_material)
+        ->group(group)
+        ->type_name("MATERIAL=R[,G,B]");
+    difusa::add_repeated(app, "--reflectance", a.change.reflectance,
+                         "reflectance of a material, a factor on its texture, if any (may be repeated)", parse_material)
+        ->group(group)
+        ->type_name("MATERIAL=R[,G,B]");
+    add_lamp_arguments(app, a.bake.options);
+    app.get_option("--sky")->description(
+        "irradiance of an unshaded surface under a uniform sky, W/m^2, in place of the sky of the bake");
+    for (const char* const added : {"--sun", "--point-light"}) {
+        CLI::Option* const option = app.get_option(added);
+        option->description("another " + option->get_description());
+    }
+}
+
+void declare(CLI::App& app, Arguments& a) {
+    app.add_option("transport", a.transport, "file written by bake_radiosity --save-transport")->type_name("TRANSPORT");
+    declare_light(app, a);
+    declare_path(app, a);
+    const std::string transport = "Light transport";
+    difusa::BakeOptions& options = a.bake.options;
+    app.add_option("--first-bounce", options.first_bounce,
+                   "the first reflection of suns, point lights and area lights: live (where such light falls on a "
+                   "small part of the surface, samples there supplement the rays; shadow rays) or operator (by the "
+                   "saved rays alone: faster, and blotchy where few of them meet that part)")
+        ->group(transport)
+        ->type_name("NAME")
+        ->capture_default_str();
+    options.direct = options.visibility = options.solver = ""; // as in the bake
+    add_direct_arguments(app, options, transport);
+    add_solver_arguments(app, options, transport);
+    for (const char* const kept : {"--direct", "--visibility", "--solver", "--tolerance", "--max-iterations"}) {
+        app.get_option(kept)->default_str("as in the bake");
+    }
+    add_result_arguments(app, a.bake, "each output vertex");
+    add_mesh_output_arguments(app, a.bake);
+    add_run_arguments(app, a.run, "the result does not depend");
+    app.add_flag("--verbose", a.verbose, "also print choices, times and residuals")->group(difusa::run_group);
+}
+
+bool is_series(const std::filesystem::path& file) {
+    return difusa::lower_case(file.extension().string()) == ".pvd";
+}
+
+void check_series(const Arguments& a) {
+    const std::string out = a.bake.files.field.string();
+    if (a.path.has_value() != is_series(a.bake.files.field)) {
+        throw UsageError(a.path ? out + ": the output of --sun-path must end in .pvd (a series that ParaView plays)"
+                                : out + ": a series needs --sun-path; for one lighting, write a .vtp or .ply");
+    }
+    if (!a.path && (a.hours || a.time_zone || a.north || a.strength)) {
+        throw UsageError(
+            "--hours, --time-zone, --north and --sun-strength say where the sun of --sun-path stands: give "
+            "that, too");
+    }
+    if (a.path && (!a.bake.files.report.empty() || !a.bake.files.sites.empty() || !a.bake.goal.empty())) {
+        throw UsageError("--report, --sites-output and --goal are of one lighting: omit them with --sun-path");
+    }
+}
+
+/// The path with what further options say of it.
+difusa::SunPath path_of(const Arguments& a) {
+    difusa::SunPath path = *a.path;
+    path.time_zone = a.time_zone.value_or(path.time_zone);
+    path.from = a.hours ? a.hours->first : path.from;
+    path.to = a.hours ? a.hours->second : path.to;
+    path.north = a.north;
+    path.strength = a.strength;
+    return path;
+}
+
+/// The series and its members.
+std::vector<std::filesystem::path> series_of(const Arguments& a) {
+    std::vector<std::filesystem::path> files{a.bake.files.field};
+    difusa::SunPath path = path_of(a);
+    path.north.reset(); // when the sun shines does not depend on it
+    const std::size_t count = sun_steps(path, difusa::Vec3::UnitZ()).size();
+    for (std::size_t i = 0; i < count; ++i) {
+        files.push_back(difusa::series_member(a.bake.files.field, i));
+    }
+    return files;
+}
+
+void check_files(const Arguments& a) {
+    if (a.transport.empty()) {
+        throw UsageError("a saved transport is expected: relight room.difusa out.vtp (--help)");
+    }
+    if (a.bake.files.field.empty()) {
+        throw UsageError("an output file is expected: relight " + a.transport.string() + " out.vtp (--help)");
+    }
+    std::vector<std::pair<std::filesystem::path, std::string>> inputs{{a.transport, "the transport"}};
+    if (!a.scene.empty()) {
+        inputs.emplace_back(a.scene, "the scene");
+    }
+    check_series(a);
+    difusa::BakeArguments bake = a.bake;
+    std::vector<difusa::OutputName> outputs;
+    if (a.path) {
+        for (const std::filesystem::path& file : series_of(a)) {
+            outputs.push_back({file, !is_series(file)});
+        }
+        bake.files.field.clear();
+    }
+    check_bake_outputs(bake, outputs, inputs);
+}
+
+/// What the command line leaves open is as in the bake.
+void fill_in(difusa::BakeOptions& options, const difusa::BakeOptions& saved, const difusa::BakeArguments& arguments) {
+    options.direct = options.direct.empty() ? saved.direct : options.direct;
+    options.visibility = options.visibility.empty() ? saved.visibility : options.visibility;
+    options.solver = options.solver.empty() ? saved.solver : options.solver;
+    if (!arguments.given("--tolerance")) {
+        options.solve.tolerance = saved.solve.tolerance;
+    }
+    if (!arguments.given("--max-iterations")) {
+        options.solve.max_iterations = saved.solve.max_iterations;
+    }
+}
+
+/// Loads the transport, fills in what it knows, and relights by `act`.
+template <class Act>
+difusa::BakeResult with_transport(const Arguments& a, difusa::RelightOptions& how, const difusa::Execution& execution,
+                                  const Act& act) {
+    difusa::Journal journal;
+    const difusa::SavedTransport saved =
+        difusa::load_transport(a.transport, {execution.threads, execution.progress, &journal});
+    journal.end();
+    fill_in(how.bake, relight_defaults(saved), a.bake);
+    difusa::BakeResult result = act(saved);
+    journal.append(result.journal); // loading comes first
+    result.journal = std::move(journal);
+    return result;
+}
+
+void relight_series(const Arguments& a, const difusa::Registry& registry, difusa::RelightOptions& how) {
+    const std::vector<std::filesystem::path> files = series_of(a);
+    how.bake.outputs.insert(how.bake.outputs.end(), files.begin(), files.end());
+    how.bake.error_points = how.bake.error_points.value_or(0);
+    difusa::SeriesWriter writer(a.bake.files.field, a.bake.files.listed);
+    std::size_t times = 0;
+    run_bake({}, a.run, a.verbose, [&](const difusa::Execution& execution) {
+        return with_transport(a, how, execution, [&](const difusa::SavedTransport& saved) {
+            const auto write = [&](const difusa::SunStep& step, const difusa::BakeResult& result) {
+                writer.add(step, result, execution);
+                ++times;
+            };
+            difusa::BakeResult last = relight_sun_path(registry, saved, how, path_of(a), write, execution);
+            writer.commit();
+            return last;
+        });
+    });
+    if (!a.run.quiet) {
+        std::cout << "written: " << a.bake.files.field.string() << " (" << times << " times, from "
+                  << files[1].filename().string() << " to " << files.back().filename().string() << ")\n";
+        if (!a.bake.files.listed.empty()) {
+            std::cout << "written: " << a.bake.files.listed.string() << "\n";
+        }
+    }
+}
+
+void run(const Arguments& a) {
+    const difusa::Registry registry = difusa::Registry::load(a.run.plugin_path);
+    check_files(a);
+    difusa::RelightOptions how;
+    how.change = a.change;
+    how.bake = bake_options(a.bake);
+    if (!a.scene.empty()) {
+        how.scene = a.scene;
+    }
+    if (a.path) {
+        relight_series(a, registry, how);
+        return;
+    }
+    run_bake(a.bake.files, a.run, a.verbose, [&](const difusa::Execution& execution) {
+        return with_transport(a, how, execution, [&](const difusa::SavedTransport& saved) {
+            return relight(registry, saved, how, execution);
+        });
+    });
+}
+
+} // namespace relight
+
+int main(int count, char** words) {
+    using namespace relight;
+    Arguments arguments;
+    CLI::App app(examples, "relight");
+    declare(app, arguments);
+    return difusa::run_command(app, count, words, "one transport and one output file", arguments.run.version,
+                               [&] { run(arguments); });
+}

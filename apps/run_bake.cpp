@@ -1,0 +1,64 @@
+#include "run_bake.h"
+#include "bake_arguments.h"
+#include "terminal.h"
+
+#include <iostream>
+
+namespace difusa {
+
+namespace {
+
+void print_details(const BakeResult& result) {
+    for (const auto& [kind, choice] : result.plugins) {
+        std::cout << kind << ": " << choice << "\n";
+    }
+    for (const auto& [phase, took] : result.journal.seconds()) {
+        std::cout << "time, " << phase << ": " << format_seconds(took) << "\n";
+    }
+    for (std::size_t c = 0; c < result.solution.solve.residual_history.size(); ++c) {
+        std::cout << "residuals, channel " << c << ":";
+        for (const double residual : result.solution.solve.residual_history[c]) {
+            std::cout << " " << residual;
+        }
+        std::cout << "\n";
+    }
+}
+
+} // namespace
+
+void run_bake(const BakeFiles& files, const RunArguments& run, bool verbose,
+              const std::function<BakeResult(const Execution& execution)>& bake) {
+    TerminalProgress progress(run.quiet);
+    const Execution execution{run.threads, &progress};
+    BakeResult result;
+    try {
+        result = bake(execution);
+    } catch (const Error& error) {
+        if (!run.quiet && error.code() != ExitCode::interrupted) {
+            progress.print_remarks();
+        }
+        throw;
+    }
+    write_bake(result, files, execution);
+    progress.clear();
+    if (run.quiet) {
+        require_target(result);
+        return;
+    }
+    if (verbose) {
+        print_details(result);
+    }
+    std::cout << summary_of(result);
+    if (!files.field.empty()) {
+        std::cout << "written: " << files.field.string() << " (" << result.mesh.vertices.size() << " vertices, "
+                  << result.mesh.triangles.size() << " triangles)\n";
+    }
+    for (const std::filesystem::path& file : {files.sites, files.listed, files.report, files.transport}) {
+        if (!file.empty()) {
+            std::cout << "written: " << file.string() << "\n";
+        }
+    }
+    require_target(result);
+}
+
+} // namespace difusa

@@ -1,0 +1,105 @@
+#include <difusa/bake/light_change.h>
+
+#include <difusa/bake/options.h>
+#include <difusa/core/error.h>
+#include <difusa/plugin/parameters.h>
+#include <difusa/scene/light_groups.h>
+#include <difusa/scene/sky_dome.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+namespace difusa {
+
+namespace {
+
+/// "no material `lmap`, did you mean lamp? There are: lamp, wall".
+std::string unknown_name(const std::string& what, const std::string& name, const std::vector<std::string>& known) {
+    const std::string near = nearest_name(name, known);
+    std::string text = "there is no " + what + " `" + name + "`" + (near.empty() ? "" : ", did you mean " + near + "?");
+    constexpr std::size_t most = 20;
+    for (std::size_t i = 0; i < std::min(known.size(), most); ++i) {
+        text += (i == 0 ? (near.empty() ? ". There are: " : " There are: ") : ", ") + known[i];
+    }
+    return text + (known.size() > most ? ", ..." : "");
+}
+
+/// Calls `act` for each material of this name.
+template <class Act> void for_materials(Scene& scene, const char* option, const std::string& name, const Act& act) {
+    bool found = false;
+    std::vector<std::string> known;
+    for (Material& material : scene.materials) {
+        known.push_back(material.name);
+        if (material.name == name) {
+            act(material);
+            found = true;
+        }
+    }
+    if (!found) {
+        throw UsageError(std::string(option) + ": " + unknown_name("material", name, known));
+    }
+}
+
+void scale_group(Scene& scene, const LightSets& sets, const std::string& name, double factor) {
+    if (!(factor >= 0.0) || !std::isfinite(factor)) {
+        throw UsageError("--scale " + name + ": the factor must be a finite number of at least 0");
+    }
+    const auto found = std::find(sets.names.begin(), sets.names.end(), name);
+    if (found == sets.names.end() || name.empty()) {
+        throw UsageError("--scale: " + unknown_name("light group", name, sets.names));
+    }
+    const auto set = static_cast<Index>(found - sets.names.begin());
+    // What does not shine belongs to no set, and stays dark.
+    for (std::size_t m = 0; m < scene.materials.size(); ++m) {
+        if (sets.material[m] == set) {
+            scene.materials[m].emission *= factor;
+        }
+    }
+    for (std::size_t i = 0; i < scene.suns.size(); ++i) {
+        if (sets.sun[i] == set) {
+            scene.suns[i].irradiance *= factor;
+        }
+    }
+    for (std::size_t i = 0; i < scene.point_lights.size(); ++i) {
+        if (sets.point[i] == set) {
+            scene.point_lights[i].intensity *= factor;
+        }
+    }
+    if (sets.sky == set && scene.has_sky()) {
+        scene.sky *= factor;
+        if (scene.dome) {
+            scene.dome = factor > 0.0 ? std::make_shared<ScaledSky>(scene.dome, factor) : nullptr;
+        }
+    }
+}
+
+} // namespace
+
+void change_light(const LightChange& change, Scene& scene) {
+    const LightSets sets = light_groups(scene); // as they were before any change
+    for (const auto& [name, factor] : change.scale) {
+        scale_group(scene, sets, name, factor);
+    }
+    for (const auto& [name, emission] : change.emission) {
+        if (!is_light(emission)) {
+            throw UsageError("--emission " + name + ": must be finite and not negative");
+        }
+        for_materials(scene, "--emission", name, [&](Material& material) { material.emission = emission; });
+    }
+    for (const auto& [name, reflectance] : change.reflectance) {
+        for_materials(scene, "--reflectance", name, [&](Material& material) {
+            const Rgb brightest = material.reflectance_texture
+                                      ? Rgb(material.reflectance_texture->brightest() * reflectance)
+                                      : reflectance;
+            if (!((reflectance >= 0.0) && (reflectance <= 1.0) && (brightest <= 1.0)).all()) {
+                throw UsageError("--reflectance " + name + ": must be from 0 to 1" +
+                                 (material.reflectance_texture ? ", times its texture" : ""));
+            }
+            material.reflectance = reflectance;
+            material.vertex_colours = false;
+        });
+    }
+}
+
+} // namespace difusa

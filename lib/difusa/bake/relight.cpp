@@ -1,0 +1,288 @@
+#include <difusa/bake/relight.h>
+
+#include <difusa/bake/evaluation.h>
+#include <difusa/bake/scene.h>
+#include <difusa/bake/steps.h>
+#include <difusa/core/error.h>
+#include <difusa/core/memory.h>
+#include <difusa/io/same_file.h>
+#include <difusa/transport/pairwise.h>
+
+#include <algorithm>
+#include <functional>
+#include <memory>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+namespace difusa {
+
+namespace {
+
+/// The options, with those that the transport depends on from there.
+BakeOptions complete_options(BakeOptions options, const BakeOptions& saved) {
+    options.basis = saved.basis;
+    options.sampler = saved.sampler;
+    options.transport = saved.transport;
+    options.directions = saved.directions;
+    options.kernel = saved.kernel;
+    options.projection = saved.projection;
+    options.flip = saved.flip;
+    options.quality = saved.quality;
+    options.spacing = saved.spacing;
+    options.sites = 0;
+    options.neighbours = saved.neighbours;
+    options.rays = saved.rays;
+    options.seed = saved.seed;
+    options.reflectance = options.reflectance ? options.reflectance : saved.reflectance;
+    options.every_surface = true;
+    return options;
+}
+
+/// One call of `relight`.
+class Relighting {
+  public:
+    /// `path`: null without one.
+    Relighting(const SavedTransport& saved, const RelightOptions& how, const SunPath* path, BakeResult& result,
+               Choices& choices, const Execution& execution)
+        : saved_(saved), how_(how), path_(path), result_(result), choices_(choices), execution_(execution) {
+        result.options.sites = saved.options.sites;
+        choices.may_be_dark = path != nullptr; // the sun may be behind a wall
+        result.transport_file = saved.file.string();
+        BakeOptions& all = result.requested; // in case it is saved again
+        all.sky = all.sky ? all.sky : saved.options.sky;
+        all.suns.insert(all.suns.begin(), saved.options.suns.begin(), saved.options.suns.end());
+        all.point_lights.insert(all.point_lights.begin(), saved.options.point_lights.begin(),
+                                saved.options.point_lights.end());
+    }
+
+    /// The lights of the bake and the changes to them.
+    SceneChange change() {
+        return [this](Scene& scene) {
+            add_chosen_lights(scene, saved_.options);
+            const bool lit = has_light(scene);
+            change_light(how_.change, scene);
+            if (path_ != nullptr) {
+                steps_ = sun_steps(*path_, result_.up);
+                moving_ = scene.suns.size();
+                scene.suns.push_back(steps_.front().sun);
+            }
+            BakeOptions& options = result_.options;
+            if (lit && !has_light(scene) && !options.sky) {
+                options.sky = Rgb::Zero(); // turned off on purpose: no sky takes its place
+            }
+        };
+    }
+
+    /// `visit`: of the steps of the path.
+    void run(const SunStepVisit& visit) {
+        solve();
+        estimate_error_of(result_, execution_);
+        evaluate_solution(result_, execution_);
+        if (path_ != nullptr) {
+            visit(steps_.front(), result_);
+            light_further_steps(visit);
+        }
+    }
+
+  private:
+    void solve() {
+        restore_surface();
+        execution_.phase("build visibility");
+        choices_.engine->build(result_.scene->mesh);
+        if (result_.options.when_visible) {
+            result_.options.when_visible(*result_.scene, *choices_.engine, result_.camera, result_.up);
+        }
+        check_sites();
+        const Placed placed{std::make_shared<SiteSet>(*saved_.sites)};
+        result_.sites = placed.sites;
+        BakeOptions& options = result_.options;
+        if (options.output_spacing == 0.0) {
+            options.output_spacing = options.output_in_spacings * options.spacing;
+        }
+        check_request(result_, choices_, DirectLight(*result_.scene, Tracer(result_.scene->mesh, *choices_.engine)),
+                      placed.sites->size(), execution_);
+        solve_placed(
+            result_, choices_, placed,
+            [this](const Discretisation& discretisation, const Execution& execution) {
+                return transport_of(discretisation, execution);
+            },
+            execution_);
+        execution_.save(
+            {"rays from the sites", "the transport was loaded", "rays", static_cast<double>(saved_.gathered.rays)});
+    }
+
+    /// All steps but the first, a block at a time.
+    void light_further_steps(const SunStepVisit& visit) {
+        execution_.phase("further times");
+        const Scene first = *result_.scene;
+        const LightingOptions options = lighting_options(result_, choices_);
+        const std::size_t block = steps_of_block(options.sets.count());
+        for (std::size_t begin = 1; begin < steps_.size(); begin += block) {
+            const std::size_t end = std::min(steps_.size(), begin + block);
+            Journal journal; // what is noted of the first step need not be said of the others
+            const Execution own{execution_.threads, execution_.progress, &journal};
+            std::vector<std::shared_ptr<Scene>> scenes;
+            for (std::size_t i = begin; i < end; ++i) {
+                scenes.push_back(std::make_shared<Scene>(first));
+                scenes.back()->suns[moving_] = steps_[i].sun;
+            }
+            std::vector<Solution> solutions = result_.system->solve(
+                std::vector<std::shared_ptr<const Scene>>(scenes.begin(), scenes.end()), options, own);
+            for (std::size_t i = begin; i < end; ++i) {
+                result_.scene = std::move(scenes[i - begin]);
+                result_.solution = std::move(solutions[i - begin]);
+                result_.error.reset();
+                result_.goal_estimates.clear();
+                estimate_error_of(result_, own);
+                evaluate_anew(result_, own);
+                visit(steps_[i], result_);
+            }
+            execution_.count("segments", journal.count_of("segments"));
+        }
+    }
+
+    /// How many scenes and columns may be in memory at once.
+    std::size_t steps_of_block(std::size_t sets) const {
+        constexpr double vectors = 64.0; // of each column: a Krylov space, and more
+        const Mesh& mesh = result_.scene->mesh;
+        const double columns = static_cast<double>(sets) * static_cast<double>(result_.channels);
+        const auto points = static_cast<double>(result_.system->transport().points());
+        const auto surfels = static_cast<double>(result_.system->transport().surfels);
+        const double bytes = sizeof(double) * columns * (vectors * points + 8.0 * surfels) +
+                             400.0 * static_cast<double>(mesh.triangles.size());
+        return static_cast<std::size_t>(std::clamp(0.25 * static_cast<double>(available_memory()) / bytes, 1.0, 16.0));
+    }
+
+    [[noreturn]] void refuse(const std::string& why) const {
+        const std::string name = saved_.file.empty() ? "the transport" : saved_.file.string();
+        throw InputError(name + ": " + why);
+    }
+
+    /// The surface as it was when the transport was saved.
+    void restore_surface() {
+        Mesh& mesh = result_.scene->mesh;
+        const auto is_none = [&](Index t) { return t >= mesh.triangles.size(); };
+        const bool possible = std::none_of(saved_.turned_over.begin(), saved_.turned_over.end(), is_none);
+        if (possible && !saved_.turned_over.empty()) {
+            for (const Index t : saved_.turned_over) {
+                mesh.turn_over(t);
+            }
+            mesh.derive();
+        }
+        if (!possible || geometry_fingerprint(mesh) != saved_.geometry) {
+            refuse("the surface of " + result_.file + " is not the one that this transport was computed for; bake it " +
+                   "again with --save-transport, or name a scene of the same surface, --scene FILE");
+        }
+        result_.turned_over = saved_.turned_over;
+    }
+
+    /// The sites of a file, however it was made, lie on the surface.
+    void check_sites() const {
+        const Mesh& mesh = result_.scene->mesh;
+        const SiteSet& sites = *saved_.sites;
+        const double rounding = 1e-6 * mesh.diameter();
+        const double largest = std::max(mesh.diameter(), sites.spacing * (1.0 + 0x1p-10));
+        for (std::size_t i = 0; i < sites.size(); ++i) {
+            const SurfacePoint& site = sites.points[i];
+            if (site.face >= mesh.triangles.size() || sites.region[i] != mesh.region[site.face] ||
+                !((site.position - mesh.at(site.face, site.u, site.v).position).norm() <= rounding) ||
+                !(sites.radius[i] <= largest)) {
+                refuse("its site number " + std::to_string(i) + " is not on the surface; bake it again with " +
+                       "--save-transport");
+            }
+        }
+    }
+
+    LightTransport transport_of(const Discretisation& discretisation, const Execution& execution) const {
+        LightTransport transport = saved_.gathered;
+        if (transport.surfels != discretisation.surfels->size() || transport.points() != discretisation.points.size() ||
+            discretisation_fingerprint(discretisation) != saved_.discretisation) {
+            refuse("this program divides the surface otherwise than the one that saved the transport; bake it again "
+                   "with --save-transport");
+        }
+        if (saved_.form_factors) {
+            transport.W = pairwise_operator(saved_.form_factors, transport.W, discretisation, execution);
+        }
+        return transport;
+    }
+
+    const SavedTransport& saved_;
+    const RelightOptions& how_;
+    const SunPath* path_;
+    std::vector<SunStep> steps_;
+    std::size_t moving_ = 0; ///< number of the sun of the path in the scene
+    BakeResult& result_;
+    Choices& choices_;
+    const Execution& execution_;
+};
+
+void read_scene_of(const SavedTransport& saved, const std::filesystem::path& file, const Registry& registry,
+                   BakeResult& result, const SceneChange& change, const Execution& execution) {
+    refuse_to_overwrite({saved.file}, result.options.outputs);
+    std::error_code ignored;
+    if (!std::filesystem::exists(file, ignored)) {
+        throw InputError(file.string() + ": cannot be found; the transport was saved for this scene: name the file " +
+                         "where it is now, --scene FILE");
+    }
+    read_into(result, registry, file, execution, change);
+    if (file == saved.scene && content_fingerprint(file) != saved.scene_content) {
+        execution.note(file.string() + " has changed since the transport was saved: its materials and lights are those "
+                                       "of now");
+    }
+}
+
+BakeResult relit_file(const Registry& registry, const SavedTransport& saved, const RelightOptions& options,
+                      const SunPath* path, const SunStepVisit& visit, const Execution& execution) {
+    const BakeOptions complete = complete_options(options.bake, saved.options);
+    return run_steps(registry, complete, execution, [&](BakeResult& result, Choices& choices, const Execution& own) {
+        Relighting relighting(saved, options, path, result, choices, own);
+        read_scene_of(saved, options.scene.value_or(saved.scene), registry, result, relighting.change(), own);
+        relighting.run(visit);
+    });
+}
+
+BakeResult relit_scene(const Registry& registry, const SavedTransport& saved, Scene scene, const std::string& name,
+                       const RelightOptions& options, const SunPath* path, const SunStepVisit& visit,
+                       const Execution& execution) {
+    const BakeOptions complete = complete_options(options.bake, saved.options);
+    return run_steps(registry, complete, execution, [&](BakeResult& result, Choices& choices, const Execution& own) {
+        Relighting relighting(saved, options, path, result, choices, own);
+        adopt_into(result, std::move(scene), name, own, relighting.change());
+        relighting.run(visit);
+    });
+}
+
+} // namespace
+
+BakeOptions relight_defaults(const SavedTransport& saved) {
+    BakeOptions options;
+    options.solver = saved.options.solver;
+    options.solve = saved.options.solve;
+    options.direct = saved.options.direct;
+    options.visibility = saved.options.visibility;
+    return options;
+}
+
+BakeResult relight(const Registry& registry, const SavedTransport& saved, const RelightOptions& options,
+                   const Execution& execution) {
+    return relit_file(registry, saved, options, nullptr, {}, execution);
+}
+
+BakeResult relight(const Registry& registry, const SavedTransport& saved, Scene scene, const std::string& name,
+                   const RelightOptions& options, const Execution& execution) {
+    return relit_scene(registry, saved, std::move(scene), name, options, nullptr, {}, execution);
+}
+
+BakeResult relight_sun_path(const Registry& registry, const SavedTransport& saved, const RelightOptions& options,
+                            const SunPath& path, const SunStepVisit& visit, const Execution& execution) {
+    return relit_file(registry, saved, options, &path, visit, execution);
+}
+
+BakeResult relight_sun_path(const Registry& registry, const SavedTransport& saved, Scene scene, const std::string& name,
+                            const RelightOptions& options, const SunPath& path, const SunStepVisit& visit,
+                            const Execution& execution) {
+    return relit_scene(registry, saved, std::move(scene), name, options, &path, visit, execution);
+}
+
+} // namespace difusa

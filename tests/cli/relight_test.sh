@@ -1,0 +1,121 @@
+# A saved transport: relit in the same light it gives the same files, in another light those of a fresh bake; and every
+# way it can be refused.
+. "$(dirname "$0")/lib.sh"
+
+size="--sites 300 --rays 32 --error-points 0"
+printf '0.3,0.001,0.3\n0.2,0.3,0.2,0,1,0\n' >places.csv
+places="--at places.csv"
+
+# In the light of the bake, with other threads: the same field, the same table.
+expect_exit 0 "$bake" "$box" day.ply $size --save-transport box.difusa $places --at-output day.csv
+expect_text stdout "written: box.difusa"
+expect_exit 0 "$relight" box.difusa again.ply --error-points 0 $places --at-output again.csv --threads 3 --report again.json
+expect_same_field day.ply again.ply
+cmp day.csv again.csv || fail "the table of the relit scene differs"
+expect_text stdout "transport: loaded from box.difusa" "now 0 rays" "not needed: rays from the sites, since the transport was loaded"
+[ "$(entry again.json loaded_from)" = box.difusa ] || fail "the report does not name the transport"
+[ "$(entry again.json first_bounce)" = live ] || [ "$(entry again.json first_bounce)" = operator ] ||
+    fail "the report does not tell the first bounce"
+
+# same_as_fresh NAME "OPTIONS OF RELIGHT" "OPTIONS OF BAKE" MESH
+same_as_fresh() {
+    expect_exit 0 "$relight" box.difusa relit.ply --error-points 0 $places --at-output relit.csv $2
+    expect_exit 0 "$bake" "$4" fresh.ply $size --save-transport fresh.difusa $places --at-output fresh.csv $3
+    expect_same_field relit.ply fresh.ply
+    cmp relit.csv fresh.csv || fail "$1: the tables differ"
+    if cmp -s day.csv relit.csv; then
+        fail "$1: nothing has changed"
+    fi
+}
+cp "$DIFUSA_DATA/cornell_box.obj" other.obj
+sed -e 's/^Ke 0 0 0/Ke 0 0 0 /; /newmtl red/,/^Ke/s/^Ke.*/Ke 3 0.5 0.25/' "$DIFUSA_DATA/cornell_box.mtl" >cornell_box.mtl
+same_as_fresh "emission of a dark material" "--emission red=3,0.5,0.25" "" other.obj
+same_as_fresh "the same as a scene" "--scene other.obj" "" other.obj
+sed -e '/newmtl white/,/^Ke/s/^Kd.*/Kd 0.25 0.5 0.75/' "$DIFUSA_DATA/cornell_box.mtl" >cornell_box.mtl
+same_as_fresh "reflectance" "--reflectance white=0.25,0.5,0.75" "" other.obj
+sed -e 's/^Ke 54.*/Ke 0 0 0/' "$DIFUSA_DATA/cornell_box.mtl" >cornell_box.mtl
+sun="--sun 0.2,0.3,-1,5,4,3" sky="--sky 1,2,3" point="--point-light 0.3,0.4,0.3,1"
+same_as_fresh "sun instead of the lamp" "--scale lamp=0 $sun" "$sun" other.obj
+same_as_fresh "sky and point light" "--scale lamp=0 $sky $point" "$sky $point" other.obj
+same_as_fresh "without the samples" "--scale lamp=0 $sun --solver jacobi" "$sun --solver jacobi" other.obj
+expect_exit 0 "$relight" box.difusa groups.vtp --error-points 0 --sun 0.2,0.3,-1,5 --light-groups
+expect_text groups.vtp radiosity_of_sun irradiance_of_lamp
+expect_exit 0 "$relight" box.difusa operator.ply --error-points 0 --sun 0,0.05,-1,5 --first-bounce operator --report o.json
+[ "$(entry o.json first_bounce)" = operator ] || fail "the first bounce is not that of the operator"
+
+# A day: a field for each time, a series that names them, a table.
+day="--sun-path 48.14,11.58,2026-06-21,120 --time-zone 2 --hours 8,16"
+expect_exit 0 "$relight" box.difusa day.pvd --scale lamp=0 --north 0,0,1 $day $places --at-output path.csv
+[ "$(ls day_*.vtp | wc -l)" = 5 ] || fail "there are other fields than those of five times: $(ls)"
+expect_text day.pvd 'type="Collection"' 'timestep="8" part="0" file="day_0000.vtp"' 'timestep="16" part="0" file="day_0004.vtp"'
+expect_text stdout "written: day.pvd (5 times, from day_0000.vtp to day_0004.vtp)" "written: path.csv"
+expect_text day_0002.vtp sun_elevation radiosity
+[ "$(wc -l <path.csv)" = 11 ] || fail "the table has other rows than those of two places and five times"
+expect_text path.csv "hours,sun_azimuth,sun_elevation,x,y,z"
+cp path.csv path.copy
+expect_exit 0 "$relight" box.difusa day.pvd --scale lamp=0 --north 0,0,1 $day $places --at-output path.csv --threads 3 --quiet
+cmp path.csv path.copy || fail "the table depends on the number of threads"
+rm -f day.pvd day_*
+
+# Refused, without a trace.
+usage() { # usage TEXT ARGUMENT...
+    local text=$1
+    shift
+    expect_refusal 1 "$text" "$relight" "$@"
+}
+usage "a saved transport is expected"
+usage "an output file is expected" box.difusa
+usage "one argument too many" box.difusa out.vtp third
+usage "would overwrite the transport" box.difusa box.difusa
+usage "two outputs have this name" box.difusa out.vtp --report out.vtp
+usage "would overwrite the scene" box.difusa other.ply --scene other.ply
+usage "unknown option --rays" box.difusa out.vtp --rays 12
+usage "--emission lamp: takes MATERIAL=R or MATERIAL=R,G,B" box.difusa out.vtp --emission lamp
+usage "--emission lamp -1: takes one number, or three" box.difusa out.vtp --emission lamp=-1
+usage "did you mean lamp? There are: white, red, green, lamp" box.difusa out.vtp --emission lmap=1
+usage "there is no light group \`sun\`" box.difusa out.vtp --scale sun=0
+usage "the factor must be a number of at least 0" box.difusa out.vtp --scale lamp=-1
+usage "did you mean live?" box.difusa out.vtp --first-bounce lve
+usage "two outputs have this name" box.difusa out.vtp --report ./out.vtp
+expect_refusal 1 "two outputs have this name" "$bake" "$box" out.ply $small --save-transport ./out.ply
+expect_refusal 1 "would overwrite the mesh" "$bake" other.obj out.ply $small --save-transport other.obj
+
+usage "must end in .pvd" box.difusa out.vtp $day
+usage "a series needs --sun-path" box.difusa out.pvd
+usage "give that, too" box.difusa out.vtp --time-zone 2
+usage "omit them with --sun-path" box.difusa out.pvd $day --report report.json
+usage "takes LATITUDE,LONGITUDE,YEAR-MONTH-DAY[,MINUTES]" box.difusa out.pvd --sun-path 48,11
+usage "takes LATITUDE,LONGITUDE,YEAR-MONTH-DAY[,MINUTES]" box.difusa out.pvd --sun-path 48,11,2026-06-21,
+usage "there is no such day" box.difusa out.pvd --sun-path 48,11,2026-02-30
+usage "below the horizon" box.difusa out.pvd --sun-path 48,11,2026-06-21 --hours 0,1
+usage "must not be vertical" box.difusa out.pvd --sun-path 48,11,2026-06-21 --north 0,1,0
+usage "would overwrite the transport" box.difusa box.difusa.pvd --sun-path 48,11,2026-06-21 --at-output box.difusa $places
+
+refused() { # refused TEXT FILE
+    expect_refusal 2 "$1" "$relight" "$2" out.vtp
+    expect_text message "bake_radiosity SCENE OUT --save-transport FILE"
+}
+expect_refusal 2 "cannot be opened" "$relight" nowhere.difusa out.vtp
+head -c 1000 box.difusa >cut.difusa
+refused "is cut short" cut.difusa
+: >empty.difusa
+refused "is empty" empty.difusa
+refused "is not a file of the kind \`difusa transport\`" "$box"
+sed -e '2s/version 1/version 0/' box.difusa >older.difusa
+refused "has version 0 of its format, and this program reads version 1" older.difusa
+head -c 2000 box.difusa >damaged.difusa
+printf 'x' >>damaged.difusa
+tail -c +2002 box.difusa >>damaged.difusa
+refused "is damaged" damaged.difusa
+expect_refusal 2 "is not the one that this transport was computed for" "$relight" box.difusa out.vtp --scene "$DIFUSA_DATA/bowl.ply"
+expect_refusal 2 "has no light" "$relight" box.difusa out.vtp --scale lamp=0
+
+# The scene of a transport may be moved, and may change.
+expect_exit 0 "$bake" other.obj out.ply $small --sky 1 --save-transport other.difusa
+mv other.obj elsewhere.obj
+expect_refusal 2 "other.obj: cannot be found; the transport was saved for this scene" "$relight" other.difusa out.vtp
+expect_text message "--scene FILE"
+expect_exit 0 "$relight" other.difusa relit.ply --error-points 0 --scene elsewhere.obj
+sed -e 's/^usemtl red/usemtl green/' elsewhere.obj >other.obj
+expect_exit 0 "$relight" other.difusa relit.ply --error-points 0
+expect_text stdout "other.obj has changed since the transport was saved"
