@@ -8,6 +8,7 @@
 
 #include <cmath>
 #include <iostream>
+#include <map>
 #include <utility>
 
 namespace difusa {
@@ -81,6 +82,30 @@ Rgb parse_rgb(const std::string& option, const std::string& text) {
                          "none may be negative");
     }
     return values.size() == 1 ? Rgb::Constant(values[0]) : Rgb(values[0], values[1], values[2]);
+}
+
+double parse_bytes(const std::string& option, const std::string& text) {
+    static const std::map<std::string, double> units{{"", 1.0},       {"kB", 1e3},     {"MB", 1e6},
+                                                     {"GB", 1e9},     {"TB", 1e12},    {"KiB", 0x1p10},
+                                                     {"MiB", 0x1p20}, {"GiB", 0x1p30}, {"TiB", 0x1p40}};
+    double value = 0.0;
+    const char* const last = text.data() + text.size();
+    const auto [end, error] = std::from_chars(text.data(), last, value);
+    const auto unit = units.find(text.substr(static_cast<std::size_t>(end - text.data())));
+    if (error != std::errc() || unit == units.end() || !(value > 0.0) || !std::isfinite(value)) {
+        throw UsageError(option + " " + text + ": takes a positive size such as 500MB or 4GiB");
+    }
+    return value * unit->second;
+}
+
+double parse_percent(const std::string& option, const std::string& text) {
+    const std::size_t sign = text.find('%');
+    const std::vector<double> values =
+        parse_numbers(text.substr(0, text.find_last_not_of(" %") + 1)).value_or(std::vector<double>());
+    if (sign == std::string::npos || sign + 1 != text.size() || values.size() != 1 || !(values[0] > 0.0)) {
+        throw UsageError(option + " " + text + ": takes a positive percentage with its sign, such as 1%");
+    }
+    return values[0] / 100.0;
 }
 
 void add_run_arguments(CLI::App& app, RunArguments& run, std::uint64_t& seed, const std::string& independent) {

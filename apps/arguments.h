@@ -37,6 +37,12 @@ template <class T> T parse_whole(const std::string& option, const std::string& t
 /// A positive, finite number.
 double parse_positive(const std::string& option, const std::string& text);
 
+/// "500MB", "4GiB" or "2e9" as bytes. Throws UsageError.
+double parse_bytes(const std::string& option, const std::string& text);
+
+/// "1%" or "0.5 %" as a positive share. Throws UsageError.
+double parse_percent(const std::string& option, const std::string& text);
+
 /// Three finite numbers, "X,Y,Z".
 Vec3 parse_point(const std::string& option, const std::string& text);
 

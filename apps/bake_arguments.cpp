@@ -103,6 +103,50 @@ void add_scene_arguments(CLI::App& app, BakeOptions& options) {
              scene_group);
 }
 
+void add_target_arguments(CLI::App& app, BakeArguments& arguments) {
+    const std::string group = "Accuracy";
+    add_parsed(app, "--error", arguments.error,
+               "accuracy to reach: adds sites and rays until the estimated rms error, relative to the reflected light, "
+               "is below this with a confidence of 97.5 %; exit code 3 if it is out of reach",
+               parse_percent)
+        ->group(group)
+        ->type_name("P%");
+    add_whole<std::size_t>(app, "--max-sites", arguments.target.most_sites, 100, "do not go beyond, with --error")
+        ->group(group)
+        ->type_name("N")
+        ->default_str(shown(arguments.target.most_sites));
+    add_parsed(app, "--max-seconds", arguments.target.most_seconds,
+               "start no attempt that will probably end later, with --error: the result then depends on the machine",
+               parse_positive)
+        ->group(group)
+        ->type_name("S");
+    add_parsed(
+        app, "--max-memory", arguments.options.most_memory,
+        "memory for the whole process, as estimated beforehand: refuses what would take more; with --error, goes "
+        "no further",
+        parse_bytes)
+        ->group(group)
+        ->type_name("SIZE");
+    app.add_flag("--best-effort", arguments.target.best_effort,
+                 "if the accuracy of --error is out of reach, write the best result all the same; still exit code 3")
+        ->group(group);
+}
+
+/// Throws UsageError for options that contradict --error or do nothing without it.
+void check_target(const CLI::App& app, bool ordered) {
+    for (const char* const name : {"--max-sites", "--max-seconds", "--best-effort"}) {
+        if (!ordered && app.count(name) > 0) {
+            throw UsageError(std::string(name) + ": limits what --error may take; order an accuracy, --error 1%");
+        }
+    }
+    for (const char* const name : {"--sites", "--spacing", "--rays", "--error-points", "--final-gather"}) {
+        if (ordered && app.count(name) > 0) {
+            throw UsageError(std::string(name) + ": cannot be combined with --error, which chooses the effort; omit "
+                                                 "one of them");
+        }
+    }
+}
+
 /// What --quality chooses.
 struct Preset {
     const char* name;
@@ -266,6 +310,7 @@ void add_result_arguments(CLI::App& app, BakeArguments& arguments, const std::st
                                "slower, and far more accurate")
         ->group(output)
         ->type_name("N");
+    add_target_arguments(app, arguments);
     add_parsed(
         app, "--error-points", options.error_points,
         "surface points at which the error is estimated (default: an eighth of the sites, 128 to 4096; 0: no estimate)",
@@ -290,6 +335,13 @@ void add_result_arguments(CLI::App& app, BakeArguments& arguments, const std::st
              output);
     add_place_arguments(app, arguments, output);
     app.add_option("--report", arguments.files.report, "write a report as JSON")->group(output)->type_name("FILE.json");
+    app.final_callback([&app, &arguments] { check_target(app, arguments.error.has_value()); });
+}
+
+void require_target(const BakeResult& result) {
+    if (result.target_missed) {
+        throw NotConverged("the accuracy ordered by --error was not reached; the files hold the best result");
+    }
 }
 
 void add_mesh_output_arguments(CLI::App& app, BakeArguments& arguments) {
@@ -312,6 +364,10 @@ BakeOptions bake_options(const BakeArguments& arguments) {
                        arguments.files.transport};
     if (!arguments.at.empty()) {
         options.at = read_point_list(arguments.at);
+    }
+    if (arguments.error) {
+        options.target = arguments.target;
+        options.target->relative = *arguments.error;
     }
     if (!arguments.goal.empty()) {
         options.goals = read_goals(arguments.goal);

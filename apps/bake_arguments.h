@@ -10,6 +10,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -67,6 +68,8 @@ struct BakeArguments {
     std::filesystem::path goal; ///< file with goals
     /// Whether the command line has an option of this name; set by add_result_arguments, and valid as long as its app.
     std::function<bool(const std::string& option)> given;
+    std::optional<double> error; ///< to reach
+    ErrorTarget target;          ///< its limits
 };
 
 /// All options of a bake except --seed and those of its output mesh, in groups; `gathered` says where --final-gather
@@ -84,6 +87,9 @@ void add_mesh_output_arguments(CLI::App& app, BakeArguments& arguments);
 /// places without any, and for what a .ply cannot hold.
 void check_bake_outputs(const BakeArguments& arguments, std::vector<OutputName> outputs,
                         std::vector<std::pair<std::filesystem::path, std::string>> inputs);
+
+/// Throws NotConverged if the accuracy ordered was missed, after the best result has been written.
+void require_target(const BakeResult& result);
 
 /// The options, with what --quality chooses for those that are not given, the points of --at and the goals of --goal
 /// read, and the files of the bake as outputs. Throws what reading them throws.

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace {
+namespace bake_radiosity {
 
 using difusa::UsageError;
 
@@ -33,7 +33,7 @@ Examples:
       and then relight room.difusa, in other light or colours, without casting the rays again
   bake_radiosity --list-plugins
 
-Exit codes: 0 done, 1 usage, 2 input, 3 not converged, 4 resources, 5 internal, 130 interrupted.
+Exit codes: 0 done, 1 usage, 2 input, 3 not converged or --error not reached, 4 resources, 5 internal, 130 interrupted.
 )";
 
 struct Arguments {
@@ -134,9 +134,10 @@ void run(const Arguments& a) {
     });
 }
 
-} // namespace
+} // namespace bake_radiosity
 
 int main(int count, char** words) {
+    using namespace bake_radiosity;
     Arguments arguments;
     CLI::App app(examples, "bake_radiosity");
     declare(app, arguments);

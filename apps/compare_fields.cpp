@@ -16,7 +16,7 @@
 #include <thread>
 #include <vector>
 
-namespace {
+namespace compare_fields {
 
 using difusa::add_parsed;
 using difusa::add_whole;
@@ -130,9 +130,10 @@ void run(const Arguments& a) {
     }
 }
 
-} // namespace
+} // namespace compare_fields
 
 int main(int count, char** words) {
+    using namespace compare_fields;
     Arguments arguments;
     CLI::App app(examples, "compare_fields");
     declare(app, arguments);

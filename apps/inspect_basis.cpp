@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace {
+namespace inspect_basis {
 
 using difusa::add_parsed;
 using difusa::parse_positive;
@@ -107,9 +107,10 @@ void run(Arguments& a) {
     }
 }
 
-} // namespace
+} // namespace inspect_basis
 
 int main(int count, char** words) {
+    using namespace inspect_basis;
     Arguments arguments;
     CLI::App app(examples, "inspect_basis");
     declare(app, arguments);

@@ -16,10 +16,11 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
+#include <optional>
 #include <string>
 #include <vector>
 
-namespace {
+namespace measure_accuracy {
 
 using difusa::add_whole;
 using difusa::shown;
@@ -40,6 +41,8 @@ Examples:
 
   measure_accuracy --output study --estimate 200 --case bowl --scene data/cornell_box.obj
       how often the error estimate holds, and how close it is, over 200 seeds; scenes are judged by finer bakes
+  measure_accuracy --output study --estimate 20 --error 1% --scene data/cornell_box.obj
+      whether an accuracy that is ordered is reached, and what it takes
 
 Cases: %CASES%.
 
@@ -53,6 +56,7 @@ struct Arguments {
     bool chapter7 = false;
     std::size_t estimate = 0; ///< bakes
     std::vector<std::string> scenes;
+    std::optional<double> error; ///< target of those bakes
     difusa::RunArguments run;
 };
 
@@ -88,6 +92,10 @@ void declare(CLI::App& app, Arguments& a) {
         ->type_name("N");
     difusa::add_repeated(app, "--scene", a.scenes, "mesh or scene file to bake with --estimate (may be repeated)")
         ->type_name("FILE");
+
+    difusa::add_parsed(app, "--error", a.error,
+                       "accuracy to order from each bake of --estimate, as from bake_radiosity", difusa::parse_percent)
+        ->type_name("P%");
 
     const std::string how = "How";
     add_light_arguments(app, a.plan.common, how);
@@ -165,6 +173,13 @@ difusa::BakeOptions estimate_options(const Arguments& a) {
     if (!plan.final_gathers.empty()) {
         throw UsageError("--estimate judges the field as the basis represents it: it does not take --final-gather");
     }
+    if (a.error) {
+        if (!plan.spacings.empty() || !plan.rays.empty()) {
+            throw UsageError("--error chooses sites and rays itself: omit --spacing and --rays");
+        }
+        options.target.emplace();
+        options.target->relative = *a.error;
+    }
     return options;
 }
 
@@ -189,7 +204,9 @@ void estimate(Arguments& a, const difusa::Registry& registry, const difusa::Exec
     for (const std::string& name : all ? difusa::reference_case_names() : a.plan.cases) {
         const difusa::Judge exact(difusa::reference_case(name), a.plan.how, execution);
         difusa::BakeOptions own = options;
-        own.spacing = own.spacing > 0.0 ? own.spacing : exact.reference.spacings.back();
+        if (!own.target && !(own.spacing > 0.0)) {
+            own.spacing = exact.reference.spacings.back();
+        }
         // Where the exact solution is that of another surface, of which the mesh is an approximation, no residual of
         // the equation on the mesh sees the difference.
         if (exact.reference.mesh_error > 0.0) {
@@ -314,6 +331,9 @@ void run(Arguments& a) {
     if (!a.scenes.empty() && a.estimate == 0) {
         throw UsageError("--scene is for --estimate only: other studies need a known solution (--case)");
     }
+    if (a.error && a.estimate == 0) {
+        throw UsageError("--error is for the bakes of --estimate");
+    }
     if (a.estimate > 0 && (a.chapter7 || a.repeats > 1)) {
         throw UsageError("--estimate does not take --chapter7 or --repeat");
     }
@@ -343,9 +363,10 @@ void run(Arguments& a) {
     }
 }
 
-} // namespace
+} // namespace measure_accuracy
 
 int main(int count, char** words) {
+    using namespace measure_accuracy;
     std::string text = examples, names;
     for (const std::string& name : difusa::reference_case_names()) {
         names += (names.empty() ? "" : ", ") + name;

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-namespace {
+namespace relight {
 
 using difusa::Rgb;
 using difusa::UsageError;
@@ -350,9 +350,10 @@ void run(const Arguments& a) {
     });
 }
 
-} // namespace
+} // namespace relight
 
 int main(int count, char** words) {
+    using namespace relight;
     Arguments arguments;
     CLI::App app(examples, "relight");
     declare(app, arguments);

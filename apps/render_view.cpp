@@ -22,7 +22,7 @@
 #include <utility>
 #include <vector>
 
-namespace {
+namespace render_view {
 
 using difusa::add_parsed;
 using difusa::ExitCode;
@@ -48,7 +48,7 @@ emission (W/m^2); reflectance; group:NAME, the radiosity of one light group; lum
 radiosity-weighted, irradiance-weighted (W/m^2, weighted by luminance), error (estimated), basis, in
 false colours with a colour bar; sites, as dots. Back faces are dark grey.
 
-Exit codes: 0 done, 1 usage, 2 input, 3 not converged, 4 resources, 5 internal, 130 interrupted.
+Exit codes: 0 done, 1 usage, 2 input, 3 not converged or --error not reached, 4 resources, 5 internal, 130 interrupted.
 )";
 
 /// A picture to make.
@@ -401,6 +401,7 @@ void run(Arguments& a) {
     }
     progress.clear();
     if (a.run.quiet) {
+        require_target(result);
         return;
     }
     std::cout << difusa::summary_of(result) << "pictures: " << view.rays << " rays and " << view.segments
@@ -411,11 +412,13 @@ void run(Arguments& a) {
             std::cout << "written: " << file.string() << "\n";
         }
     }
+    require_target(result);
 }
 
-} // namespace
+} // namespace render_view
 
 int main(int count, char** words) {
+    using namespace render_view;
     Arguments arguments;
     CLI::App app(examples, "render_view");
     declare(app, arguments);

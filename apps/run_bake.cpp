@@ -1,4 +1,5 @@
 #include "run_bake.h"
+#include "bake_arguments.h"
 #include "terminal.h"
 
 #include <iostream>
@@ -41,6 +42,7 @@ void run_bake(const BakeFiles& files, const RunArguments& run, bool verbose,
     write_bake(result, files, execution);
     progress.clear();
     if (run.quiet) {
+        require_target(result);
         return;
     }
     if (verbose) {
@@ -56,6 +58,7 @@ void run_bake(const BakeFiles& files, const RunArguments& run, bool verbose,
             std::cout << "written: " << file.string() << "\n";
         }
     }
+    require_target(result);
 }
 
 } // namespace difusa

@@ -169,22 +169,15 @@ check_format() {
         xargs -0 -n 20 -P "$jobs" clang-format-14 --dry-run -Werror
 }
 
-# tidy_together DIRECTORY OPTION...: whether clang-tidy has nothing to say about DIRECTORY/files.cpp; it is in
-# DIRECTORY/output.
-tidy_together() {
-    clang-tidy-14 --quiet -p "$1" --config-file="$root/.clang-tidy" --extra-arg=-w \
-        --header-filter='/(lib/difusa|plugins|apps)/' "${@:2}" "$1/files.cpp" >"$1/output" 2>&1
-}
-
-# lint STAMPS BUILD FILE...: clang-tidy for files that are compiled alike, together, because nearly all of its time goes
+# lint STAMPS FILE...: clang-tidy for files that are compiled alike, together, because nearly all of its time goes
 # into the headers they share. If it complains, which it also does if two of them use one name, those it complains of
 # and the others for themselves, or each half if that is all of them or none.
 lint() {
-    local stamps=$1 build=$2 file entry output
-    shift 2
+    local stamps=$1 file entry output
+    shift
     if [ $# -eq 1 ]; then
         # clang does not know GCC's warning options; those it does know are the compiler's business.
-        if output=$(clang-tidy-14 --quiet -p "$build" --extra-arg=-w "$1" 2>&1); then
+        if output=$(clang-tidy-14 --quiet -p "$stamps" --extra-arg=-w "$1" 2>&1); then
             mkdir -p "$(dirname "$stamps/$1")"
             touch "$stamps/$1.passed"
             return
@@ -201,12 +194,12 @@ lint() {
         printf '#include "%s" // NOLINT\n' "$file"
     done >"$together/files.cpp"
     {
-        printf '[{"directory": "%s",\n' "$build"
-        grep -F -m 1 -e " -c $1\"" "$build/compile_commands.json" | sed "s|$1|$together/files.cpp|g"
+        printf '[{"directory": "%s",\n' "$stamps"
+        grep -F -m 1 -e " -c $1\"" "$stamps/compile_commands.json" | sed "s|$1|$together/files.cpp|g"
         printf '"file": "%s"}]\n' "$together/files.cpp"
     } >"$together/compile_commands.json"
-    # With hardly a check it only compiles, which soon tells whether they go together.
-    if tidy_together "$together" --checks=-*,misc-static-assert && tidy_together "$together"; then
+    if clang-tidy-14 --quiet -p "$together" --config-file="$root/.clang-tidy" --extra-arg=-w \
+        --header-filter='/(lib/difusa|plugins|apps)/' "$together/files.cpp" >"$together/output" 2>&1; then
         for file in "$@"; do
             mkdir -p "$(dirname "$stamps/$file")"
             touch "$stamps/$file.passed"
@@ -226,11 +219,11 @@ lint() {
     if [ ${#some[@]} -eq 0 ] || [ ${#others[@]} -eq 0 ]; then
         some=("${@:1:half}") others=("${@:half+1}")
     fi
-    lint "$stamps" "$build" "${some[@]}" || result=1
-    lint "$stamps" "$build" "${others[@]}" || result=1
+    lint "$stamps" "${some[@]}" || result=1
+    lint "$stamps" "${others[@]}" || result=1
     return $result
 }
-export -f tidy_together lint
+export -f lint
 
 # compiled_alike BUILD: the sources of programs, library and plugins, all with equal options in a row.
 compiled_alike() {
@@ -241,11 +234,17 @@ compiled_alike() {
 
 check_tidy() {
     export root
-    local stamps=$build/test/tidy newest_header
+    local stamps=$build/tidy newest_header
     mkdir -p "$stamps"
+    # How each file is compiled by itself.
+    if ! cmake -S "$root" -B "$stamps" -G Ninja -DCMAKE_BUILD_TYPE=Release -DDIFUSA_UNITY=OFF \
+        -DDIFUSA_BUILD_TESTS=OFF >"$stamps/configure.log" 2>&1; then
+        cat "$stamps/configure.log" >&2
+        return 1
+    fi
     newest_header=$(find "$root/.clang-tidy" "$root"/{lib,plugins,apps} \( -name .clang-tidy -o -name '*.h' \) \
         -printf '%T@ %p\n' | sort -n | tail -n 1 | cut -d ' ' -f 2-)
-    compiled_alike "$build/test" |
+    compiled_alike "$stamps" |
         while IFS='	' read -r options file; do
             stamp=$stamps/$file.passed
             # Unless nothing changed since it last passed.
@@ -253,9 +252,9 @@ check_tidy() {
                 printf '%s\t%s\n' "$options" "$file"
             fi
         done |
-        # Neighbours, which use the same names, go into different piles of at most 20.
-        awk -F '\t' 'function deal(  piles, i, k) {
-                         piles = int((n + 19) / 20)
+        # A pile for each processor, unless they would be small or very large.
+        awk -F '\t' -v jobs="$jobs" 'function deal(  piles, i, k) {
+                         piles = n < 20 ? (n > 0) : jobs * int((n + 80 * jobs - 1) / (80 * jobs))
                          for (k = 0; k < piles; k++) {
                              for (i = k; i < n; i += piles) {
                                  printf "%s%s", (i > k ? "\t" : ""), file[i]
@@ -267,7 +266,7 @@ check_tidy() {
                      $1 != options { deal() }
                      { file[n++] = $2; options = $1 }
                      END { deal() }' |
-        xargs -r -d '\n' -n 1 -P "$jobs" bash -c 'IFS="	"; set -f; lint "$1" "$2" $3' lint "$stamps" "$build/test"
+        xargs -r -d '\n' -n 1 -P "$jobs" bash -c 'IFS="	"; set -f; lint "$1" $2' lint "$stamps"
 }
 
 step "Packages"
@@ -285,10 +284,8 @@ fi
 
 with_clang=(-DCMAKE_C_COMPILER=clang-14 -DCMAKE_CXX_COMPILER=clang++-14)
 
-# The release build compiles each file of library, plugins and programs by itself, as users do: each has to include what
-# it uses. Elsewhere files share a compilation, because nearly all of the time goes into the headers they share.
 step "Build (release)"
-build "$root" "$build/test" -DCMAKE_BUILD_TYPE=Release -DDIFUSA_WARNINGS_AS_ERRORS=ON -DDIFUSA_UNITY_TESTS=ON
+build "$root" "$build/test" -DCMAKE_BUILD_TYPE=Release -DDIFUSA_WARNINGS_AS_ERRORS=ON
 step "Tests (release)"
 run_ctest "tests (release)" "$build/test"
 
@@ -308,8 +305,7 @@ fi
 if [ $sanitize = yes ]; then
     step "Build (clang, AddressSanitizer, UndefinedBehaviorSanitizer)"
     build "$root" "$build/sanitize" "${with_clang[@]}" -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG="-O1 -g1" \
-        -DDIFUSA_WARNINGS_AS_ERRORS=ON -DDIFUSA_SANITIZE=address,undefined \
-        -DDIFUSA_UNITY_TESTS=ON -DCMAKE_UNITY_BUILD=ON -DCMAKE_UNITY_BUILD_BATCH_SIZE=10
+        -DDIFUSA_WARNINGS_AS_ERRORS=ON -DDIFUSA_SANITIZE=address,undefined
     step "Tests (under the sanitizers)"
     run_ctest "tests (under the sanitizers)" "$build/sanitize"
 fi

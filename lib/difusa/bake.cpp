@@ -2,10 +2,13 @@
 
 #include <difusa/bake/choices.h>
 #include <difusa/bake/cost.h>
+#include <difusa/bake/error_target.h>
+#include <difusa/bake/evaluation.h>
 #include <difusa/bake/fronts.h>
 #include <difusa/bake/placing.h>
 #include <difusa/bake/scene.h>
 #include <difusa/bake/steps.h>
+#include <difusa/core/error.h>
 
 #include <memory>
 #include <optional>
@@ -14,15 +17,6 @@
 namespace difusa {
 
 namespace {
-
-Placed place_and_check(BakeResult& result, const Choices& choices, const Tracer& tracer, const Execution& execution) {
-    const DirectLight lights(*result.scene, tracer);
-    const LitSurface lit = lit_surface(result, lights, tracer, execution);
-    Placed placed{place_sites(result, choices, lit, execution), lit.dark_area};
-    result.sites = placed.sites;
-    check_request(result, choices, lights, placed.sites->size(), execution);
-    return placed;
-}
 
 /// Builds the engine, and settles which sides are fronts.
 void build_visibility(BakeResult& result, const Registry& registry, Choices& choices, const Execution& execution) {
@@ -52,10 +46,29 @@ void forecast(BakeResult& result, const Choices& choices, const Execution& execu
 }
 
 /// The steps after the scene is there.
-void finish(BakeResult& result, Choices& choices, const Execution& execution) {
+void finish(BakeResult& result, const Registry& registry, Choices& choices, const Execution& execution) {
     const Tracer tracer(result.scene->mesh, *choices.engine);
-    const Placed placed = place_and_check(result, choices, tracer, execution);
-    solve_placed(result, choices, placed, transport_by_rays(result, choices, tracer), execution);
+    const DirectLight lights(*result.scene, tracer);
+    const LitSurface lit = lit_surface(result, lights, tracer, execution);
+    const auto solve = [&](BakeResult& attempt, const Execution& own) {
+        const Placed placed{place_sites(attempt, choices, lit, own), lit.dark_area};
+        attempt.sites = placed.sites;
+        check_request(attempt, choices, lights, placed.sites->size(), own);
+        solve_placed(attempt, choices, placed, transport_by_rays(attempt, choices, tracer), own);
+        estimate_error_of(attempt, own);
+    };
+    if (result.options.target) {
+        const BakeOptions wanted = result.options;
+        const auto solve_afresh = [&](BakeResult& attempt, const Execution& own) {
+            Choices fresh = make_choices(registry, wanted); // a basis is bound to the sites of one attempt
+            choices.elements = std::move(fresh.elements);
+            choices.fallback = std::move(fresh.fallback);
+            solve(attempt, own);
+        };
+        reach_target(result, solve_afresh, execution);
+    } else {
+        solve(result, execution);
+    }
     evaluate_solution(result, execution);
 }
 
@@ -66,7 +79,7 @@ BakeResult bake(const Registry& registry, const std::filesystem::path& file, con
     return run_steps(registry, options, execution, [&](BakeResult& result, Choices& choices, const Execution& own) {
         read_into(result, registry, file, own);
         build_visibility(result, registry, choices, own);
-        finish(result, choices, own);
+        finish(result, registry, choices, own);
     });
 }
 
@@ -78,13 +91,16 @@ BakeResult bake(const Registry& registry, Scene scene, const std::string& name, 
             choices.flip = Flip::nothing;
         }
         build_visibility(result, registry, choices, own);
-        finish(result, choices, own);
+        finish(result, registry, choices, own);
     });
 }
 
 BakeResult dry_run(const Registry& registry, const std::filesystem::path& file, const BakeOptions& options,
                    const Execution& execution) {
     return run_steps(registry, options, execution, [&](BakeResult& result, Choices& choices, const Execution& own) {
+        if (options.target) {
+            throw UsageError("a dry run cannot tell what --error will take: sites and rays follow from attempts");
+        }
         read_into(result, registry, file, own);
         build_visibility(result, registry, choices, own);
         forecast(result, choices, own);

@@ -19,7 +19,7 @@ using namespace difusa;
 using Reach = TextScanner::Reach;
 
 /// What the keyword says about points.
-struct Layout {
+struct OffLayout {
     bool texture = false, colour = false, normal = false;
 };
 
@@ -29,8 +29,8 @@ struct Counts {
 
 /// The keyword's prefixes, or nothing if it is not an OFF keyword. Geomview writes them in the order ST, C, N, MeshLab
 /// in a different one; the numbers of a point have the same order in both.
-std::optional<Layout> parse_keyword(std::string_view word) {
-    Layout layout;
+std::optional<OffLayout> parse_keyword(std::string_view word) {
+    OffLayout layout;
     for (bool found = true; found;) {
         const auto take = [&word, &found](std::string_view prefix, bool& there) {
             if (!there && word.starts_with(prefix)) {
@@ -77,9 +77,9 @@ void note_map_indices(const Tally& faces, PolygonSoup& soup) {
 
 // ---- text -----------------------------------------------------------------------------------------------------
 
-class TextFile {
+class OffText {
   public:
-    TextFile(const TextScanner& scanner, Layout layout, PolygonSoup& soup)
+    OffText(const TextScanner& scanner, OffLayout layout, PolygonSoup& soup)
         : scanner_(scanner), layout_(layout), soup_(soup) {}
 
     void read() {
@@ -235,7 +235,7 @@ class TextFile {
     }
 
     TextScanner scanner_;
-    Layout layout_;
+    OffLayout layout_;
     PolygonSoup& soup_;
     FileColours colours_;
     Reach reach_ = Reach::line;
@@ -248,7 +248,7 @@ class TextFile {
 
 class BinaryFile {
   public:
-    BinaryFile(const ByteScanner& scanner, Layout layout, PolygonSoup& soup)
+    BinaryFile(const ByteScanner& scanner, OffLayout layout, PolygonSoup& soup)
         : scanner_(scanner), layout_(layout), soup_(soup) {}
 
     void read() {
@@ -333,7 +333,7 @@ class BinaryFile {
     }
 
     ByteScanner scanner_;
-    Layout layout_;
+    OffLayout layout_;
     PolygonSoup& soup_;
     ColourTable table_;
     std::vector<Index> corners_;
@@ -359,11 +359,11 @@ class OffReader final : public Reader {
         if (!scanner.next(word, Reach::file)) {
             scanner.fail("the file contains only blanks and comments: export the mesh again");
         }
-        const std::optional<Layout> layout = parse_keyword(word);
+        const std::optional<OffLayout> layout = parse_keyword(word);
         std::int64_t count = 0;
         if (!layout && parse_integer(word, count)) {
             soup.notes.emplace_back("the file does not begin with the word OFF; it was read as if it did");
-            TextFile(start, Layout{}, soup).read();
+            OffText(start, OffLayout{}, soup).read();
             return soup;
         }
         if (!layout && is_other_dimension(word)) {
@@ -382,7 +382,7 @@ class OffReader final : public Reader {
             BinaryFile(ByteScanner(content, soup.file, std::endian::big, after.offset() + line_end), *layout, soup)
                 .read();
         } else {
-            TextFile(scanner, *layout, soup).read();
+            OffText(scanner, *layout, soup).read();
         }
         return soup;
     }

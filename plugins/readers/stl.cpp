@@ -35,9 +35,9 @@ bool has_control_bytes(std::string_view content) {
     });
 }
 
-class TextFile {
+class StlText {
   public:
-    TextFile(std::string_view content, PolygonSoup& soup) : scanner_(content, soup.file, {}), soup_(soup) {}
+    StlText(std::string_view content, PolygonSoup& soup) : scanner_(content, soup.file, {}), soup_(soup) {}
 
     void read() {
         while (scanner_.to_token()) {
@@ -182,7 +182,7 @@ class StlReader final : public Reader {
                              "in another format");
         }
         if (text && !has_binary_size(content)) {
-            TextFile(content, soup).read();
+            StlText(content, soup).read();
         } else if (has_binary_size(content) || has_control_bytes(content)) {
             read_binary(content, soup);
         } else {

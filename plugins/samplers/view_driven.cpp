@@ -203,16 +203,16 @@ class ViewDriven final : public difusa::Sampler {
     double spread_;
 };
 
-using Type = difusa::ParameterSpec::Type;
+using ParameterType = difusa::ParameterSpec::Type;
 
 } // namespace
 
-DIFUSA_PLUGIN(sampler, "view-driven", ViewDriven,
-              "Sites where an observer looks and where the light there comes from (T 4.2.6).",
-              {{"eye", Type::vector, "", "observer x/y/z; chosen automatically if omitted", 0, 0, {}},
-               {"target", Type::vector, "", "point looked at, x/y/z; all around the eye if omitted", 0, 0, {}},
-               {"fov", Type::real, "60", "degrees across the square view", 1.0, 179.0, {}},
-               {"grid", Type::integer, "256", "primary rays across the view", 1, 8192, {}},
-               {"passes", Type::integer, "4", "number of times all sites send secondary rays", 0, 64, {}},
-               {"secondary", Type::integer, "8", "secondary rays per site and pass", 1, 1024, {}},
-               {"spread", Type::real, "60", "largest angle of a secondary ray to the normal, degrees", 0.0, 89.9, {}}})
+DIFUSA_PLUGIN(
+    sampler, "view-driven", ViewDriven, "Sites where an observer looks and where the light there comes from (T 4.2.6).",
+    {{"eye", ParameterType::vector, "", "observer x/y/z; chosen automatically if omitted", 0, 0, {}},
+     {"target", ParameterType::vector, "", "point looked at, x/y/z; all around the eye if omitted", 0, 0, {}},
+     {"fov", ParameterType::real, "60", "degrees across the square view", 1.0, 179.0, {}},
+     {"grid", ParameterType::integer, "256", "primary rays across the view", 1, 8192, {}},
+     {"passes", ParameterType::integer, "4", "number of times all sites send secondary rays", 0, 64, {}},
+     {"secondary", ParameterType::integer, "8", "secondary rays per site and pass", 1, 1024, {}},
+     {"spread", ParameterType::real, "60", "largest angle of a secondary ray to the normal, degrees", 0.0, 89.9, {}}})

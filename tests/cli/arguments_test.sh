@@ -45,6 +45,16 @@ usage "--rays: must be from 1 to 16777216" "$box" out.vtp --rays 1000000000
 usage "--neighbours: must be from 1 to 1000" "$box" out.vtp --neighbours 1001
 usage "--threads 1025: must be at most 1024" "$box" out.vtp --threads 1025
 usage "--seed -1: must be a whole number of at least 0" "$box" out.vtp --seed -1
+for bad in 1 % -1% 0% nan% 1%% "1 % of it" inf%; do
+    usage "--error $bad: takes a positive percentage with its sign, such as 1%" "$box" out.vtp "--error=$bad"
+done
+for bad in 4Gib GiB -4GiB 0MB nanMB "4 GiB" 4GB5 inf; do
+    usage "--max-memory $bad: takes a positive size such as 500MB or 4GiB" "$box" out.vtp "--max-memory=$bad"
+done
+usage "--rays: cannot be combined with --error" "$box" out.vtp --error 1% --rays 64
+usage "--max-sites: limits what --error may take" "$box" out.vtp --max-sites 1000
+usage "--best-effort: limits what --error may take" "$box" out.vtp --best-effort
+usage "a dry run cannot tell what --error will take" "$box" --dry-run --error 1%
 usage "--max-iterations -1: must be" "$box" out.vtp --max-iterations -1
 for bad in nan inf 0 -1 1e400 1e-400 "0.1 m"; do
     usage "--spacing $bad: must be a positive number" "$box" out.vtp "--spacing=$bad"

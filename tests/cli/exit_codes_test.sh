@@ -23,6 +23,12 @@ expect_refusal 2 "nan.off:6: point 2 (line 5)" "$bake" nan.off kept.ply
 printf 'OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n' >range.off
 expect_refusal 2 "range.off:6" "$bake" range.off kept.ply
 
+# 3: an accuracy that is out of reach; the best result is written only where that is asked for.
+expect_refusal 3 "the error is not below 0.01 %: below " "$bake" "$box" kept.ply --error 0.01% --max-sites 200
+expect_exit 3 "$bake" "$box" best.ply --error 0.01% --max-sites 200 --best-effort
+expect_text stdout "attempt 1: " "written: best.ply"
+expect_text stderr "the files hold the best result"
+[ -s best.ply ] || fail "--best-effort wrote nothing"
 
 # Scenes that double precision cannot hold.
 tetrahedron() { # tetrahedron OFFSET SIZE

@@ -70,9 +70,9 @@ std::size_t gather_points(const ProjectionChoice& projection, std::size_t sites)
     return more ? sites + static_cast<std::size_t>((projection.points - 1.0) * static_cast<double>(sites)) : sites;
 }
 
-std::size_t most_output_triangles() {
+std::size_t most_output_triangles(const BakeOptions& options) {
     constexpr std::size_t bytes = 500; // of a triangle, including its share of vertices and arrays
-    return available_memory() / bytes;
+    return available_memory(options.most_memory) / bytes;
 }
 
 std::size_t error_points(const BakeOptions& options, std::size_t sites) {
@@ -102,7 +102,8 @@ BakeEstimate estimate_cost(const BakeResult& result, const Choices& choices, con
     // Directions are pooled; each thread holds the rays and hits of one site.
     const double scratch =
         rays * (pooled_directions * 4.0 * sizeof(double) + execution.threads * (sizeof(Ray) + sizeof(Hit)));
-    require_memory(estimate.transport_bytes + scratch, "transport between " + std::to_string(sites) + " sites",
+    require_memory(estimate.transport_bytes + scratch, available_memory(result.options.most_memory),
+                   "transport between " + std::to_string(sites) + " sites",
                    choices.pairwise ? "give a larger --spacing, or use --transport gather"
                                     : "give a larger --spacing, or fewer --rays");
     return estimate;
@@ -142,7 +143,7 @@ void time_sample(BakeEstimate& estimate, const BakeResult& result, const Choices
     gathered_twice(options.goals.size() * options.goal_samples / 2, error_rays(options));
     if (options.final_gather > 0) {
         const OutputMesh output = refine(result.scene->mesh, options.output_spacing, options.crease_angle,
-                                         most_output_triangles(), execution);
+                                         most_output_triangles(options), execution);
         gathered_twice(output.vertices.size(), (options.final_gather + 1) / 2);
     }
 }

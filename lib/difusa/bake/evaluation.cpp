@@ -84,7 +84,7 @@ void map_errors(BakeResult& result, const ErrorMap& map, const Execution& execut
 } // namespace
 
 void check_output(const BakeResult& result) {
-    check_refinement(result.scene->mesh, result.options.output_spacing, most_output_triangles());
+    check_refinement(result.scene->mesh, result.options.output_spacing, most_output_triangles(result.options));
 }
 
 void estimate_error_of(BakeResult& result, const Execution& execution) {
@@ -116,8 +116,8 @@ void estimate_goals_of(BakeResult& result, const Execution& execution) {
 void refine_output(BakeResult& result, const Execution& execution) {
     execution.phase("refine output");
     const BakeOptions& options = result.options;
-    result.mesh =
-        refine(result.scene->mesh, options.output_spacing, options.crease_angle, most_output_triangles(), execution);
+    result.mesh = refine(result.scene->mesh, options.output_spacing, options.crease_angle,
+                         most_output_triangles(options), execution);
 }
 
 void evaluate_output(BakeResult& result, const Execution& execution) {

@@ -50,6 +50,26 @@ void check_options(const BakeOptions& options) {
     if (options.goal_samples < 32 || options.goal_samples > (std::size_t{1} << 24U)) {
         refuse("--goal-samples", "must be from 32 to 16777216");
     }
+    if (!(options.most_memory > 0.0)) {
+        refuse("--max-memory", "must be above 0");
+    }
+    if (options.target) {
+        if (!(options.target->relative > 0.0)) {
+            refuse("--error", "must be above 0");
+        }
+        if (options.target->most_sites < 100) {
+            refuse("--max-sites", "must be at least 100");
+        }
+        if (!(options.target->most_seconds > 0.0)) {
+            refuse("--max-seconds", "must be above 0");
+        }
+        if (options.spacing > 0.0 || options.sites > 0 || options.error_points) {
+            refuse("--error", "chooses --sites, --spacing, --rays and --error-points by itself: omit them");
+        }
+        if (options.final_gather > 0) {
+            refuse("--error", "is that of the field as the basis represents it: omit --final-gather");
+        }
+    }
     if (options.final_gather > (std::size_t{1} << 24U)) {
         refuse("--final-gather", "must be at most 16777216");
     }

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -41,6 +42,16 @@ struct GoalRequest {
     std::vector<ListedPoint> places;
 };
 
+/// An accuracy to reach by adding sites and rays (bake/error_target.h).
+struct ErrorTarget {
+    double relative = 0.01; ///< rms error of the radiosity, relative to the rms of the reflected radiosity: the upper
+                            ///< end of its estimate, below which it lies with a confidence of 97.5 %
+    std::size_t most_sites = 1'000'000;                            ///< give up beyond
+    double most_seconds = std::numeric_limits<double>::infinity(); ///< likewise, as predicted before each attempt;
+                                                                   ///< results then depend on the machine's speed
+    bool best_effort = false; ///< if the target is out of reach, end with the best result instead of throwing
+};
+
 /// What a user may choose. Plugins are named as on the command line, "name" or "name:parameter=value,...".
 struct BakeOptions {
     /// Empty: "moving-least-squares", or "normalized-radial" if bounces do not die out with it, or for "pairwise".
@@ -61,11 +72,14 @@ struct BakeOptions {
     /// these are few, or "operator", by the transport alone (FirstBounce in radiosity/system.h).
     std::string first_bounce = "live";
 
-    double spacing = 0.0;                    ///< unit of the scene; 0: from `sites`
-    std::size_t sites = 0;                   ///< wanted number; 0: default_sites
-    int neighbours = 10;                     ///< m
-    std::size_t rays = 512;                  ///< a site
-    SolveOptions solve;                      ///< tolerance, iterations
+    double spacing = 0.0;                                         ///< unit of the scene; 0: from `sites`
+    std::size_t sites = 0;                                        ///< wanted number; 0: default_sites
+    int neighbours = 10;                                          ///< m
+    std::size_t rays = 512;                                       ///< a site
+    std::optional<ErrorTarget> target;                            ///< determines sites and rays, and starts with few
+    double most_memory = std::numeric_limits<double>::infinity(); ///< bytes for the whole process, as estimated before
+                                                                  ///< each step that takes much
+    SolveOptions solve;                                           ///< tolerance, iterations
     std::size_t final_gather = 0;            ///< rays from each output vertex; 0: the basis is evaluated
     std::optional<std::size_t> error_points; ///< of the error estimate; 0: none; absent: #S / 8 in 128..4096
     std::optional<Rgb> reflectance;          ///< of faces without a colour; absent: what the scene says, or else 0.5

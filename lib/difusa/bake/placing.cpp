@@ -32,8 +32,8 @@ double spacing_for(const BakeResult& result, const Choices& choices, const LitSu
                              result.options.seed, execution);
 }
 
-std::size_t most_sites_now() {
-    return std::min(most_sites, available_memory() / bytes_of_site);
+std::size_t most_sites_now(const BakeOptions& options) {
+    return std::min(most_sites, available_memory(options.most_memory) / bytes_of_site);
 }
 
 /// Fills in BakeOptions::spacing, and the output's, unless they are given.
@@ -41,7 +41,7 @@ void choose_spacing(BakeResult& result, const Choices& choices, const LitSurface
     BakeOptions& options = result.options;
     if (options.spacing == 0.0) {
         options.sites = options.sites == 0 ? default_sites : options.sites;
-        options.spacing = spacing_for(result, choices, lit, most_sites_now(), execution);
+        options.spacing = spacing_for(result, choices, lit, most_sites_now(options), execution);
     }
     if (options.output_spacing == 0.0) {
         options.output_spacing = options.output_in_spacings * options.spacing;
@@ -101,7 +101,7 @@ std::shared_ptr<SiteSet> place_sites(BakeResult& result, const Choices& choices,
     const Mesh& mesh = result.scene->mesh;
     BakeOptions& options = result.options;
     choose_spacing(result, choices, lit, execution);
-    const std::size_t limit = most_sites_now();
+    const std::size_t limit = most_sites_now(options);
     std::vector<SurfacePoint> points = choices.sampler->sample(mesh, choices.engine.get(), options.spacing, limit,
                                                                RandomStream(options.seed, "sites"), execution);
     const std::size_t all = points.size();

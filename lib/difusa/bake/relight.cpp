@@ -1,5 +1,6 @@
 #include <difusa/bake/relight.h>
 
+#include <difusa/bake/evaluation.h>
 #include <difusa/bake/scene.h>
 #include <difusa/bake/steps.h>
 #include <difusa/core/error.h>
@@ -76,6 +77,7 @@ class Relighting {
     /// `visit`: of the steps of the path.
     void run(const SunStepVisit& visit) {
         solve();
+        estimate_error_of(result_, execution_);
         evaluate_solution(result_, execution_);
         if (path_ != nullptr) {
             visit(steps_.front(), result_);
@@ -132,6 +134,7 @@ class Relighting {
                 result_.solution = std::move(solutions[i - begin]);
                 result_.error.reset();
                 result_.goal_estimates.clear();
+                estimate_error_of(result_, own);
                 evaluate_anew(result_, own);
                 visit(steps_[i], result_);
             }

@@ -31,6 +31,20 @@ struct BakeEstimate {
     double further_seconds = 0.0; ///< likewise, with their shadow rays
 };
 
+/// Sites and rays of a bake, and the points at which its error is estimated.
+struct Effort {
+    std::size_t sites = 0, rays = 0, error_points = 0;
+};
+
+/// One of several bakes towards an accuracy (bake/error_target.h).
+struct Attempt {
+    Effort effort;            ///< `sites`: as placed
+    double rms = 0.0;         ///< estimated error, relative to the rms reflected radiosity
+    double high = 0.0;        ///< 97.5 % end of its interval
+    double noise_share = 0.0; ///< of the square of the error
+    double seconds = 0.0;
+};
+
 /// A sensor, and what asked for it.
 struct PlacedSensor {
     Sensor sensor;
@@ -59,6 +73,8 @@ struct BakeResult {
                                     ///< "output segments"
 
     BakeEstimate estimate;
+    std::vector<Attempt> attempts;                 ///< at BakeOptions::target; the most accurate is this result
+    bool target_missed = false;                    ///< ... is out of reach: this is the best that was
     std::shared_ptr<const RadiositySystem> system; ///< depends on geometry alone; can be solved for other lights
     Solution solution;
     double constant_error = 0.0; ///< rms by which the basis misses the function 1 at random surface points

@@ -56,7 +56,7 @@ std::vector<Index> triangles_named(const SensorGrid& grid, const Scene& scene) {
 }
 
 /// A flat face with coordinates in its plane.
-struct Plane {
+struct GridPlane {
     Vec3 normal, across, along, origin;
     std::vector<std::array<Vec2, 3>> triangles;
     std::vector<std::array<Vec2, 2>> outline;
@@ -65,8 +65,8 @@ struct Plane {
     Vec2 at(const Vec3& p) const { return {across.dot(p - origin), along.dot(p - origin)}; }
 };
 
-Plane plane_of(const SensorGrid& grid, const Mesh& mesh, const std::vector<Index>& triangles) {
-    Plane plane;
+GridPlane plane_of(const SensorGrid& grid, const Mesh& mesh, const std::vector<Index>& triangles) {
+    GridPlane plane;
     plane.normal = Vec3::Zero();
     for (const Index t : triangles) {
         plane.normal += mesh.areas[t] * mesh.normals[t];
@@ -131,7 +131,7 @@ double distance(const std::array<Vec2, 2>& side, const Vec2& p) {
 } // namespace
 
 GridPlaces places_of_grid(const SensorGrid& grid, const Scene& scene) {
-    const Plane plane = plane_of(grid, scene.mesh, triangles_named(grid, scene));
+    const GridPlane plane = plane_of(grid, scene.mesh, triangles_named(grid, scene));
     const double slack = 1e-9 * scene.mesh.diameter();
     const Vec2 size = plane.high - plane.low - Vec2::Constant(2.0 * grid.margin);
     if (!(size.minCoeff() > 0.0)) {

@@ -182,7 +182,6 @@ void solve_placed(BakeResult& result, const Choices& choices, const Placed& plac
 }
 
 void evaluate_solution(BakeResult& result, const Execution& execution) {
-    estimate_error_of(result, execution);
     estimate_goals_of(result, execution);
     refine_output(result, execution);
     evaluate_output(result, execution);
@@ -190,7 +189,6 @@ void evaluate_solution(BakeResult& result, const Execution& execution) {
 }
 
 void evaluate_anew(BakeResult& result, const Execution& execution) {
-    estimate_error_of(result, execution);
     estimate_goals_of(result, execution);
     evaluate_output(result, execution);
 }

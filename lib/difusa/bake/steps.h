@@ -42,7 +42,7 @@ LightingOptions lighting_options(const BakeResult& result, const Choices& choice
 void solve_placed(BakeResult& result, const Choices& choices, const Placed& placed, const TransportSource& transport,
                   const Execution& execution);
 
-/// Estimates errors and goals, and evaluates the field at the vertices of the output and at the places of the options.
+/// Estimates goals, and evaluates the field at the vertices of the output and at the places of the options.
 void evaluate_solution(BakeResult& result, const Execution& execution);
 
 /// The same for another solution, with the output mesh that is there.

@@ -48,6 +48,14 @@ class Journal {
         }
     }
 
+    /// Adds its times and counts only: those of work whose outcome was replaced.
+    void append_effort(const Journal& other) {
+        Journal effort;
+        effort.seconds_ = other.seconds_;
+        effort.counts_ = other.counts_;
+        append(effort);
+    }
+
     const std::vector<std::pair<std::string, double>>& seconds() const { return seconds_; } ///< wall time, in order
     const std::vector<std::string>& notes() const { return notes_; }
     bool has_note(const std::string& text) const {

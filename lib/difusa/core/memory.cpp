@@ -82,11 +82,17 @@ std::string format_bytes(double bytes) {
     return text.data();
 }
 
-void require_memory(double bytes, const std::string& purpose, const std::string& remedy) {
-    const auto available = static_cast<double>(available_memory());
-    if (bytes > 0.9 * available) {
-        throw ResourceError(purpose + " would take about " + format_bytes(bytes) + " of memory; " +
-                            format_bytes(available) + " are available: " + remedy);
+std::size_t available_memory(double most) {
+    const double left = std::max(0.0, most - static_cast<double>(peak_memory()));
+    const std::size_t available = available_memory();
+    return left < static_cast<double>(available) ? static_cast<std::size_t>(left) : available;
+}
+
+void require_memory(double bytes, std::size_t available, const std::string& purpose, const std::string& remedy) {
+    const auto most = static_cast<double>(available);
+    if (bytes > 0.9 * most) {
+        throw ResourceError(purpose + " would take about " + format_bytes(bytes) + " of memory; " + format_bytes(most) +
+                            " are available: " + remedy);
     }
 }
 

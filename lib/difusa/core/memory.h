@@ -10,6 +10,9 @@ namespace difusa {
 /// of a control group's or process' limit.
 std::size_t available_memory();
 
+/// The same, but no more than is left of `most` bytes for the whole process.
+std::size_t available_memory(double most);
+
 /// Peak resident memory of this process so far, in bytes.
 std::size_t peak_memory();
 
@@ -17,7 +20,7 @@ std::size_t peak_memory();
 std::string format_bytes(double bytes);
 
 /// Throws ResourceError stating what is needed for what, what is available, and `remedy`, if `bytes` exceed nine tenths
-/// of the available memory.
-void require_memory(double bytes, const std::string& purpose, const std::string& remedy);
+/// of the `available` memory.
+void require_memory(double bytes, std::size_t available, const std::string& purpose, const std::string& remedy);
 
 } // namespace difusa

@@ -93,4 +93,27 @@ struct Execution {
     Execution silent() const { return {threads, nullptr, nullptr}; }
 };
 
+/// The same threads without progress reports, for one of several loops of a phase; it can still be cancelled.
+class Unreported {
+  public:
+    explicit Unreported(const Execution& execution)
+        : progress_(execution.progress), execution_{execution.threads, &progress_, nullptr} {}
+    Unreported(const Unreported&) = delete;
+    Unreported& operator=(const Unreported&) = delete;
+
+    operator const Execution&() const { return execution_; }
+
+  private:
+    class CancelOnly final : public Progress {
+      public:
+        explicit CancelOnly(const Progress* progress) : progress_(progress) {}
+        bool cancelled() const override { return progress_ != nullptr && progress_->cancelled(); }
+
+      private:
+        const Progress* progress_;
+    };
+    CancelOnly progress_;
+    Execution execution_;
+};
+
 } // namespace difusa

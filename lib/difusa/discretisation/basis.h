@@ -25,7 +25,7 @@ class Basis {
     virtual ~Basis() = default;
 
     /// Binds the basis to its sites (one element per site); both must outlive it. Called once.
-    virtual void bind(const Mesh& mesh, const SiteSet& sites) = 0;
+    virtual void bind(const Mesh& mesh, const SiteSet& sites, const Execution& execution = {}) = 0;
 
     /// Number of elements.
     virtual std::size_t size() const = 0;

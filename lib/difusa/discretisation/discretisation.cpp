@@ -29,7 +29,7 @@ Discretisation discretise(const Mesh& mesh, std::shared_ptr<SiteSet> sites, std:
     result.sites = sites;
     result.basis = basis;
     execution.phase("bind basis");
-    basis->bind(mesh, *sites);
+    basis->bind(mesh, *sites, execution);
 
     execution.phase("divide surface");
     result.surfels = std::make_shared<Surfels>(mesh, Discretisation::surfel_edge(sites->spacing), execution);

@@ -74,8 +74,9 @@ std::vector<char> closed_regions(const Mesh& mesh) {
     return closed;
 }
 
-std::vector<std::vector<Index>> find_obstacles(const Mesh& mesh, RegionTrees& trees, std::span<const SightReach> reach,
-                                               double rounding) {
+std::vector<std::vector<Index>> find_obstacles(const Mesh& mesh, const RegionTrees& trees,
+                                               std::span<const SightReach> reach, double rounding,
+                                               const Execution& execution) {
     std::vector<std::vector<Index>> found(mesh.region_count);
     double farthest = 0.0;
     for (const SightReach& each : reach) {
@@ -84,7 +85,7 @@ std::vector<std::vector<Index>> find_obstacles(const Mesh& mesh, RegionTrees& tr
     if (mesh.region_count < 2 || mesh.convex) {
         return found;
     }
-    for (Index F = 0; F < mesh.triangles.size(); ++F) {
+    const auto obstructed_by = [&](Index F, std::vector<Index>& regions) {
         const Box own = mesh.box(F), far(own.min() - Vec3::Constant(farthest), own.max() + Vec3::Constant(farthest));
         trees.regions().visit(far, [&](Index region, const Box& whole) {
             const SightReach& here = reach[region];
@@ -103,10 +104,13 @@ std::vector<std::vector<Index>> find_obstacles(const Mesh& mesh, RegionTrees& tr
                     return sides.both();
                 });
             if (sides.both()) {
-                found[region].push_back(F);
+                regions.push_back(region);
             }
             return false;
         });
+    };
+    for (const auto& [region, triangle] : regions_by_triangle(mesh, obstructed_by, execution)) {
+        found[region].push_back(triangle);
     }
     return found;
 }

@@ -2,6 +2,7 @@
 // is folded.
 #pragma once
 
+#include <difusa/core/progress.h>
 #include <difusa/discretisation/region_trees.h>
 #include <difusa/mesh/mesh.h>
 
@@ -27,21 +28,23 @@ struct SightReach {
 /// those within reach that have points of the region, or of what is lifted off it, on both sides of their planes.
 /// Walls around a convex floor are not among them. Of a bent region, points as far away as the lift in any direction
 /// count. `reach`: #regions.
-std::vector<std::vector<Index>> find_obstacles(const Mesh& mesh, RegionTrees& trees, std::span<const SightReach> reach,
-                                               double rounding);
+std::vector<std::vector<Index>> find_obstacles(const Mesh& mesh, const RegionTrees& trees,
+                                               std::span<const SightReach> reach, double rounding,
+                                               const Execution& execution = {});
 
 /// True if the triangles of the region of p within `radius` of it are all joined to that of p, through triangles
 /// within the radius, and face the way of p: between points as close as that the region itself does not come.
 class FoldSearch {
   public:
     /// Both must outlive this.
-    FoldSearch(const Mesh& mesh, RegionTrees& trees) : mesh_(mesh), trees_(trees), seen_(mesh.triangles.size(), 0) {}
+    FoldSearch(const Mesh& mesh, const RegionTrees& trees)
+        : mesh_(mesh), trees_(trees), seen_(mesh.triangles.size(), 0) {}
 
     bool unfolded(const SurfacePoint& p, double radius);
 
   private:
     const Mesh& mesh_;
-    RegionTrees& trees_;
+    const RegionTrees& trees_;
     std::vector<std::uint32_t> seen_; ///< #T, number of the search that met it
     std::uint32_t search_ = 0;
     std::vector<Index> open_;

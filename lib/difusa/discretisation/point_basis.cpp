@@ -35,14 +35,14 @@ struct PointBasis::NearestSite {
 
 namespace {
 
-constexpr std::size_t few = 16, many = 64; ///< sites looked at where no support is
+constexpr std::size_t few_sites = 16, many_sites = 64; ///< sites looked at where no support is
 
 } // namespace
 
 PointBasis::PointBasis() = default;
 PointBasis::~PointBasis() = default;
 
-void PointBasis::bind(const Mesh& mesh, const SiteSet& sites) {
+void PointBasis::bind(const Mesh& mesh, const SiteSet& sites, const Execution& execution) {
     DIFUSA_REQUIRE(sites.size() > 0);
     mesh_ = &mesh;
     sites_ = &sites;
@@ -51,7 +51,7 @@ void PointBasis::bind(const Mesh& mesh, const SiteSet& sites) {
     std::vector<double> reach(sites.size());
     std::transform(sites.radius.begin(), sites.radius.end(), reach.begin(), [this](double r) { return support(r); });
     grid_ = SupportGrid(mesh, sites, reach);
-    separators_ = Separators(mesh, sites, reach);
+    separators_ = Separators(mesh, sites, reach, execution);
     nearest_ = std::make_unique<NearestSite>(mesh, sites);
 }
 
@@ -67,15 +67,15 @@ Index PointBasis::nearest(const SurfacePoint& x) const {
                              sites_->region[i]);
     };
     if (!separators_.any(region) || nearest_->of_region[region].size() == 0) {
-        std::array<Index, few> found{};
-        std::array<double, few> squared{};
+        std::array<Index, few_sites> found{};
+        std::array<double, few_sites> squared{};
         const std::size_t count = tree.nearest(x.position, found, squared);
         return *std::min_element(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(count),
                                  [&](Index i, Index j) { return distance(i) < distance(j); });
     }
     std::vector<Index> found;
     std::vector<double> squared;
-    for (std::size_t tried = 0, count = few; tried < tree.size() && count <= many; count *= 4) {
+    for (std::size_t tried = 0, count = few_sites; tried < tree.size() && count <= many_sites; count *= 4) {
         found.resize(count);
         squared.resize(count);
         const std::size_t now = tree.nearest(x.position, found, squared);

@@ -26,7 +26,7 @@ class PointBasis : public Basis {
     ~PointBasis() override;
     PointBasis(const PointBasis&) = delete;
     PointBasis& operator=(const PointBasis&) = delete;
-    void bind(const Mesh& mesh, const SiteSet& sites) final;
+    void bind(const Mesh& mesh, const SiteSet& sites, const Execution& execution = {}) final;
     std::size_t size() const final;
 
     /// Elements at x; those of sites that are out of its sight (separators.h) vanish. If a basis that sums to one has

@@ -115,7 +115,7 @@ double inverse_norm_1(const Solve& solve, const SolveTransposed& solve_transpose
 }
 
 /// Sites by place, as the tree wants them.
-struct Cloud {
+struct QuadratureCloud {
     const SiteSet& sites;
     std::size_t kdtree_get_point_count() const { return sites.size(); }
     double kdtree_get_pt(std::size_t i, std::size_t axis) const {
@@ -127,8 +127,9 @@ struct Cloud {
 /// The share of each site's area that falls to each point, all points being dealt to their nearest site.
 Eigen::VectorXd quadrature_weights(const SiteSet& sites, std::span<const SurfacePoint> points,
                                    const std::vector<double>& integrals) {
-    const Cloud cloud{sites};
-    nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Cloud>, Cloud, 3> tree(3, cloud);
+    const QuadratureCloud cloud{sites};
+    nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, QuadratureCloud>, QuadratureCloud, 3> tree(
+        3, cloud);
     std::vector<std::size_t> owner(points.size()), members(sites.size(), 0);
     for (std::size_t q = 0; q < points.size(); ++q) {
         std::array<std::uint32_t, 1> found{};

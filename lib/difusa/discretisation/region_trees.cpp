@@ -1,5 +1,6 @@
 #include <difusa/discretisation/region_trees.h>
 
+#include <difusa/core/parallel.h>
 #include <difusa/mesh/triangle_tree.h>
 
 #include <utility>
@@ -28,12 +29,35 @@ RegionTrees::RegionTrees(const Mesh& mesh) : mesh_(mesh), trees_(mesh.region_cou
     regions_ = BoxTree(std::move(boxes), std::move(numbers));
 }
 
-const BoxTree& RegionTrees::triangles(Index region) {
-    if (trees_[region].empty()) {
+const BoxTree& RegionTrees::triangles(Index region) const {
+    Tree& tree = trees_[region];
+    std::call_once(tree.made, [&] {
         const std::span<const Index> own = members(region);
-        trees_[region] = tree_of_triangles(mesh_, {own.begin(), own.end()});
+        tree.tree = tree_of_triangles(mesh_, {own.begin(), own.end()});
+    });
+    return tree.tree;
+}
+
+std::vector<RegionTriangle>
+regions_by_triangle(const Mesh& mesh, const std::function<void(Index triangle, std::vector<Index>& regions)>& list,
+                    const Execution& execution) {
+    constexpr std::size_t grain = 1024;
+    std::vector<std::vector<RegionTriangle>> parts((mesh.triangles.size() + grain - 1) / grain);
+    parallel_for(mesh.triangles.size(), grain, execution, [&](std::size_t begin, std::size_t end, unsigned) {
+        std::vector<Index> regions;
+        for (std::size_t triangle = begin; triangle < end; ++triangle) {
+            regions.clear();
+            list(static_cast<Index>(triangle), regions);
+            for (const Index region : regions) {
+                parts[begin / grain].push_back({region, static_cast<Index>(triangle)});
+            }
+        }
+    });
+    std::vector<RegionTriangle> all;
+    for (const std::vector<RegionTriangle>& part : parts) {
+        all.insert(all.end(), part.begin(), part.end());
     }
-    return trees_[region];
+    return all;
 }
 
 } // namespace difusa

@@ -2,14 +2,17 @@
 #pragma once
 
 #include <difusa/core/box_tree.h>
+#include <difusa/core/progress.h>
 #include <difusa/mesh/mesh.h>
 
+#include <functional>
+#include <mutex>
 #include <span>
 #include <vector>
 
 namespace difusa {
 
-/// The trees of single regions are made when they are first asked for: not thread-safe.
+/// The trees of single regions are made when they are first asked for.
 class RegionTrees {
   public:
     /// The mesh must outlive this.
@@ -23,15 +26,32 @@ class RegionTrees {
         return std::span(members_).subspan(first_[region], first_[region + std::size_t{1}] - first_[region]);
     }
 
-    /// Their boxes.
-    const BoxTree& triangles(Index region);
+    /// Their boxes. Thread-safe.
+    const BoxTree& triangles(Index region) const;
 
   private:
     const Mesh& mesh_;
     std::vector<std::size_t> first_; ///< #regions + 1
     std::vector<Index> members_;     ///< #T, by region
     BoxTree regions_;
-    std::vector<BoxTree> trees_; ///< #regions
+    struct Tree {
+        std::once_flag made;
+        BoxTree tree;
+    };
+    mutable std::vector<Tree> trees_; ///< #regions
 };
+
+/// A triangle, and a region that it does something to.
+struct RegionTriangle {
+    Index region = none;
+    Index triangle = none;
+    friend bool operator==(const RegionTriangle&, const RegionTriangle&) = default;
+};
+
+/// All pairs for which `list(triangle, regions)`, which is called by several threads, appends the region to the empty
+/// list `regions`; by triangle.
+std::vector<RegionTriangle>
+regions_by_triangle(const Mesh& mesh, const std::function<void(Index triangle, std::vector<Index>& regions)>& list,
+                    const Execution& execution);
 
 } // namespace difusa

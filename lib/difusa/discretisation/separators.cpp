@@ -1,5 +1,6 @@
 #include <difusa/discretisation/separators.h>
 
+#include <difusa/core/parallel.h>
 #include <difusa/discretisation/obstacles.h>
 #include <difusa/discretisation/region_trees.h>
 #include <difusa/mesh/triangle_tree.h>
@@ -98,16 +99,15 @@ double wall_rounding(const Mesh& mesh) {
 
 std::vector<Separator> find_separators(const Mesh& mesh) {
     RegionTrees trees(mesh);
-    return find_separators(mesh, trees);
+    return find_separators(mesh, trees, Execution{});
 }
 
-std::vector<Separator> find_separators(const Mesh& mesh, RegionTrees& trees) {
-    std::vector<Separator> found;
+std::vector<Separator> find_separators(const Mesh& mesh, const RegionTrees& trees, const Execution& execution) {
     if (mesh.region_count < 2) {
-        return found;
+        return {};
     }
     const double rounding = wall_rounding(mesh);
-    for (Index F = 0; F < mesh.triangles.size(); ++F) {
+    const auto parted_by = [&](Index F, std::vector<Index>& regions) {
         const Box box = grown(mesh.box(F), rounding);
         trees.regions().visit(box, [&](Index region, const Box& whole) {
             // A region that lies on one side of the plane, as floors do of the walls around them, is soon done with.
@@ -126,11 +126,12 @@ std::vector<Separator> find_separators(const Mesh& mesh, RegionTrees& trees) {
                 return below && above;
             });
             if (parted) {
-                found.push_back({region, F});
+                regions.push_back(region);
             }
             return false;
         });
-    }
+    };
+    std::vector<Separator> found = regions_by_triangle(mesh, parted_by, execution);
     std::sort(found.begin(), found.end(), [](const Separator& a, const Separator& b) {
         return a.region < b.region || (a.region == b.region && a.triangle < b.triangle);
     });
@@ -158,9 +159,9 @@ std::vector<SightReach> sight_reach(const SiteSet& sites, std::span<const double
 
 /// A segment, by its centre and half of its extent: of boxes in a tree of very many triangles it meets few, though all
 /// are within its own.
-class Segment {
+class SightLine {
   public:
-    Segment(const Vec3& a, const Vec3& b, double rounding)
+    SightLine(const Vec3& a, const Vec3& b, double rounding)
         : centre_(0.5 * (a + b)), half_(0.5 * (b - a)), extent_(half_.cwiseAbs()), rounding_(rounding) {}
 
     /// No axis and no direction across the segment and an axis tells them apart.
@@ -186,16 +187,18 @@ class Segment {
 
 } // namespace
 
-Separators::Separators(const Mesh& mesh, const SiteSet& sites, std::span<const double> support)
+Separators::Separators(const Mesh& mesh, const SiteSet& sites, std::span<const double> support,
+                       const Execution& execution)
     : mesh_(&mesh), sites_(&sites), rounding_(mesh.magnitude() * 0x1p-44) {
     if (mesh.convex) {
         return;
     }
-    RegionTrees regions(mesh);
+    const Unreported unreported(execution);
+    const RegionTrees regions(mesh);
     const std::vector<char> flat = flat_regions(mesh, regions, wall_rounding(mesh));
     std::vector<std::vector<Index>> walls(mesh.region_count),
-        obstacles = find_obstacles(mesh, regions, sight_reach(sites, support, flat), wall_rounding(mesh));
-    for (const Separator& separator : find_separators(mesh, regions)) {
+        obstacles = find_obstacles(mesh, regions, sight_reach(sites, support, flat), wall_rounding(mesh), unreported);
+    for (const Separator& separator : find_separators(mesh, regions, unreported)) {
         walls[separator.region].push_back(separator.triangle);
     }
     for (Index region = 0; region < mesh.region_count; ++region) {
@@ -221,7 +224,7 @@ Separators::Separators(const Mesh& mesh, const SiteSet& sites, std::span<const d
             add_tree(region);
         }
     }
-    find_near(flat, simple, regions, obstacles);
+    find_near(flat, simple, regions, unreported);
     for (Index region = 0; region < mesh.region_count; ++region) {
         if (simple[region] != 0 || (obstacles[region].empty() && folded_[region] == 0)) {
             continue;
@@ -237,20 +240,29 @@ Separators::Separators(const Mesh& mesh, const SiteSet& sites, std::span<const d
 }
 
 /// Which sites have an obstacle, or a fold of their region, within reach of their lines of sight.
-void Separators::find_near(const std::vector<char>& flat, const std::vector<char>& simple, RegionTrees& regions,
-                           const std::vector<std::vector<Index>>& obstacles) {
-    FoldSearch folds(*mesh_, regions);
-    folded_.assign(obstacles.size(), 0);
-    for (Index i = 0; i < sites_->size(); ++i) {
-        const Index region = sites_->region[i];
-        const double reach = (flat[region] != 0 ? 1.0 + most_lift : 2.0) * support_[i];
-        const Vec3& centre = sites_->points[i].position;
-        const auto within = [&](const Box& box) { return box.squaredExteriorDistance(centre) < reach * reach; };
-        const bool close =
-            tree_[region] != none && trees_[tree_[region]].obstacles.visit_where(within, [](Index) { return true; });
-        const bool folded = simple[region] == 0 && !folds.unfolded(sites_->points[i], support_[i]);
-        folded_[region] = folded || folded_[region] != 0 ? 1 : 0;
-        near_[i] = close || folded ? 1 : 0;
+void Separators::find_near(const std::vector<char>& flat, const std::vector<char>& simple, const RegionTrees& regions,
+                           const Execution& execution) {
+    std::vector<std::uint8_t> folded(sites_->size(), 0);
+    std::vector<std::optional<FoldSearch>> searches(execution.threads);
+    parallel_for(sites_->size(), 1024, execution, [&](std::size_t begin, std::size_t end, unsigned worker) {
+        if (!searches[worker]) {
+            searches[worker].emplace(*mesh_, regions);
+        }
+        for (std::size_t i = begin; i < end; ++i) {
+            const Index region = sites_->region[i];
+            const double reach = (flat[region] != 0 ? 1.0 + most_lift : 2.0) * support_[i];
+            const Vec3& centre = sites_->points[i].position;
+            const auto within = [&](const Box& box) { return box.squaredExteriorDistance(centre) < reach * reach; };
+            const bool close = tree_[region] != none &&
+                               trees_[tree_[region]].obstacles.visit_where(within, [](Index) { return true; });
+            folded[i] = simple[region] == 0 && !searches[worker]->unfolded(sites_->points[i], support_[i]) ? 1 : 0;
+            near_[i] = close || folded[i] != 0 ? 1 : 0;
+        }
+    });
+    folded_.assign(flat.size(), 0);
+    for (std::size_t i = 0; i < sites_->size(); ++i) {
+        char& region = folded_[sites_->region[i]];
+        region = folded[i] != 0 ? 1 : region;
     }
 }
 
@@ -267,7 +279,7 @@ bool Separators::crosses(Index triangle, const Vec3& a, const Vec3& b, double& t
 }
 
 bool Separators::crossed(const BoxTree& tree, const Vec3& a, const Vec3& b) const {
-    const auto meets = [segment = Segment(a, b, rounding_)](const Box& box) { return segment.meets(box); };
+    const auto meets = [segment = SightLine(a, b, rounding_)](const Box& box) { return segment.meets(box); };
     return tree.visit_where(meets, [&](Index triangle) {
         double t = 0.0;
         return crosses(triangle, a, b, t);
@@ -277,7 +289,7 @@ bool Separators::crossed(const BoxTree& tree, const Vec3& a, const Vec3& b) cons
 Vec3 Separators::lifted(const BoxTree& tree, const Vec3& from, const Vec3& normal, double wanted) const {
     const Vec3 to = from + wanted * normal;
     double clear = 1.0;
-    const auto meets = [segment = Segment(from, to, rounding_)](const Box& box) { return segment.meets(box); };
+    const auto meets = [segment = SightLine(from, to, rounding_)](const Box& box) { return segment.meets(box); };
     tree.visit_where(meets, [&](Index triangle) {
         double t = 1.0;
         if (crosses(triangle, from, to, t)) {

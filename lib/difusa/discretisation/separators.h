@@ -14,11 +14,7 @@
 namespace difusa {
 
 /// A triangle that parts a region.
-struct Separator {
-    Index region = none;
-    Index triangle = none;
-    friend bool operator==(const Separator&, const Separator&) = default;
-};
+using Separator = RegionTriangle;
 
 /// How far from a plane coordinates count as lying in it: what single precision can tell.
 double wall_rounding(const Mesh& mesh);
@@ -30,7 +26,7 @@ double wall_rounding(const Mesh& mesh);
 /// the region parts nothing. Triangles touch, and lie on a plane, as far as coordinates in single precision can tell
 /// (2^-21 of the mesh' diameter): a separator too many costs time, for `Separators::hides` asks for a proper crossing.
 std::vector<Separator> find_separators(const Mesh& mesh);
-std::vector<Separator> find_separators(const Mesh& mesh, RegionTrees& trees);
+std::vector<Separator> find_separators(const Mesh& mesh, const RegionTrees& trees, const Execution& execution);
 
 /// Which sites are out of sight of a point of their own region.
 class Separators {
@@ -38,7 +34,8 @@ class Separators {
     Separators() = default;
 
     /// `support`: #S, the Euclidean radii of the elements. The mesh must outlive this; the sites too.
-    Separators(const Mesh& mesh, const SiteSet& sites, std::span<const double> support);
+    Separators(const Mesh& mesh, const SiteSet& sites, std::span<const double> support,
+               const Execution& execution = {});
 
     /// True if some region has anything that may hide its points from each other.
     bool any() const { return !trees_.empty(); }
@@ -65,8 +62,8 @@ class Separators {
         BoxTree walls;     ///< its separators
         BoxTree obstacles; ///< these, and all others
     };
-    void find_near(const std::vector<char>& flat, const std::vector<char>& simple, RegionTrees& regions,
-                   const std::vector<std::vector<Index>>& obstacles);
+    void find_near(const std::vector<char>& flat, const std::vector<char>& simple, const RegionTrees& regions,
+                   const Execution& execution);
     Vec3 lifted(const BoxTree& tree, const Vec3& from, const Vec3& normal, double wanted) const;
     bool crosses(Index triangle, const Vec3& a, const Vec3& b, double& t) const;
     bool crossed(const BoxTree& tree, const Vec3& a, const Vec3& b) const;

@@ -15,7 +15,7 @@ namespace difusa {
 
 namespace {
 
-constexpr std::size_t grain = 1024;
+constexpr std::size_t darts_at_once = 1024;
 constexpr double least_steps = 64.0; ///< the least spacing, in steps of the coordinates
 
 enum class State : char { waiting, accepted, rejected };
@@ -128,7 +128,7 @@ void SiteGrid::append(std::span<const Dart> darts, std::span<const Index> of, Sp
 
 std::vector<Index> SiteGrid::without_conflict(std::span<const Dart> darts, std::vector<Index> of,
                                               const Execution& execution) const {
-    parallel_for(of.size(), grain, silent(execution), [&](std::size_t begin, std::size_t end, unsigned) {
+    parallel_for(of.size(), darts_at_once, silent(execution), [&](std::size_t begin, std::size_t end, unsigned) {
         for (std::size_t k = begin; k < end; ++k) {
             of[k] = conflicts(darts[of[k]].place) ? none : of[k];
         }
@@ -166,11 +166,12 @@ std::vector<Index> SiteGrid::first_come(std::span<const Dart> darts, std::span<c
     std::vector<Index> waiting(of.size());
     std::iota(waiting.begin(), waiting.end(), Index{0});
     while (!waiting.empty()) {
-        parallel_for(waiting.size(), grain, silent(execution), [&](std::size_t begin, std::size_t end, unsigned) {
-            for (std::size_t i = begin; i < end; ++i) {
-                decide(waiting[i]);
-            }
-        });
+        parallel_for(waiting.size(), darts_at_once, silent(execution),
+                     [&](std::size_t begin, std::size_t end, unsigned) {
+                         for (std::size_t i = begin; i < end; ++i) {
+                             decide(waiting[i]);
+                         }
+                     });
         std::erase_if(waiting, [&](Index k) { return state[k] != State::waiting; });
     }
     std::vector<Index> accepted;

@@ -70,12 +70,12 @@ std::optional<WallSection> section(const Mesh& mesh, Index F, Index T, double ro
 }
 
 /// Where separators stand on the regions they part.
-void sections_of_separators(const Mesh& mesh, RegionTrees& trees, double rounding, const Execution& execution,
+void sections_of_separators(const Mesh& mesh, const RegionTrees& trees, double rounding, const Execution& execution,
                             std::vector<WallSection>& sections) {
     const Vec3 margin = Vec3::Constant(rounding);
     std::vector<Index> met;
     std::size_t count = 0;
-    for (const auto& [region, wall] : find_separators(mesh, trees)) {
+    for (const auto& [region, wall] : find_separators(mesh, trees, Unreported(execution))) {
         if (count++ % 1024 == 0) {
             execution.check();
         }
@@ -95,7 +95,7 @@ void sections_of_separators(const Mesh& mesh, RegionTrees& trees, double roundin
 }
 
 /// Where a region stands on itself: at sides that nothing is joined to.
-void sections_of_open_sides(const Mesh& mesh, RegionTrees& trees, double rounding, const Execution& execution,
+void sections_of_open_sides(const Mesh& mesh, const RegionTrees& trees, double rounding, const Execution& execution,
                             std::vector<WallSection>& sections) {
     const std::vector<char> flat = flat_regions(mesh, trees, rounding);
     const Vec3 margin = Vec3::Constant(rounding);
@@ -140,7 +140,7 @@ std::vector<WallSection> wall_sections(const Mesh& mesh, const Execution& execut
         return sections;
     }
     const double rounding = wall_rounding(mesh);
-    RegionTrees trees(mesh);
+    const RegionTrees trees(mesh);
     sections_of_separators(mesh, trees, rounding, execution, sections);
     sections_of_open_sides(mesh, trees, rounding, execution, sections);
     return sections;

@@ -196,7 +196,7 @@ void GltfMeshes::require_room(std::size_t triangles) {
     }
     if (static_cast<double>(input_.soup().face_count() + triangles) * bytes > asked_for_) {
         asked_for_ = static_cast<double>(input_.soup().face_count() + triangles) * bytes + step;
-        require_memory(static_cast<double>(triangles) * bytes + step,
+        require_memory(static_cast<double>(triangles) * bytes + step, available_memory(),
                        "the scene " + input_.checks().file() + " with all instances of its meshes",
                        "export it in parts");
     }

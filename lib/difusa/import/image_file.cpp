@@ -63,7 +63,8 @@ void check_image_size(const std::string& name, std::size_t width, std::size_t he
     }
     constexpr double bytes_per_pixel = 4 * sizeof(std::uint16_t) + 3 * sizeof(float);
     if (w * h * bytes_per_pixel > 0x1p24) { // checking takes longer than decoding a small one
-        require_memory(w * h * bytes_per_pixel, "the image " + name + " of " + size, "make it smaller");
+        require_memory(w * h * bytes_per_pixel, available_memory(), "the image " + name + " of " + size,
+                       "make it smaller");
     }
 }
 

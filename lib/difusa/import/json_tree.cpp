@@ -16,7 +16,7 @@ namespace difusa {
 
 namespace {
 
-using Json = nlohmann::json;
+using PlainJson = nlohmann::json;
 
 /// Iterates over a text and tracks the line of the last character passed. The parser looks one character ahead at the
 /// end of a number: a line end counts with the character after it.
@@ -50,7 +50,7 @@ class LineCounter {
 };
 
 /// Receives the parser's events.
-class Builder : public nlohmann::json_sax<Json> {
+class Builder : public nlohmann::json_sax<PlainJson> {
   public:
     Builder(const std::string& file, const std::uint32_t& line) : file_(file), line_(line) {}
 
@@ -89,7 +89,7 @@ class Builder : public nlohmann::json_sax<Json> {
         open_.pop_back();
         return true;
     }
-    bool parse_error(std::size_t /*position*/, const std::string& last, const Json::exception& error) override {
+    bool parse_error(std::size_t /*position*/, const std::string& last, const PlainJson::exception& error) override {
         // "[json.exception...] parse error at line 3, column 5: what is wrong; last read: ..."
         if (error.id == 406) { // number overflow
             fail(excerpt(last) + " is too large: the maximum is 1.7e308; correct it");
@@ -168,7 +168,7 @@ std::string in_words(const JsonValue& value) {
     case JsonValue::Kind::boolean:
         return value.truth ? "true" : "false";
     case JsonValue::Kind::number:
-        return Json(value.number).dump();
+        return PlainJson(value.number).dump();
     case JsonValue::Kind::text:
         return excerpt(value.text);
     case JsonValue::Kind::list:
@@ -193,7 +193,7 @@ JsonValue parse_json(std::string_view content, const std::string& file) {
     std::uint32_t line = 1;
     Builder builder(file, line);
     const char* const begin = content.data();
-    Json::sax_parse(LineCounter(begin, &line), LineCounter(begin + content.size(), &line), &builder);
+    PlainJson::sax_parse(LineCounter(begin, &line), LineCounter(begin + content.size(), &line), &builder);
     return builder.take();
 }
 

@@ -66,7 +66,7 @@ std::string comment(std::string text) {
     return lines;
 }
 
-std::string text_of(const FieldNote& note) {
+std::string note_text(const FieldNote& note) {
     if (const std::string* text = std::get_if<std::string>(&note.value)) {
         return *text;
     }
@@ -94,7 +94,7 @@ void write_ply(const FieldFile& field, WholeFile& file, const Execution& /*execu
 
     std::string header = "ply\nformat binary_little_endian 1.0\n";
     for (const FieldNote& note : field.notes) {
-        header += comment(note.name + ": " + text_of(note));
+        header += comment(note.name + ": " + note_text(note));
     }
     if (quality != nullptr) {
         header += comment("quality: " + quality->name + (quality->unit.empty() ? "" : " in " + quality->unit));

@@ -101,7 +101,7 @@ WholeFile::WholeFile(const fs::path& target) : target_(target), resolved_(follow
 
 WholeFile::~WholeFile() {
     if (descriptor_ >= 0) {
-        close(descriptor_);
+        ::close(descriptor_);
     }
     if (!temporary_.empty()) {
         unlink(temporary_.c_str());
@@ -129,7 +129,7 @@ void WholeFile::finish() {
     if (fsync(descriptor_) != 0 && errno != EINVAL) {
         fail(explain(errno, directory_of(resolved_)));
     }
-    close(descriptor_);
+    ::close(descriptor_);
     descriptor_ = -1;
 }
 

@@ -75,9 +75,9 @@ SurfacePoint draw(const Mesh& mesh, const TriangleSampler& sampler, RandomStream
     return inset(mesh, sampler.at(share, u, v));
 }
 
-class Judge {
+class Weighing {
   public:
-    Judge(const Scene& scene, const std::optional<Camera>& camera, const Visibility& engine, std::uint64_t seed)
+    Weighing(const Scene& scene, const std::optional<Camera>& camera, const Visibility& engine, std::uint64_t seed)
         : scene_(scene), camera_(camera), engine_(engine), seed_(seed), parts_(connected_parts(scene, part_)),
           turned_(parts_.size(), 0), emitting_(emitting_triangles()), emitters_(scene.mesh, emitting_) {
         const std::vector<Material>& materials = scene.materials;
@@ -279,7 +279,7 @@ class Judge {
 
 FrontVerdict judge_fronts(const Scene& scene, const std::optional<Camera>& camera, const Visibility& engine,
                           std::uint64_t seed, const Execution& execution) {
-    return Judge(scene, camera, engine, seed).verdict(execution);
+    return Weighing(scene, camera, engine, seed).verdict(execution);
 }
 
 } // namespace difusa

@@ -12,7 +12,7 @@ namespace difusa {
 namespace {
 
 /// Points with normal·p < offset are outside.
-struct Plane {
+struct HalfSpace {
     Vec3 normal;
     double offset;
 };
@@ -30,7 +30,7 @@ Shafts::Shafts(const Mesh& mesh)
 
 bool Shafts::may_be_blocked(const SurfacePoint& x, Index t) const {
     const Vec3 &a = mesh_.corner(t, 0), &b = mesh_.corner(t, 1), &c = mesh_.corner(t, 2);
-    std::array<Plane, 5> planes;
+    std::array<HalfSpace, 5> planes;
     std::size_t count = 0;
     const auto add = [&](const Vec3& inwards, const Vec3& through) {
         const double length = inwards.norm();
@@ -58,7 +58,7 @@ bool Shafts::may_be_blocked(const SurfacePoint& x, Index t) const {
         }
         const Vec3 centre = box.center(), half = 0.5 * box.sizes();
         for (std::size_t k = 0; k < count; ++k) {
-            const Plane& plane = planes[k];
+            const HalfSpace& plane = planes[k];
             if (plane.normal.dot(centre) + plane.normal.cwiseAbs().dot(half) < plane.offset - rounding_) {
                 return false;
             }
@@ -72,7 +72,7 @@ bool Shafts::may_be_blocked(const SurfacePoint& x, Index t) const {
         const std::array<Vec3, 3> p{mesh_.corner(face, 0), mesh_.corner(face, 1), mesh_.corner(face, 2)};
         // A face that merely touches the tetrahedron from outside hides no area.
         for (std::size_t k = 0; k < count; ++k) {
-            const Plane& plane = planes[k];
+            const HalfSpace& plane = planes[k];
             if (std::all_of(p.begin(), p.end(),
                             [&](const Vec3& q) { return plane.normal.dot(q) <= plane.offset + rounding_; })) {
                 return false;

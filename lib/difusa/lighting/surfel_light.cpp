@@ -11,8 +11,8 @@ namespace difusa {
 
 namespace {
 
-constexpr std::size_t grain = 256;
-constexpr std::size_t few = 4, more = 16;
+constexpr std::size_t surfels_at_once = 256;
+constexpr std::size_t few_samples = 4, more_samples = 16;
 constexpr double uneven = 0.1;
 
 /// Points spread evenly over a surfel.
@@ -66,9 +66,9 @@ class Averages {
     void average_materials(Index s, SurfelLight& result) {
         if (std::any_of(pieces_.begin(), pieces_.end(),
                         [&](const Surfels::Piece& piece) { return is_uneven(piece); })) {
-            spread(surfels_, pieces_, more, {0.5, 0.5}, points_);
+            spread(surfels_, pieces_, more_samples, {0.5, 0.5}, points_);
             for (const SurfacePoint& x : points_) {
-                add_material(s, x, 1.0 / more, result);
+                add_material(s, x, 1.0 / more_samples, result);
             }
             return;
         }
@@ -105,10 +105,10 @@ class Averages {
     void average_direct(Index s, RandomStream& stream, SurfelLight& result) {
         std::fill(H_.begin(), H_.end(), Rgb(Rgb::Zero()));
         outside_ = Rgb::Zero();
-        std::size_t count = few;
-        if (!sample(few, stream)) {
-            sample(more, stream);
-            count += more;
+        std::size_t count = few_samples;
+        if (!sample(few_samples, stream)) {
+            sample(more_samples, stream);
+            count += more_samples;
         }
         result.from_outside.row(s) = (outside_ / static_cast<double>(count)).head(channels_).matrix().transpose();
         for (std::size_t set = 0; set < H_.size(); ++set) {
@@ -148,8 +148,8 @@ SurfelLight light_on_surfels(const Scene& scene, const Surfels& surfels, const D
     result.direct.setZero(count, columns);
     result.all_emission.setZero(count, channels);
     result.from_outside.setZero(count, channels);
-    std::vector<std::size_t> cast((surfels.size() + grain - 1) / grain, 0);
-    parallel_for(surfels.size(), grain, execution, [&](std::size_t begin, std::size_t end, unsigned) {
+    std::vector<std::size_t> cast((surfels.size() + surfels_at_once - 1) / surfels_at_once, 0);
+    parallel_for(surfels.size(), surfels_at_once, execution, [&](std::size_t begin, std::size_t end, unsigned) {
         Averages averages(scene, surfels, light, channels);
         for (std::size_t s = begin; s < end; ++s) {
             if (s % 16 == 0) {
@@ -157,7 +157,7 @@ SurfelLight light_on_surfels(const Scene& scene, const Surfels& surfels, const D
             }
             averages.add(static_cast<Index>(s), RandomStream(seed, "light on surfels", s), result);
         }
-        cast[begin / grain] = averages.cast();
+        cast[begin / surfels_at_once] = averages.cast();
     });
     for (const std::size_t each : cast) {
         result.segments += each;

@@ -13,7 +13,7 @@ namespace difusa {
 namespace {
 
 /// The points in the interface nanoflann expects.
-struct Cloud {
+struct PointCloud {
     std::span<const SurfacePoint> points;
     std::vector<Index> members;
 
@@ -36,8 +36,8 @@ struct PointTree::Tree {
     Tree(std::span<const SurfacePoint> points, std::vector<Index> members)
         : cloud{points, std::move(members)}, index(3, cloud) {}
 
-    Cloud cloud;
-    nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Cloud>, Cloud, 3> index;
+    PointCloud cloud;
+    nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, PointCloud>, PointCloud, 3> index;
 };
 
 PointTree::PointTree(std::span<const SurfacePoint> points, std::vector<Index> members)

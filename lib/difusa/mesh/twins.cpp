@@ -11,7 +11,7 @@ namespace difusa {
 
 namespace {
 
-using Triangles = std::vector<std::array<Index, 3>>;
+using CornerIndices = std::vector<std::array<Index, 3>>;
 
 /// A triangle at an edge, by the angle of its third corner around the edge.
 struct Leaf {
@@ -19,14 +19,14 @@ struct Leaf {
     EdgeSide side;
 };
 
-Index number_of(const Triangles& triangles, Index low, const EdgeSide& side) {
+Index number_of(const CornerIndices& triangles, Index low, const EdgeSide& side) {
     const Index from = side.forward ? low : side.high;
     const auto& t = triangles[side.triangle];
     return 3 * side.triangle + (t[0] == from ? 0U : t[1] == from ? 1U : 2U);
 }
 
 /// The triangles at an edge in the order in which a rotation around it (right-handed, from low to high) meets them.
-std::vector<Leaf> around(const std::vector<Vec3>& points, const Triangles& triangles, Index low,
+std::vector<Leaf> around(const std::vector<Vec3>& points, const CornerIndices& triangles, Index low,
                          std::span<const EdgeSide> sides) {
     const Vec3& foot = points[low];
     const Vec3 along = (points[sides[0].high] - foot).stableNormalized();
@@ -54,7 +54,7 @@ std::vector<Leaf> around(const std::vector<Vec3>& points, const Triangles& trian
 
 } // namespace
 
-std::vector<Index> join_sides(const std::vector<Vec3>& points, const Triangles& triangles) {
+std::vector<Index> join_sides(const std::vector<Vec3>& points, const CornerIndices& triangles) {
     std::vector<Index> twin(3 * triangles.size(), none);
     const Edges edges(triangles, points.size());
     edges.for_each([&](Index low, Index /*high*/, std::span<const EdgeSide> sides) {

@@ -353,8 +353,11 @@ std::string error_sentence(const ErrorEstimate& error) {
          << " %, below " << percent(error.total.high) << " % with a confidence of 97.5 %; indirect light about "
          << percent(error.indirect.rms) << " %, below " << percent(error.indirect.high) << " % (" << error.points
          << " points); ";
-    if (std::isfinite(error.bound)) {
+    if (percent(error.bound) <= 100.0) {
         text << "bound from the residual: " << percent(error.bound) << " %";
+    } else if (std::isfinite(error.bound)) {
+        text << "no useful bound from the residual, because the surfaces absorb little (largest reflectance "
+             << error.largest_reflectance << "); more sites and rays would tighten it";
     } else {
         text << "no proven bound, since some surface absorbs nothing";
     }
@@ -448,6 +451,13 @@ std::string summary_of(const BakeResult& result) {
         total += took;
     }
     text << "\n";
+    for (std::size_t i = 0; i < result.attempts.size(); ++i) {
+        const Attempt& attempt = result.attempts[i];
+        text << std::setprecision(2) << "attempt " << i + 1 << ": " << attempt.effort.sites << " sites, "
+             << attempt.effort.rays << " rays, " << attempt.effort.error_points << " error points: about "
+             << 100.0 * attempt.rms << " %, below " << 100.0 * attempt.high << " % (" << format_seconds(attempt.seconds)
+             << ")\n";
+    }
     if (result.error) {
         text << error_sentence(*result.error) << "\n";
     }

@@ -24,7 +24,7 @@ void append(std::string& text, double value) {
 }
 
 /// A name as a field of the table: quoted if necessary.
-std::string quoted(const std::string& name) {
+std::string quoted_name(const std::string& name) {
     if (name.find_first_of(",\"\n\r") == std::string::npos) {
         return name;
     }
@@ -35,13 +35,13 @@ std::string quoted(const std::string& name) {
     return text + "\"";
 }
 
-bool is_blank(char c) {
+bool is_space(char c) {
     return c == ' ' || c == '\t' || c == '\v' || c == '\f';
 }
 
 /// A # that starts a comment, not the one in 1.#INF.
 bool is_comment(std::string_view line, std::size_t i) {
-    return line[i] == '#' && !(i > 0 && line[i - 1] == '.' && i + 1 < line.size() && !is_blank(line[i + 1]));
+    return line[i] == '#' && !(i > 0 && line[i - 1] == '.' && i + 1 < line.size() && !is_space(line[i + 1]));
 }
 
 /// The text in quotation marks starting at `i`, which is moved past them.
@@ -52,10 +52,10 @@ std::string quotation(std::string_view line, std::size_t& i, const TextScanner& 
     }
     std::string_view inside = line.substr(i + 1, end - i - 1);
     i = end + 1;
-    while (!inside.empty() && is_blank(inside.front())) {
+    while (!inside.empty() && is_space(inside.front())) {
         inside.remove_prefix(1);
     }
-    while (!inside.empty() && is_blank(inside.back())) {
+    while (!inside.empty() && is_space(inside.back())) {
         inside.remove_suffix(1);
     }
     return std::string(inside);
@@ -72,7 +72,7 @@ std::vector<std::string> fields_of(std::string_view line, const TextScanner& sca
                      separator + "'");
     };
     for (std::size_t i = 0; i < line.size() && !is_comment(line, i);) {
-        if (is_blank(line[i])) {
+        if (is_space(line[i])) {
             separated = true;
             ++i;
             continue;
@@ -94,7 +94,7 @@ std::vector<std::string> fields_of(std::string_view line, const TextScanner& sca
         if (line[i] == '"' && separated) {
             field = quotation(line, i, scanner);
         } else {
-            for (; i < line.size() && !is_blank(line[i]) && line[i] != ',' && line[i] != ';' && !is_comment(line, i);
+            for (; i < line.size() && !is_space(line[i]) && line[i] != ',' && line[i] != ';' && !is_comment(line, i);
                  ++i) {
                 field += line[i];
             }
@@ -182,9 +182,9 @@ std::vector<ListedPoint> read_point_list(const std::filesystem::path& file) {
 namespace {
 
 /// The table, line by line.
-class Table {
+class ValueTable {
   public:
-    Table(const BakeResult& result, const std::vector<GroupValues>& groups)
+    ValueTable(const BakeResult& result, const std::vector<GroupValues>& groups)
         : result_(result), grids_(!result.options.grids.empty()), errors_(result.error.has_value()) {
         text_ = grids_ ? "grid," : "";
         text_ += "x,y,z,surface_x,surface_y,surface_z,normal_x,normal_y,normal_z,distance,face";
@@ -195,7 +195,7 @@ class Table {
         }
         for (const std::string& name : names) {
             for (const char* channel : {"_R", "_G", "_B"}) {
-                text_ += "," + quoted(name + channel);
+                text_ += "," + quoted_name(name + channel);
             }
         }
         if (result.photometric) {
@@ -232,7 +232,7 @@ class Table {
     void add_sensor(std::size_t i) {
         const SensorReadings& values = result_.readings;
         const PlacedSensor& placed = result_.sensors[i];
-        text_ += grids_ ? (placed.grid == none ? "" : quoted(result_.options.grids[placed.grid].on)) + "," : "";
+        text_ += grids_ ? (placed.grid == none ? "" : quoted_name(result_.options.grids[placed.grid].on)) + "," : "";
         started_ = false;
         write(placed.listed == none ? placed.sensor.position : result_.options.at[placed.listed].position);
         leave_out(3);
@@ -300,7 +300,7 @@ class Table {
 } // namespace
 
 std::string point_table(const BakeResult& result) {
-    Table table(result, result.listed.empty() ? result.readings.groups : result.listed_values.groups);
+    ValueTable table(result, result.listed.empty() ? result.readings.groups : result.listed_values.groups);
     std::size_t listed = 0, sensor = 0; // in the order of the list, then the grids
     for (std::size_t i = 0; i < result.options.at.size(); ++i) {
         if (listed < result.listed.size() && result.listed_number[listed] == i) {

@@ -14,11 +14,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json list(const Eigen::ArrayXd& values) {
+Json json_list(const Eigen::ArrayXd& values) {
     return std::vector<double>(values.data(), values.data() + values.size());
 }
 
-Json list(const Rgb& c) {
+Json json_list(const Rgb& c) {
     return {c[0], c[1], c[2]};
 }
 
@@ -42,7 +42,7 @@ Json first_bounce_word(const std::optional<FirstBounce>& first_bounce) {
 }
 
 /// Null if infinite.
-Json number(double value) {
+Json json_number(double value) {
     return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
 
@@ -58,11 +58,11 @@ Json error_of(const ErrorEstimate& error) {
             {"total", interval_of(error.total)},
             {"indirect", interval_of(error.indirect)},
             {"residual", interval_of(error.residual)},
-            {"relative", error.reflected > 0.0 ? number(error.total.rms / error.reflected) : Json(nullptr)},
-            {"relative_high", error.reflected > 0.0 ? number(error.total.high / error.reflected) : Json(nullptr)},
+            {"relative", error.reflected > 0.0 ? json_number(error.total.rms / error.reflected) : Json(nullptr)},
+            {"relative_high", error.reflected > 0.0 ? json_number(error.total.high / error.reflected) : Json(nullptr)},
             {"gather_noise", error.noise},
             {"largest_reflectance", error.largest_reflectance},
-            {"bound", number(error.bound)}};
+            {"bound", json_number(error.bound)}};
 }
 
 Json goals_of(const BakeResult& result) {
@@ -72,14 +72,33 @@ Json goals_of(const BakeResult& result) {
                          {"unit", "irradiance, W/m^2"},
                          {"area", goal.places == 0 ? Json(goal.area) : Json(nullptr)},
                          {"places", goal.places},
-                         {"mean", list(goal.mean)},
-                         {"low", list(goal.low)},
-                         {"high", list(goal.high)},
-                         {"field", list(goal.field)},
+                         {"mean", json_list(goal.mean)},
+                         {"low", json_list(goal.low)},
+                         {"high", json_list(goal.high)},
+                         {"field", json_list(goal.field)},
                          {"rays", goal.rays},
                          {"segments", goal.segments}});
     }
     return goals;
+}
+
+Json target_of(const BakeResult& result) {
+    const ErrorTarget& target = *result.options.target;
+    Json attempts = Json::array();
+    for (const Attempt& attempt : result.attempts) {
+        attempts.push_back({{"sites", attempt.effort.sites},
+                            {"rays", attempt.effort.rays},
+                            {"error_points", attempt.effort.error_points},
+                            {"relative", attempt.rms},
+                            {"relative_high", attempt.high},
+                            {"noise_share", attempt.noise_share},
+                            {"seconds", attempt.seconds}});
+    }
+    return {{"relative", target.relative},
+            {"most_sites", target.most_sites},
+            {"most_seconds", json_number(target.most_seconds)},
+            {"reached", !result.target_missed},
+            {"attempts", attempts}};
 }
 
 Json input_of(const BakeResult& result) {
@@ -122,17 +141,17 @@ Json options_of(const BakeResult& result) {
     chosen["final_gather"] = options.final_gather;
     chosen["error_points"] = options.error_points ? Json(*options.error_points) : Json(nullptr);
     chosen["goal_samples"] = options.goals.empty() ? Json(nullptr) : Json(options.goal_samples);
-    chosen["reflectance"] = list(options.reflectance.value_or(Material{}.reflectance));
-    chosen["sky"] = list(result.scene->sky);
+    chosen["reflectance"] = json_list(options.reflectance.value_or(Material{}.reflectance));
+    chosen["sky"] = json_list(result.scene->sky);
     chosen["suns"] = Json::array();
     for (const Sun& sun : result.scene->suns) {
-        chosen["suns"].push_back({{"towards", list(Rgb(sun.towards))}, {"irradiance", list(sun.irradiance)}});
+        chosen["suns"].push_back({{"towards", json_list(Rgb(sun.towards))}, {"irradiance", json_list(sun.irradiance)}});
     }
     chosen["point_lights"] = Json::array();
     for (const PointLight& light : result.scene->point_lights) {
-        chosen["point_lights"].push_back({{"position", list(Rgb(light.position))},
-                                          {"intensity", list(light.intensity)},
-                                          {"direction", list(Rgb(light.direction))},
+        chosen["point_lights"].push_back({{"position", json_list(Rgb(light.position))},
+                                          {"intensity", json_list(light.intensity)},
+                                          {"direction", json_list(Rgb(light.direction))},
                                           {"cos_inner", light.cos_inner},
                                           {"cos_outer", light.cos_outer}});
     }
@@ -142,7 +161,7 @@ Json options_of(const BakeResult& result) {
         chosen["light_groups"] = result.field().sets().names;
     }
     chosen["units"] = result.photometric ? "photometric" : "radiometric";
-    chosen["luminance_weights"] = list(Rgb(luminance_weights.array()));
+    chosen["luminance_weights"] = json_list(Rgb(luminance_weights.array()));
     chosen["lumens_per_watt"] = lumens_per_watt;
     chosen["flip"] = options.flip;
     chosen["sensor"] = options.sensor;
@@ -190,10 +209,10 @@ void add_outcome(const BakeResult& result, Json& report) {
                        {"residual", result.solution.solve.residual},
                        {"residual_history", result.solution.solve.residual_history}};
     const EnergyBalance& energy = result.solution.energy;
-    report["energy"] = {{"unit", "W, one number per channel"},     {"emitted", list(energy.emitted)},
-                        {"from_lights", list(energy.from_lights)}, {"from_sky", list(energy.from_sky)},
-                        {"absorbed", list(energy.absorbed)},       {"escaped", list(energy.escaped)},
-                        {"ended_on_backs", list(energy.blocked)},  {"imbalance", list(energy.imbalance)}};
+    report["energy"] = {{"unit", "W, one number per channel"},          {"emitted", json_list(energy.emitted)},
+                        {"from_lights", json_list(energy.from_lights)}, {"from_sky", json_list(energy.from_sky)},
+                        {"absorbed", json_list(energy.absorbed)},       {"escaped", json_list(energy.escaped)},
+                        {"ended_on_backs", json_list(energy.blocked)},  {"imbalance", json_list(energy.imbalance)}};
     report["not_needed"] = Json::array();
     for (const Saving& saving : result.journal.savings()) {
         report["not_needed"].push_back(
@@ -217,6 +236,7 @@ void add_outcome(const BakeResult& result, Json& report) {
                                    {"error_estimate", result.error ? Json(summary.error) : Json(nullptr)}});
     }
     report["error"] = result.error ? error_of(*result.error) : Json(nullptr);
+    report["error_target"] = result.options.target ? target_of(result) : Json(nullptr);
     report["goals"] = goals_of(result);
     report["output"] = {{"vertices", result.mesh.vertices.size()},
                         {"triangles", result.mesh.triangles.size()},
@@ -242,7 +262,7 @@ std::string report_of(const BakeResult& result) {
     const Mesh& mesh = result.scene->mesh;
     report["mesh"] = {{"triangles", mesh.triangles.size()}, {"points", mesh.points.size()},
                       {"regions", mesh.region_count},       {"area", mesh.area},
-                      {"low", list(Rgb(mesh.low))},         {"high", list(Rgb(mesh.high))}};
+                      {"low", json_list(Rgb(mesh.low))},    {"high", json_list(Rgb(mesh.high))}};
     report["notes"] = result.journal.notes();
 
     report["options"] = options_of(result);

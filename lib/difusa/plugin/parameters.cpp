@@ -12,7 +12,7 @@ namespace difusa {
 
 namespace {
 
-using Type = ParameterSpec::Type;
+using ParameterType = ParameterSpec::Type;
 
 /// A bound not worth mentioning to the user.
 constexpr double unbounded = 1e300;
@@ -78,15 +78,15 @@ std::string join(const std::vector<std::string>& words, const char* separator) {
 
 /// "a number from 0 to 1", "one of gaussian, cubic".
 std::string expectation(const ParameterSpec& spec) {
-    if (spec.type == Type::word) {
+    if (spec.type == ParameterType::word) {
         return "one of " + join(spec.words, ", ");
     }
-    if (spec.type == Type::vector) {
+    if (spec.type == ParameterType::vector) {
         return "numbers separated by '/', like 1/2/3";
     }
     std::ostringstream text;
     text.imbue(std::locale::classic());
-    text << (spec.type == Type::real ? "a number" : "a whole number");
+    text << (spec.type == ParameterType::real ? "a number" : "a whole number");
     const bool below = spec.minimum > -unbounded, above = spec.maximum < unbounded;
     if (below && above) {
         text << " from " << spec.minimum << " to " << spec.maximum;
@@ -103,13 +103,13 @@ bool acceptable(const ParameterSpec& spec, std::string_view value) {
         return number && static_cast<double>(*number) >= spec.minimum && static_cast<double>(*number) <= spec.maximum;
     };
     switch (spec.type) {
-    case Type::real:
+    case ParameterType::real:
         return in_range(parse_number<double>(value));
-    case Type::integer:
+    case ParameterType::integer:
         return in_range(parse_number<long>(value));
-    case Type::word:
+    case ParameterType::word:
         return std::find(spec.words.begin(), spec.words.end(), value) != spec.words.end();
-    case Type::vector:
+    case ParameterType::vector:
         return parse_vector(value).has_value();
     }
     return false;
@@ -188,7 +188,7 @@ const std::string& Parameters::value(std::string_view name, ParameterSpec::Type 
 }
 
 double Parameters::real(std::string_view name) const {
-    const std::optional<double> number = parse_number<double>(value(name, Type::real));
+    const std::optional<double> number = parse_number<double>(value(name, ParameterType::real));
     if (!number) {
         throw InternalError(owner_ + " requests the value of parameter '" + std::string(name) + "', which has none");
     }
@@ -196,7 +196,7 @@ double Parameters::real(std::string_view name) const {
 }
 
 long Parameters::integer(std::string_view name) const {
-    const std::optional<long> number = parse_number<long>(value(name, Type::integer));
+    const std::optional<long> number = parse_number<long>(value(name, ParameterType::integer));
     if (!number) {
         throw InternalError(owner_ + " requests the value of parameter '" + std::string(name) + "', which has none");
     }
@@ -204,11 +204,11 @@ long Parameters::integer(std::string_view name) const {
 }
 
 const std::string& Parameters::word(std::string_view name) const {
-    return value(name, Type::word);
+    return value(name, ParameterType::word);
 }
 
 std::vector<double> Parameters::vector(std::string_view name) const {
-    return parse_vector(value(name, Type::vector)).value();
+    return parse_vector(value(name, ParameterType::vector)).value();
 }
 
 bool Parameters::given(std::string_view name) const {

@@ -335,7 +335,8 @@ void check(const BakeResult& result, const ViewOptions& options, const std::vect
         }
     }
     const double samples = static_cast<double>(options.width * options.height) * static_cast<double>(options.samples);
-    require_memory(samples * (1.0 + sizeof(Pixel) * static_cast<double>(shows.size())), "the samples of the pictures",
+    require_memory(samples * (1.0 + sizeof(Pixel) * static_cast<double>(shows.size())), available_memory(),
+                   "the samples of the pictures",
                    "give a smaller --size, fewer --samples, or fewer pictures at a time");
 }
 

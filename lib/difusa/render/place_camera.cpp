@@ -88,7 +88,7 @@ struct Candidates {
     std::vector<Camera> outside, inside; ///< preferred ones first
 };
 
-Candidates candidates(const Mesh& mesh, const Vec3& up, const CameraWishes& wishes, double aspect) {
+Candidates candidate_views(const Mesh& mesh, const Vec3& up, const CameraWishes& wishes, double aspect) {
     const auto [right, ahead] = level(up);
     const double outside = wishes.view_angle.value_or(outside_angle), inside = wishes.view_angle.value_or(inside_angle);
     Candidates all;
@@ -136,7 +136,7 @@ struct BestView {
 
 BestView best_view(const CameraWishes& wishes, const Vec3& up, const Mesh& mesh, const Visibility& visibility,
                    double aspect) {
-    const Candidates all = candidates(mesh, up, wishes, aspect);
+    const Candidates all = candidate_views(mesh, up, wishes, aspect);
     std::vector<double> score;
     for (const Camera& camera : all.outside) {
         const Glance look = look_through(camera, visibility, aspect, coarse_rows);

@@ -26,7 +26,7 @@ namespace {
 constexpr double least_size = 1e-75;
 
 /// The triangles on their way from the file to the mesh. Corners are numbers of points and corners of the file.
-struct Triangles {
+struct CutFaces {
     std::vector<std::array<Corner, 3>> corners;
     std::vector<Index> face; ///< number in the file, ascending
 
@@ -48,8 +48,8 @@ std::vector<char> used_points(const PolygonSoup& soup) {
 }
 
 /// Splits all faces into triangles of nonzero area.
-Triangles cut_faces(const PolygonSoup& soup, const std::vector<Index>& place, FindingList& found) {
-    Triangles result;
+CutFaces cut_faces(const PolygonSoup& soup, const std::vector<Index>& place, FindingList& found) {
+    CutFaces result;
     result.corners.reserve(soup.corners.size());
     result.face.reserve(soup.corners.size());
     Outline outline;
@@ -111,7 +111,7 @@ Triangles cut_faces(const PolygonSoup& soup, const std::vector<Index>& place, Fi
 }
 
 /// Removes triangles that repeat an earlier one with the same orientation, and reports those back to back with one.
-void remove_duplicates(const PolygonSoup& soup, Triangles& triangles, FindingList& found) {
+void remove_duplicates(const PolygonSoup& soup, CutFaces& triangles, FindingList& found) {
     struct Entry {
         std::array<Index, 3> place; ///< ascending
         Index triangle;
@@ -144,7 +144,7 @@ void remove_duplicates(const PolygonSoup& soup, Triangles& triangles, FindingLis
     }
 
     // Face by face: a face all of whose triangles repeat others is a duplicate.
-    Triangles kept;
+    CutFaces kept;
     for (std::size_t begin = 0; begin < triangles.size();) {
         const Index face = triangles.face[begin];
         std::size_t end = begin, repeated = 0;
@@ -209,7 +209,7 @@ void refuse_empty(const PolygonSoup& soup, const FindingList& found) {
 }
 
 /// Points, triangles, materials and colours of the mesh, in the order of the file.
-Mesh make_mesh(const PolygonSoup& soup, const Triangles& triangles, const std::vector<char>& used,
+Mesh make_mesh(const PolygonSoup& soup, const CutFaces& triangles, const std::vector<char>& used,
                const std::vector<Index>& place, FindingList& found) {
     std::vector<Index> number(soup.points.size(), none);
     for (const auto& triangle : triangles.corners) {
@@ -404,7 +404,7 @@ DiagnosedMesh diagnose(const PolygonSoup& soup) {
     const std::vector<Index> place = first_at_place(soup.points, used);
 
     // 3. Faces become triangles of nonzero area, each of them once.
-    Triangles triangles = cut_faces(soup, place, found);
+    CutFaces triangles = cut_faces(soup, place, found);
     remove_duplicates(soup, triangles, found);
     if (triangles.size() == 0) {
         refuse_empty(soup, found);

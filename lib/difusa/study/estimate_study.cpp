@@ -68,17 +68,23 @@ double processor_seconds() {
     return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
 }
 
-/// Processor time when the error estimate began and ended.
+/// Processor time until the field and its error estimate are there, and what estimates take of it.
 class EstimateClock final : public Progress {
   public:
     void phase(std::string_view name) override {
-        if (name == "estimate error") {
-            begin = processor_seconds();
-        } else if (name == "refine output") {
-            end = processor_seconds();
+        const double now = processor_seconds();
+        estimates += estimating_ ? now - phase_began_ : 0.0;
+        phase_began_ = now;
+        estimating_ = name.ends_with("estimate error"); // of an attempt, perhaps
+        if (name == "refine output") {
+            total = now - began_;
         }
     }
-    double begin = 0.0, end = 0.0;
+    double total = 0.0, estimates = 0.0;
+
+  private:
+    double began_ = processor_seconds(), phase_began_ = began_;
+    bool estimating_ = false;
 };
 
 EstimateTrial compare(const KnownLight& light, const BakeResult& result, const Execution& execution) {
@@ -127,6 +133,7 @@ KnownLight known_light(const Judge& judge) {
 
 BakeOptions finer(const BakeOptions& options) {
     BakeOptions fine = options;
+    fine.target.reset();
     fine.rays *= 4;
     if (fine.spacing > 0.0) {
         fine.spacing /= 2.0;
@@ -174,10 +181,11 @@ std::vector<EstimateTrial> try_estimate(const Registry& registry, const KnownLig
         own.seed = options.seed + i;
         own.output_spacing = 1e30;
         EstimateClock clock;
-        const double begin = processor_seconds();
         const BakeResult result = bake(registry, light.scene, light.name, own, {execution.threads, &clock});
         trials.push_back(compare(light, result, execution));
-        trials.back().share_of_time = (clock.end - clock.begin) / (clock.end - begin);
+        trials.back().share_of_time = clock.estimates / clock.total;
+        trials.back().seconds = clock.total;
+        trials.back().above_target = own.target && trials.back().total > own.target->relative * trials.back().reflected;
         tell(trials.back());
     }
     return trials;
@@ -185,13 +193,13 @@ std::vector<EstimateTrial> try_estimate(const Registry& registry, const KnownLig
 
 std::string estimate_header() {
     return "| scene | bakes | error | below it: total | indirect | 97.5 % end / error: median | largest | indirect | "
-           "largest | estimate / error | indirect | rank correlation | covered | time |\n"
-           "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+           "largest | estimate / error | indirect | rank correlation | covered | time | bake, s | above the target |\n"
+           "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
 }
 
 std::string estimate_row(const std::string& name, const std::vector<EstimateTrial>& trials) {
-    std::vector<double> error, high, high_indirect, mid, mid_indirect, rank, covered, time;
-    std::size_t missed = 0, missed_indirect = 0;
+    std::vector<double> error, high, high_indirect, mid, mid_indirect, rank, covered, time, seconds;
+    std::size_t missed = 0, missed_indirect = 0, above = 0;
     for (const EstimateTrial& t : trials) {
         error.push_back(100.0 * t.total / t.reflected);
         missed += t.total_estimate.high < t.total ? 1 : 0;
@@ -205,29 +213,32 @@ std::string estimate_row(const std::string& name, const std::vector<EstimateTria
         rank.push_back(t.rank_correlation);
         covered.push_back(100.0 * t.covered);
         time.push_back(100.0 * t.share_of_time);
+        seconds.push_back(t.seconds);
+        above += t.above_target ? 1 : 0;
     }
     const auto largest = [](const std::vector<double>& values) {
         return values.empty() ? NAN : *std::max_element(values.begin(), values.end());
     };
     std::array<char, 512> row{};
-    std::snprintf(
-        row.data(), row.size(),
-        " | %zu | %.2g %% | %zu | %zu | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f | %.0f %% | %.0f %% |\n",
-        trials.size(), median(error), missed, missed_indirect, median(high), largest(high), median(high_indirect),
-        largest(high_indirect), median(mid), median(mid_indirect), median(rank), median(covered), median(time));
+    std::snprintf(row.data(), row.size(),
+                  " | %zu | %.2g %% | %zu | %zu | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f | %.0f %% | %.0f %% | "
+                  "%.2g | %zu |\n",
+                  trials.size(), median(error), missed, missed_indirect, median(high), largest(high),
+                  median(high_indirect), largest(high_indirect), median(mid), median(mid_indirect), median(rank),
+                  median(covered), median(time), median(seconds), above);
     return "| " + name + row.data();
 }
 
 std::string estimate_csv_header() {
     return "scene,error,estimate,low,high,error_indirect,estimate_indirect,low_indirect,high_indirect,reflected,"
-           "rank_correlation,covered,share_of_time\n";
+           "rank_correlation,covered,share_of_time,seconds,above_target\n";
 }
 
 std::string estimate_csv_row(const std::string& name, const EstimateTrial& t) {
     std::string row = "\"" + name + "\"";
     for (const double value : {t.total, t.total_estimate.rms, t.total_estimate.low, t.total_estimate.high, t.indirect,
                                t.indirect_estimate.rms, t.indirect_estimate.low, t.indirect_estimate.high, t.reflected,
-                               t.rank_correlation, t.covered, t.share_of_time}) {
+                               t.rank_correlation, t.covered, t.share_of_time, t.seconds, t.above_target ? 1.0 : 0.0}) {
         row += "," + text_of(value);
     }
     return row + "\n";

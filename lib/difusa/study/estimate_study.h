@@ -41,7 +41,9 @@ struct EstimateTrial {
     RmsEstimate total_estimate, indirect_estimate;
     double rank_correlation = 0.0; ///< Spearman's, of the estimate and the true error per place
     double covered = 0.0;          ///< share of the places whose error is below twice the estimate there
-    double share_of_time = 0.0;    ///< of the bake's processor time up to the field and the estimate
+    double share_of_time = 0.0;    ///< of `seconds`, for the estimate
+    double seconds = 0.0;          ///< the bake's processor time up to the field and the estimate
+    bool above_target = false;     ///< the true error exceeds BakeOptions::target
 };
 
 /// Bakes with seeds options.seed, options.seed + 1, ... `tell` is called with each.
@@ -51,7 +53,7 @@ std::vector<EstimateTrial> try_estimate(const Registry& registry, const KnownLig
 
 /// A row of a Markdown table, and its header: bakes, misses of the 97.5 % end, its ratio to the true error (median,
 /// largest), that of the estimate (median), for the total and indirect light; rank correlation, share covered, share of
-/// time (medians).
+/// time, processor time (medians); bakes above their target.
 std::string estimate_header();
 std::string estimate_row(const std::string& name, const std::vector<EstimateTrial>& trials);
 

@@ -281,7 +281,7 @@ BasisInspection inspect_basis(const Registry& registry, const std::filesystem::p
     const NearestSites nearest(result.mesh, result.sites);
     result.elements = choose_elements(result, nearest);
     execution.phase("bind basis");
-    basis->bind(result.mesh, result.sites);
+    basis->bind(result.mesh, result.sites, execution);
 
     execution.phase("refine output");
     if (result.options.output_spacing == 0.0) {

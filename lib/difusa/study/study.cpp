@@ -87,7 +87,7 @@ const std::vector<Column>& columns() {
     return all;
 }
 
-std::string quoted(const std::string& text) {
+std::string csv_text(const std::string& text) {
     std::string result = "\"";
     for (const char c : text) {
         result += c == '"' ? "\"\"" : std::string(1, c);
@@ -194,13 +194,13 @@ std::string csv_of(const std::vector<Measurement>& measurements) {
     }
     csv += ",failure\n";
     for (const Measurement& m : measurements) {
-        csv += quoted(m.case_name) + "," + quoted(m.options.basis) + "," + quoted(m.options.projection) + "," +
-               quoted(m.options.transport) + "," + quoted(m.options.visibility);
+        csv += csv_text(m.case_name) + "," + csv_text(m.options.basis) + "," + csv_text(m.options.projection) + "," +
+               csv_text(m.options.transport) + "," + csv_text(m.options.visibility);
         for (const Column& column : columns()) {
             const std::optional<double> value = column.value(m);
             csv += "," + (value ? text_of(*value) : std::string());
         }
-        csv += "," + (m.failed ? quoted(m.failure) : std::string()) + "\n";
+        csv += "," + (m.failed ? csv_text(m.failure) : std::string()) + "\n";
     }
     return csv;
 }

@@ -44,7 +44,7 @@ Vec3 inward(int axis, bool upper) {
     return n;
 }
 
-std::string place(const Vec3& x) {
+std::string place_text(const Vec3& x) {
     return "(" + std::to_string(x.x()) + ", " + std::to_string(x.y()) + ", " + std::to_string(x.z()) + ")";
 }
 
@@ -110,7 +110,7 @@ double ManufacturedBox::irradiance(const Vec3& x, int axis, const QuadratureRule
 ManufacturedBox::ManufacturedBox(const Vec3& size, double rho, Radiosity radiosity, double tolerance)
     : size_(size), rho_(rho), tolerance_(tolerance), radiosity_(std::move(radiosity)) {
     if (!(size.allFinite() && size.minCoeff() > 0.0)) {
-        refuse("the sizes must be positive, not " + place(size));
+        refuse("the sizes must be positive, not " + place_text(size));
     }
     if (!(rho >= 0.0 && rho <= 1.0)) {
         refuse("the reflectance must be in [0,1], not " + std::to_string(rho));
@@ -141,7 +141,7 @@ ManufacturedBox::ManufacturedBox(const Vec3& size, double rho, Radiosity radiosi
     for_each_place(grid, [&](const Vec3& x, int axis) {
         const double B = radiosity_(x, inward(axis, x[axis] > 0.0));
         if (!std::isfinite(B)) {
-            refuse("B is not finite at " + place(x));
+            refuse("B is not finite at " + place_text(x));
         }
         largest = std::max(largest, std::abs(B));
     });
@@ -175,7 +175,7 @@ ManufacturedBox::ManufacturedBox(const Vec3& size, double rho, Radiosity radiosi
     for_each_place(grid, [&](const Vec3& x, int axis) {
         const double E = radiosity_(x, inward(axis, x[axis] > 0.0)) - rho_ * irradiance(x, axis, rule_);
         if (E < -tolerance * largest) {
-            refuse("the emission would be " + std::to_string(E) + " W/m² at " + place(x) +
+            refuse("the emission would be " + std::to_string(E) + " W/m² at " + place_text(x) +
                    "; raise B's mean, or lower the reflectance");
         }
         least_emission_ = std::min(least_emission_, E);
@@ -189,7 +189,7 @@ ReferenceLight ManufacturedBox::at(const Vec3& x, const Vec3& n) const {
     Vec3 foot = x.cwiseMax(0.0).cwiseMin(size_);
     foot[axis] = upper ? size_[axis] : 0.0;
     if (!((x - foot).norm() <= 1e-6 * size_.maxCoeff())) {
-        refuse(place(x) + " is not on the face with the normal " + place(inward(axis, upper)));
+        refuse(place_text(x) + " is not on the face with the normal " + place_text(inward(axis, upper)));
     }
     const double B = radiosity_(foot, inward(axis, upper)), H = irradiance(foot, axis, rule_);
     return {B - rho_ * H, rho_, H, {}};

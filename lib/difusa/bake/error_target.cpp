@@ -1,0 +1,252 @@
+#include <difusa/bake/error_target.h>
+
+#include <difusa/bake/evaluation.h>
+#include <difusa/core/error.h>
+#include <difusa/core/text.h>
+#include <difusa/radiosity/error_map.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+namespace difusa {
+
+namespace {
+
+constexpr double margin = 0.85;        ///< of the target, which the next attempt's interval should end at
+constexpr double usual_interval = 1.7; ///< its upper end over the estimate, as far as more points do not help
+constexpr double wide_interval = 2.2;  ///< likewise: more points would help
+constexpr double of_basis = 0.5;       ///< squared error of the basis: sites to this power, inverted
+constexpr double of_noise = 1.5;       ///< squared noise: rays to this power, inverted
+constexpr double basis_part =
+    of_noise / (of_basis + of_noise); ///< of the squared error, for the least sites times rays
+constexpr double hopeless = 2.0;      ///< times the target: what the basis alone is predicted to miss with all sites
+constexpr std::size_t least_rays = 64, most_rays = std::size_t{1} << 16U;
+constexpr std::size_t most_error_points = std::size_t{1} << 16U;
+
+std::size_t scaled(std::size_t count, double factor) {
+    return static_cast<std::size_t>(std::llround(static_cast<double>(count) * factor));
+}
+
+/// Tells the attempt in the names of phases; remarks of attempts that may be replaced are not reported.
+class AttemptProgress final : public Progress {
+  public:
+    AttemptProgress(Progress* progress, std::size_t number) : progress_(progress), number_(number) {}
+
+    void phase(std::string_view name) override {
+        if (progress_ != nullptr) {
+            progress_->phase("attempt " + std::to_string(number_) + ", " + std::string(name));
+        }
+    }
+    void advance(double fraction) override {
+        if (progress_ != nullptr) {
+            progress_->advance(fraction);
+        }
+    }
+    bool cancelled() const override { return progress_ != nullptr && progress_->cancelled(); }
+
+  private:
+    Progress* progress_;
+    std::size_t number_;
+};
+
+std::string percent(double value) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.3g %%", 100.0 * value);
+    return text.data();
+}
+
+class Search {
+  public:
+    Search(BakeResult& result, const std::function<void(BakeResult&, const Execution&)>& solve,
+           const Execution& execution)
+        : scene_(result), best_(result), solve_(solve), execution_(execution), target_(*result.options.target) {}
+
+    void run() {
+        if (execution_.journal != nullptr) {
+            execution_.journal->end(); // attempts have times of their own
+        }
+        Effort effort = first_effort(target_);
+        while (attempts_.empty() || attempts_.back().high > target_.relative) {
+            if (!attempts_.empty()) {
+                effort = next_effort(attempts_.back(), target_);
+                if (const std::string reason = limit_to(effort); !reason.empty()) {
+                    miss(reason);
+                    break;
+                }
+            }
+            if (!attempt(effort)) {
+                break;
+            }
+        }
+        best_.attempts = attempts_;
+        if (execution_.journal != nullptr) {
+            execution_.journal->append(best_journal_);
+        }
+        if (execution_.progress != nullptr) {
+            for (const std::string& note : best_journal_.notes()) {
+                execution_.progress->remark(note);
+            }
+        }
+        if (!missed_.empty()) {
+            execution_.note(missed_);
+        }
+    }
+
+  private:
+    /// Why this effort is beyond a limit; empty if it is not.
+    std::string limit_to(const Effort& effort) const {
+        const Attempt& last = attempts_.back();
+        if (effort.sites <= last.effort.sites && effort.rays <= last.effort.rays &&
+            effort.error_points <= last.effort.error_points) {
+            return "more than " + std::to_string(target_.most_sites) + " sites are needed";
+        }
+        const double of_basis_alone =
+            last.rms * std::sqrt(1.0 - last.noise_share) *
+            std::pow(static_cast<double>(last.effort.sites) / static_cast<double>(target_.most_sites), 0.5 * of_basis);
+        if (of_basis_alone > hopeless * target_.relative) {
+            return "probably more than " + std::to_string(target_.most_sites) + " sites are needed";
+        }
+        double spent = 0.0;
+        for (const Attempt& each : attempts_) {
+            spent += each.seconds;
+        }
+        const double more = static_cast<double>(effort.sites) * static_cast<double>(effort.rays) /
+                            (static_cast<double>(last.effort.sites) * static_cast<double>(last.effort.rays));
+        const double next = last.seconds * std::max(1.0, more);
+        if (spent + next > target_.most_seconds) {
+            return "the next attempt would take about " + text_of(std::ceil(next)) + " s";
+        }
+        return "";
+    }
+
+    void miss(const std::string& reason) {
+        const Attempt& reached = attempts_[best_number_];
+        missed_ = "the error is not below " + percent(target_.relative) + ": below " + percent(reached.high) +
+                  " was reached, with " + std::to_string(reached.effort.sites) + " sites and " +
+                  std::to_string(reached.effort.rays) + " rays from each; " + reason;
+        if (!target_.best_effort) {
+            throw NotConverged(missed_ + ". Order a larger --error, raise the limit, or take what is reached, "
+                                         "--best-effort");
+        }
+        best_.target_missed = true;
+    }
+
+    /// False if memory does not suffice for it.
+    bool attempt(const Effort& effort) {
+        const auto began = std::chrono::steady_clock::now();
+        const bool judge_again = !attempts_.empty() && best_number_ + 1 == attempts_.size() &&
+                                 effort.sites == attempts_.back().effort.sites &&
+                                 effort.rays == attempts_.back().effort.rays;
+        AttemptProgress progress(execution_.progress, attempts_.size() + 1);
+        Journal journal;
+        const Execution own{execution_.threads, &progress, &journal};
+        BakeResult next = judge_again ? best_ : scene_;
+        next.options.error_points = effort.error_points;
+        if (judge_again) {
+            estimate_error_of(next, own);
+        } else {
+            next.options.sites = effort.sites;
+            next.options.rays = effort.rays;
+            try {
+                solve_(next, own);
+            } catch (const ResourceError& error) {
+                if (attempts_.empty()) {
+                    throw;
+                }
+                miss(error.what());
+                return false;
+            }
+        }
+        const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began;
+        attempts_.push_back(judged(next, took.count(), own));
+        journal.end();
+        if (attempts_.size() == 1 || judge_again || attempts_.back().high < attempts_[best_number_].high) {
+            keep(std::move(next), std::move(journal), judge_again);
+        } else if (execution_.journal != nullptr) {
+            execution_.journal->append_effort(journal);
+        }
+        return true;
+    }
+
+    void keep(BakeResult next, Journal journal, bool judged_again) {
+        if (judged_again) {
+            best_journal_.append(journal);
+        } else {
+            if (execution_.journal != nullptr) {
+                execution_.journal->append_effort(best_journal_);
+            }
+            best_journal_ = std::move(journal);
+        }
+        best_ = std::move(next);
+        best_number_ = attempts_.size() - 1;
+    }
+
+    const BakeResult scene_; ///< before any attempt
+    BakeResult& best_;
+    const std::function<void(BakeResult&, const Execution&)>& solve_;
+    const Execution& execution_;
+    const ErrorTarget target_;
+    std::vector<Attempt> attempts_;
+    std::size_t best_number_ = 0;
+    Journal best_journal_;
+    std::string missed_;
+};
+
+} // namespace
+
+Effort first_effort(const ErrorTarget& target) {
+    return {std::min<std::size_t>(1000, target.most_sites), 128, 768};
+}
+
+Attempt judged(const BakeResult& result, double seconds, const Execution& execution) {
+    const ErrorEstimate& error = *result.error;
+    Attempt attempt;
+    attempt.effort = {result.sites->size(), result.options.rays, error.points};
+    attempt.seconds = seconds;
+    if (!(error.reflected > 0.0)) {
+        return attempt; // nothing is reflected: there is no error
+    }
+    attempt.rms = error.total.rms / error.reflected;
+    attempt.high = error.total.high / error.reflected;
+    const ErrorsAt at = ErrorMap(result.solution, error, result.options.rays, execution).at(error.at.place, execution);
+    double noise = 0.0, basis = 0.0;
+    for (std::size_t p = 0; p < error.points; ++p) {
+        const auto row = static_cast<Eigen::Index>(p);
+        noise += error.at.weight[p] * at.noise(row, 0) * at.noise(row, 0);
+        basis += error.at.weight[p] * at.discretisation(row, 0) * at.discretisation(row, 0);
+    }
+    attempt.noise_share = noise + basis > 0.0 ? noise / (noise + basis) : 0.5;
+    return attempt;
+}
+
+Effort next_effort(const Attempt& attempt, const ErrorTarget& target) {
+    Effort next = attempt.effort;
+    const double wanted = margin * target.relative / usual_interval;
+    const bool wide = attempt.high > wide_interval * attempt.rms && next.error_points < next.sites;
+    if ((wide || attempt.rms <= wanted) && next.error_points < most_error_points) {
+        next.error_points = std::min(most_error_points, 2 * next.error_points);
+        return next;
+    }
+    const double excess = std::pow(std::max(attempt.rms, attempt.high / 2.0 / usual_interval) / wanted, 2);
+    const double more_sites = std::pow(excess * (1.0 - attempt.noise_share) / basis_part, 1.0 / of_basis);
+    const double more_rays = std::pow(excess * attempt.noise_share / (1.0 - basis_part), 1.0 / of_noise);
+    next.sites = scaled(next.sites, std::clamp(more_sites, 1.0, 8.0));
+    next.rays = std::clamp(scaled(next.rays, std::clamp(more_rays, 0.5, 4.0)), least_rays, most_rays);
+    if (next.sites < scaled(attempt.effort.sites, 1.2) && next.rays < scaled(attempt.effort.rays, 1.2)) {
+        next.sites = scaled(attempt.effort.sites, 1.5); // what is predicted to suffice did not
+    }
+    next.sites = std::min(next.sites, std::max(target.most_sites, attempt.effort.sites));
+    next.error_points = std::max(next.error_points, std::clamp<std::size_t>(next.sites / 8, 128, 4096));
+    return next;
+}
+
+void reach_target(BakeResult& result, const std::function<void(BakeResult& attempt, const Execution& own)>& solve,
+                  const Execution& execution) {
+    Search(result, solve, execution).run();
+}
+
+} // namespace difusa

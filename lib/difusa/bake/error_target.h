@@ -1,0 +1,36 @@
+// Accuracy to order: what to change so that the estimated error of the next attempt is below a target.
+//
+// Squares of errors add up: those of the basis, in proportion to n^-1/2 for n sites, and those of the rays, in
+// proportion to N^-1.5 for N rays of a lattice. The former is what remains where surfaces touch: there the error hardly
+// falls, but the strip of elements that has it gets narrower, as their size h, which is n^-1/2. Smooth light does
+// better. What an attempt's estimate says of both, and a cost in proportion to n N, give the cheapest n and N for the
+// target.
+#pragma once
+
+#include <difusa/bake/result.h>
+#include <difusa/core/progress.h>
+
+#include <functional>
+
+namespace difusa {
+
+/// Where to start: coarse enough to cost little beside what follows.
+Effort first_effort(const ErrorTarget& target);
+
+/// The error of the field of `result`, which has an estimate, and its parts.
+Attempt judged(const BakeResult& result, double seconds, const Execution& execution);
+
+/// The next effort: more sites, more or fewer rays, at most eight times as many sites and four times as many rays. More
+/// error points alone if they are what is missing: if the interval is wide, or the estimate well below the target.
+Effort next_effort(const Attempt& attempt, const ErrorTarget& target);
+
+/// Bakes with more and more effort until the error is below BakeOptions::target, starting from the scene in `result`,
+/// which becomes the last attempt. `solve`: from the sites to the error estimate, for the sites and rays of the
+/// attempt's options. Times and counts of all attempts go to the journal, notes and savings of the last only.
+///
+/// Out of reach are a target whose next attempt would exceed one of its limits or the memory: the result is then the
+/// attempt with the smallest upper end and BakeResult::target_missed, with a note, or NotConverged is thrown.
+void reach_target(BakeResult& result, const std::function<void(BakeResult& attempt, const Execution& own)>& solve,
+                  const Execution& execution);
+
+} // namespace difusa
