@@ -85,9 +85,12 @@ void change_light(const LightChange& change, Scene& scene) {
         if (!is_light(emission)) {
             throw UsageError("--emission " + name + ": must be finite and not negative");
         }
-        for_materials(scene, "--emission", name, [&](Material& material) { material.emission = emission; });
+        for_materials(scene, "--emission", name,
+                      [&, value = emission](Material& material) { material.emission = value; });
     }
-    for (const auto& [name, reflectance] : change.reflectance) {
+    for (const auto& each : change.reflectance) {
+        const std::string& name = each.first;
+        const Rgb& reflectance = each.second;
         for_materials(scene, "--reflectance", name, [&](Material& material) {
             const Rgb brightest = material.reflectance_texture
                                       ? Rgb(material.reflectance_texture->brightest() * reflectance)
