@@ -74,6 +74,17 @@ void scale_group(Scene& scene, const LightSets& sets, const std::string& name, d
     }
 }
 
+void set_reflectance(Material& material, const Rgb& reflectance) {
+    const bool textured = material.reflectance_texture != nullptr;
+    const Rgb brightest = textured ? Rgb(material.reflectance_texture->brightest() * reflectance) : reflectance;
+    if (!((reflectance >= 0.0) && (reflectance <= 1.0) && (brightest <= 1.0)).all()) {
+        throw UsageError("--reflectance " + material.name + ": must be from 0 to 1" +
+                         (textured ? ", also times its texture" : ""));
+    }
+    material.reflectance = reflectance;
+    material.vertex_colours = false;
+}
+
 } // namespace
 
 void change_light(const LightChange& change, Scene& scene) {
@@ -81,27 +92,16 @@ void change_light(const LightChange& change, Scene& scene) {
     for (const auto& [name, factor] : change.scale) {
         scale_group(scene, sets, name, factor);
     }
-    for (const auto& [name, emission] : change.emission) {
-        if (!is_light(emission)) {
-            throw UsageError("--emission " + name + ": must be finite and not negative");
+    for (const auto& wanted : change.emission) {
+        if (!is_light(wanted.second)) {
+            throw UsageError("--emission " + wanted.first + ": must be finite and not negative");
         }
-        for_materials(scene, "--emission", name,
-                      [&, value = emission](Material& material) { material.emission = value; });
+        for_materials(scene, "--emission", wanted.first,
+                      [&](Material& material) { material.emission = wanted.second; });
     }
-    for (const auto& each : change.reflectance) {
-        const std::string& name = each.first;
-        const Rgb& reflectance = each.second;
-        for_materials(scene, "--reflectance", name, [&](Material& material) {
-            const Rgb brightest = material.reflectance_texture
-                                      ? Rgb(material.reflectance_texture->brightest() * reflectance)
-                                      : reflectance;
-            if (!((reflectance >= 0.0) && (reflectance <= 1.0) && (brightest <= 1.0)).all()) {
-                throw UsageError("--reflectance " + name + ": must be from 0 to 1" +
-                                 (material.reflectance_texture ? ", times its texture" : ""));
-            }
-            material.reflectance = reflectance;
-            material.vertex_colours = false;
-        });
+    for (const auto& wanted : change.reflectance) {
+        for_materials(scene, "--reflectance", wanted.first,
+                      [&](Material& material) { set_reflectance(material, wanted.second); });
     }
 }
 

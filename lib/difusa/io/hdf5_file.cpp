@@ -98,7 +98,7 @@ template <class T> hid_t own_type() {
 /// A property list of this class, with what would depend on the time switched off.
 hid_t timeless(hid_t property_class) {
     const hid_t list = H5Pcreate(property_class);
-    H5Pset_obj_track_times(list, 0);
+    H5Pset_obj_track_times(list, false);
     return list;
 }
 
@@ -117,13 +117,27 @@ void put_text(hid_t object, const std::string& name, const std::string& text) {
     put_attribute(object, name, type.id(), type.id(), text.c_str());
 }
 
+/// HDF5 makes copies of a file in memory, one for the list of properties and one for the open file. These are the bytes
+/// themselves, which nobody writes to.
+H5FD_file_image_callbacks_t uncopied(char* bytes) {
+    H5FD_file_image_callbacks_t in_place{};
+    in_place.image_malloc = [](std::size_t, H5FD_file_image_op_t, void* data) { return data; };
+    in_place.image_memcpy = [](void* to, const void*, std::size_t, H5FD_file_image_op_t, void*) { return to; };
+    in_place.image_realloc = [](void*, std::size_t, H5FD_file_image_op_t, void*) -> void* { return nullptr; };
+    in_place.image_free = [](void*, H5FD_file_image_op_t, void*) -> herr_t { return 0; };
+    in_place.udata_copy = [](void* data) { return data; };
+    in_place.udata_free = [](void*) -> herr_t { return 0; };
+    in_place.udata = bytes;
+    return in_place;
+}
+
 } // namespace
 
 Hdf5Writer::Hdf5Writer(std::size_t offset) : file_(-1) {
     const Hdf5Call call;
     constexpr std::size_t step = std::size_t{4} << 20U; // by which the memory grows
     const Hdf5Handle creation(timeless(H5P_FILE_CREATE), H5Pclose), access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-    require_hdf5(H5Pset_userblock(creation.id(), offset) >= 0 && H5Pset_fapl_core(access.id(), step, 0) >= 0,
+    require_hdf5(H5Pset_userblock(creation.id(), offset) >= 0 && H5Pset_fapl_core(access.id(), step, false) >= 0,
                  "make a file in memory");
     file_ = H5Fcreate(name_in_memory().c_str(), H5F_ACC_EXCL, creation.id(), access.id());
     require_hdf5(file_ >= 0, "make a file in memory");
@@ -133,6 +147,9 @@ Hdf5Writer::~Hdf5Writer() {
     const Hdf5Call call;
     H5Fclose(file_);
 }
+
+// What these change is behind the handle.
+// NOLINTBEGIN(readability-make-member-function-const)
 
 void Hdf5Writer::group(const std::string& path) {
     const Hdf5Call call;
@@ -191,13 +208,16 @@ std::string Hdf5Writer::finish() {
     return bytes;
 }
 
+// NOLINTEND(readability-make-member-function-const)
+
 Hdf5Reader::Hdf5Reader(std::string bytes, std::filesystem::path file, std::string remedy)
-    : size_(bytes.size()), name_(std::move(file)), remedy_(std::move(remedy)) {
+    : bytes_(std::move(bytes)), name_(std::move(file)), remedy_(std::move(remedy)) {
     const Hdf5Call call;
     const Hdf5Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-    H5Pset_fapl_core(access.id(), 1U << 20U, 0);
-    require_hdf5(H5Pset_file_image(access.id(), bytes.data(), bytes.size()) >= 0, "hold the file in memory");
-    bytes = std::string(); // HDF5 has its own copy, and makes another one
+    H5Pset_fapl_core(access.id(), 1U << 20U, false);
+    H5FD_file_image_callbacks_t in_place = uncopied(bytes_.data());
+    H5Pset_file_image_callbacks(access.id(), &in_place);
+    require_hdf5(H5Pset_file_image(access.id(), bytes_.data(), bytes_.size()) >= 0, "hold the file in memory");
     file_ = H5Fopen(name_in_memory().c_str(), H5F_ACC_RDONLY, access.id());
     if (file_ < 0) {
         throw InputError(name_.string() + ": its content is not an HDF5 file; " + remedy_);
@@ -248,7 +268,7 @@ std::vector<std::uint8_t> Hdf5Reader::attribute_bytes(const std::string& group, 
     }
     const std::size_t length = H5Tget_size(type.id());
     const bool is_string = H5Tget_class(type.id()) == H5T_STRING && H5Tis_variable_str(type.id()) == 0;
-    if (is_text ? !is_string || length > size_ : is_string || length != sizeof(std::uint64_t)) {
+    if (is_text ? !is_string || length > bytes_.size() : is_string || length != sizeof(std::uint64_t)) {
         refuse(path, "has another type than expected");
     }
     std::vector<std::uint8_t> bytes(length);
@@ -300,7 +320,8 @@ template <Hdf5Number T> std::vector<T> Hdf5Reader::array(const std::string& path
     // What is not in the file would be filled in, however large it claims to be.
     const Hdf5Handle creation(H5Dget_create_plist(array.id()), H5Pclose);
     if (H5Pget_layout(creation.id()) != H5D_CONTIGUOUS || H5Pget_external_count(creation.id()) != 0 ||
-        size[0] > size_ / (columns * sizeof(T)) || H5Dget_storage_size(array.id()) != size[0] * columns * sizeof(T)) {
+        size[0] > bytes_.size() / (columns * sizeof(T)) ||
+        H5Dget_storage_size(array.id()) != size[0] * columns * sizeof(T)) {
         refuse(path, "is not stored completely");
     }
     std::vector<T> values(size[0] * columns);

@@ -74,7 +74,7 @@ class Hdf5Reader {
   private:
     std::vector<std::uint8_t> attribute_bytes(const std::string& group, const std::string& name, bool is_text) const;
     std::int64_t file_ = -1;
-    std::size_t size_;
+    std::string bytes_; ///< HDF5 reads here
     std::filesystem::path name_;
     std::string remedy_;
 };
