@@ -345,7 +345,7 @@ void run(const Arguments& a) {
     }
     run_bake(a.bake.files, a.run, a.verbose, [&](const difusa::Execution& execution) {
         return with_transport(a, how, execution, [&](const difusa::SavedTransport& saved) {
-            return relight(registry, saved, how, execution);
+            return difusa::relight(registry, saved, how, execution);
         });
     });
 }

@@ -53,16 +53,16 @@ class AttemptProgress final : public Progress {
     std::size_t number_;
 };
 
-std::string percent(double value) {
+std::string percent_text(double value) {
     std::array<char, 32> text{};
     std::snprintf(text.data(), text.size(), "%.3g %%", 100.0 * value);
     return text.data();
 }
 
-class Search {
+class TargetSearch {
   public:
-    Search(BakeResult& result, const std::function<void(BakeResult&, const Execution&)>& solve,
-           const Execution& execution)
+    TargetSearch(BakeResult& result, const std::function<void(BakeResult&, const Execution&)>& solve,
+                 const Execution& execution)
         : scene_(result), best_(result), solve_(solve), execution_(execution), target_(*result.options.target) {}
 
     void run() {
@@ -125,7 +125,7 @@ class Search {
 
     void miss(const std::string& reason) {
         const Attempt& reached = attempts_[best_number_];
-        missed_ = "the error is not below " + percent(target_.relative) + ": below " + percent(reached.high) +
+        missed_ = "the error is not below " + percent_text(target_.relative) + ": below " + percent_text(reached.high) +
                   " was reached, with " + std::to_string(reached.effort.sites) + " sites and " +
                   std::to_string(reached.effort.rays) + " rays from each; " + reason;
         if (!target_.best_effort) {
@@ -246,7 +246,7 @@ Effort next_effort(const Attempt& attempt, const ErrorTarget& target) {
 
 void reach_target(BakeResult& result, const std::function<void(BakeResult& attempt, const Execution& own)>& solve,
                   const Execution& execution) {
-    Search(result, solve, execution).run();
+    TargetSearch(result, solve, execution).run();
 }
 
 } // namespace difusa
