@@ -66,8 +66,6 @@ void finish(BakeResult& result, const Registry& registry, Choices& choices, cons
             solve(attempt, own);
         };
         reach_target(result, solve_afresh, execution);
-        result.requested.sites = result.options.sites; // in case it is saved
-        result.requested.rays = result.options.rays;
     } else {
         solve(result, execution);
     }
