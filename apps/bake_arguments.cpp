@@ -294,7 +294,9 @@ void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::stri
     add_solver_arguments(app, options, transport);
 
     add_scene_arguments(app, options);
+    add_target_arguments(app, arguments);
     add_result_arguments(app, arguments, gathered);
+    app.final_callback([&app, &arguments] { check_target(app, arguments.error.has_value()); });
 }
 
 void add_result_arguments(CLI::App& app, BakeArguments& arguments, const std::string& gathered) {
@@ -310,7 +312,6 @@ void add_result_arguments(CLI::App& app, BakeArguments& arguments, const std::st
                                "slower, and far more accurate")
         ->group(output)
         ->type_name("N");
-    add_target_arguments(app, arguments);
     add_parsed(
         app, "--error-points", options.error_points,
         "surface points at which the error is estimated (default: an eighth of the sites, 128 to 4096; 0: no estimate)",
@@ -335,7 +336,6 @@ void add_result_arguments(CLI::App& app, BakeArguments& arguments, const std::st
              output);
     add_place_arguments(app, arguments, output);
     app.add_option("--report", arguments.files.report, "write a report as JSON")->group(output)->type_name("FILE.json");
-    app.final_callback([&app, &arguments] { check_target(app, arguments.error.has_value()); });
 }
 
 void require_target(const BakeResult& result) {

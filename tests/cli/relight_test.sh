@@ -43,6 +43,11 @@ expect_text groups.vtp radiosity_of_sun irradiance_of_lamp
 expect_exit 0 "$relight" box.difusa operator.ply --error-points 0 --sun 0,0.05,-1,5 --first-bounce operator --report o.json
 [ "$(entry o.json first_bounce)" = operator ] || fail "the first bounce is not that of the operator"
 
+# Where an accuracy was ordered, the sites and rays that reached it are saved.
+expect_exit 0 "$bake" "$box" ordered.ply --error 90% --save-transport ordered.difusa
+expect_exit 0 "$relight" ordered.difusa again.ply --error-points 0
+expect_same_field ordered.ply again.ply
+
 # A day: a field for each time, a series that names them, a table.
 day="--sun-path 48.14,11.58,2026-06-21,120 --time-zone 2 --hours 8,16"
 expect_exit 0 "$relight" box.difusa day.pvd --scale lamp=0 --north 0,0,1 $day $places --at-output path.csv
@@ -70,6 +75,7 @@ usage "would overwrite the transport" box.difusa box.difusa
 usage "two outputs have this name" box.difusa out.vtp --report out.vtp
 usage "would overwrite the scene" box.difusa other.ply --scene other.ply
 usage "unknown option --rays" box.difusa out.vtp --rays 12
+usage "unknown option --error" box.difusa out.vtp --error 1%
 usage "--emission lamp: takes MATERIAL=R or MATERIAL=R,G,B" box.difusa out.vtp --emission lamp
 usage "--emission lamp -1: takes one number, or three" box.difusa out.vtp --emission lamp=-1
 usage "did you mean lamp? There are: white, red, green, lamp" box.difusa out.vtp --emission lmap=1

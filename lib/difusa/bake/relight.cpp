@@ -33,6 +33,7 @@ BakeOptions complete_options(BakeOptions options, const BakeOptions& saved) {
     options.sites = 0;
     options.neighbours = saved.neighbours;
     options.rays = saved.rays;
+    options.target.reset(); // sites and rays are what they are
     options.seed = saved.seed;
     options.reflectance = options.reflectance ? options.reflectance : saved.reflectance;
     options.every_surface = true;

@@ -24,7 +24,7 @@ struct RelightOptions {
 
     /// Lights added to the above (a sky replaces theirs), the solver, and what comes out: places, goals, output mesh,
     /// units, light groups. What the transport depends on is that of the transport, whatever stands here: basis,
-    /// sampler, spacing, sites, neighbours, projection, transport, kernel, directions, rays, seed, flip.
+    /// sampler, spacing, sites, neighbours, projection, transport, kernel, directions, rays, target, seed, flip.
     BakeOptions bake;
 };
 

@@ -237,6 +237,8 @@ SavedTransport saved_transport_of(const BakeResult& result) {
     saved.options = result.requested;
     saved.options.spacing = result.sites->spacing;
     saved.options.sites = result.options.sites;
+    saved.options.rays = result.options.rays; // these, too, where an accuracy was ordered
+    saved.options.target.reset();
     saved.sites = result.sites;
     saved.gathered = result.system->transport();
     if (PairwiseParts parts = pairwise_parts(*saved.gathered.W); parts.form_factors) {
