@@ -1,6 +1,7 @@
 #include <difusa/algebra/hit_lists.h>
 #include <difusa/bake/saved_transport.h>
 #include <difusa/core/random.h>
+#include <difusa/io/field_file.h>
 
 #include <support/lightings.h>
 #include <support/refusal.h>
