@@ -27,8 +27,8 @@ class WholeFile {
     /// Moves to this number of bytes from the start.
     void seek(std::int64_t position);
 
-    /// Waits until all data are on disk, and closes the file: nothing more is written. For programs that hold many files
-    /// before they commit the first.
+    /// Waits until all data are on disk, and closes the file: nothing more is written. For programs that hold many
+    /// files before they commit the first.
     void finish();
 
     /// Does so if it has not been done, then renames.
@@ -37,8 +37,8 @@ class WholeFile {
   private:
     [[noreturn]] void fail(const std::string& reason) const;
 
-    std::filesystem::path target_;   ///< as the user named it, for messages
-    std::filesystem::path resolved_; ///< with all symbolic links resolved
+    std::filesystem::path target_;    ///< as the user named it, for messages
+    std::filesystem::path resolved_;  ///< with all symbolic links resolved
     std::filesystem::path temporary_; ///< empty: renamed
     int descriptor_ = -1;
 };
