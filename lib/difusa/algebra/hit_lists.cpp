@@ -113,6 +113,21 @@ template <class Act> void decode(const std::uint8_t* codes, const Act& act) {
     }
 }
 
+/// `to` = `share` times the sums of `count` columns over the bins.
+template <int count>
+void sum_columns(const std::vector<Index>& bins, const double* from, Eigen::Index width, double share, double* to) {
+    double sum[count] = {};
+    for (const Index bin : bins) {
+        const double* const source = from + static_cast<Eigen::Index>(bin) * width;
+        for (int c = 0; c < count; ++c) {
+            sum[c] += source[c];
+        }
+    }
+    for (int c = 0; c < count; ++c) {
+        to[c] = share * sum[c];
+    }
+}
+
 } // namespace
 
 HitLists::HitLists(std::size_t rows, std::size_t columns, std::size_t rays, std::size_t rows_per_block)
@@ -243,6 +258,7 @@ void HitLists::apply(const Values& x, Values& y, const Execution& execution) con
     const double* const from = x.data();
     const double share = 1.0 / static_cast<double>(rays_);
     parallel_for(rows_, 64, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
+        std::vector<Index> bins;
         for (std::size_t j = begin; j < end; ++j) {
             double* const out = y.data() + static_cast<Eigen::Index>(j) * width;
             if (width == 1) {
@@ -261,15 +277,13 @@ void HitLists::apply(const Values& x, Values& y, const Execution& execution) con
                     out[c] = share * sum[c];
                 }
             } else {
-                std::fill(out, out + width, 0.0);
-                decode(codes_of(j), [&](Index bin) {
-                    const double* const source = from + static_cast<Eigen::Index>(bin) * width;
-                    for (Eigen::Index c = 0; c < width; ++c) {
-                        out[c] += source[c];
-                    }
-                });
-                for (Eigen::Index c = 0; c < width; ++c) {
-                    out[c] *= share;
+                row(j, bins);
+                Eigen::Index c = 0;
+                for (; c + 8 <= width; c += 8) {
+                    sum_columns<8>(bins, from + c, width, share, out + c);
+                }
+                for (; c < width; ++c) {
+                    sum_columns<1>(bins, from + c, width, share, out + c);
                 }
             }
         }

@@ -18,6 +18,9 @@ namespace {
 /// A spectral radius within rounding of 1 counts as 1.
 constexpr double contraction = 1.0 - 1e-9;
 constexpr int arnoldi_steps = 40;
+/// Columns of right-hand sides that are solved for together: a row of the transport is decoded once for all of them,
+/// and what it is multiplied with should stay in the cache.
+constexpr Eigen::Index columns_at_once = 24;
 constexpr double arnoldi_tolerance = 1e-5;
 
 /// The rows of D and Y as lists of bins with weights.
@@ -374,15 +377,23 @@ std::vector<Solution> RadiositySystem::solve(std::span<const std::shared_ptr<con
     execution.phase("check convergence");
     each.front().check_contraction();
     execution.phase("solve");
-    Values g(each.front().g().rows(), first.back());
-    for (std::size_t i = 0; i < each.size(); ++i) {
-        g.middleCols(first[i], each[i].g().cols()) = each[i].g();
+    std::vector<SolveSummary> solved;
+    for (std::size_t begin = 0, end = 0; begin < each.size(); begin = end) {
+        for (end = begin + 1; end < each.size() && first[end + 1] - first[begin] <= columns_at_once; ++end) {
+        }
+        Values g(each.front().g().rows(), first[end] - first[begin]);
+        for (std::size_t i = begin; i < end; ++i) {
+            g.middleCols(first[i] - first[begin], each[i].g().cols()) = each[i].g();
+        }
+        const SolveSummary together = each.front().solve(std::move(g));
+        for (std::size_t i = begin; i < end; ++i) {
+            solved.push_back(columns_of(together, first[i] - first[begin], each[i].g().cols()));
+        }
     }
-    SolveSummary solved = each.front().solve(std::move(g));
     std::vector<Solution> solutions;
     for (std::size_t i = 0; i < each.size(); ++i) {
         each[i].take_contraction(each.front());
-        solutions.push_back(each[i].finish(columns_of(solved, first[i], first[i + 1] - first[i]), shared_from_this()));
+        solutions.push_back(each[i].finish(std::move(solved[i]), shared_from_this()));
     }
     return solutions;
 }

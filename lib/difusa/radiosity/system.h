@@ -52,7 +52,7 @@ struct LightingOptions {
     std::size_t shadow_rays_per_round = 64; ///< AreaLights::irradiance
     FirstBounce first_bounce = FirstBounce::live;
     bool may_be_dark = false; ///< light that reaches no front is no mistake: the solution is 0
-    bool limit = true; ///< if the field is evaluated with corrected coefficients, `limited` to plausible values
+    bool limit = true;        ///< if the field is evaluated with corrected coefficients, `limited` to plausible values
 };
 
 /// The radiosity equation of one surface, solved for one lighting. Columns are the channels of each set in turn.
@@ -91,10 +91,11 @@ class RadiositySystem : public std::enable_shared_from_this<RadiositySystem> {
     Solution solve(const std::shared_ptr<const Scene>& scene, const LightingOptions& options,
                    const Execution& execution) const;
 
-    /// The same for several scenes of this surface that differ in their lights alone: the linear systems are solved
-    /// together, as columns of one matrix. With the solver krylov, each solution has the bits that it has alone, except
-    /// for its number of iterations, which is that of all. Some of the scenes may be dark. `options.sets`: none, or
-    /// those of every scene. Throws UsageError if reflectances differ. All have three channels unless all are grey.
+    /// The same for several scenes of this surface that differ in their lights alone: the linear systems of
+    /// several are solved together, as columns of one matrix. With the solver krylov, each solution has the bits that
+    /// it has alone, except for its number of iterations, which is that of all. Some of the scenes may be dark.
+    /// `options.sets`: none, or those of every scene. Throws UsageError if reflectances differ. All have three channels
+    /// unless all are grey.
     std::vector<Solution> solve(std::span<const std::shared_ptr<const Scene>> scenes, const LightingOptions& options,
                                 const Execution& execution) const;
 
