@@ -71,6 +71,9 @@ double processor_seconds() {
 /// Processor time until the field and its error estimate are there, and what estimates take of it.
 class EstimateClock final : public Progress {
   public:
+    explicit EstimateClock(const Progress* progress) : progress_(progress) {}
+
+    bool cancelled() const override { return progress_ != nullptr && progress_->cancelled(); }
     void phase(std::string_view name) override {
         const double now = processor_seconds();
         estimates += estimating_ ? now - phase_began_ : 0.0;
@@ -83,6 +86,7 @@ class EstimateClock final : public Progress {
     double total = 0.0, estimates = 0.0;
 
   private:
+    const Progress* progress_; ///< of the study; may be null
     double began_ = processor_seconds(), phase_began_ = began_;
     bool estimating_ = false;
 };
@@ -180,7 +184,7 @@ std::vector<EstimateTrial> try_estimate(const Registry& registry, const KnownLig
         BakeOptions own = options;
         own.seed = options.seed + i;
         own.output_spacing = 1e30;
-        EstimateClock clock;
+        EstimateClock clock(execution.progress);
         const BakeResult result = bake(registry, light.scene, light.name, own, {execution.threads, &clock});
         trials.push_back(compare(light, result, execution));
         trials.back().share_of_time = clock.estimates / clock.total;
