@@ -139,7 +139,7 @@ void check_target(const CLI::App& app, bool ordered) {
             throw UsageError(std::string(name) + ": limits what --error may take; order an accuracy, --error 1%");
         }
     }
-    for (const char* const name : {"--sites", "--spacing", "--rays", "--error-points", "--final-gather"}) {
+    for (const char* const name : {"--quality", "--sites", "--spacing", "--rays", "--error-points", "--final-gather"}) {
         if (ordered && app.count(name) > 0) {
             throw UsageError(std::string(name) + ": cannot be combined with --error, which chooses the effort; omit "
                                                  "one of them");

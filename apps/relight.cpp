@@ -309,12 +309,10 @@ void relight_series(const Arguments& a, const difusa::Registry& registry, difusa
     how.bake.outputs.insert(how.bake.outputs.end(), files.begin(), files.end());
     how.bake.error_points = how.bake.error_points.value_or(0);
     difusa::SeriesWriter writer(a.bake.files.field, a.bake.files.listed);
-    std::size_t times = 0;
     run_bake({}, a.run, a.verbose, [&](const difusa::Execution& execution) {
         return with_transport(a, how, execution, [&](const difusa::SavedTransport& saved) {
             const auto write = [&](const difusa::SunStep& step, const difusa::BakeResult& result) {
                 writer.add(step, result, execution);
-                ++times;
             };
             difusa::BakeResult last = relight_sun_path(registry, saved, how, path_of(a), write, execution);
             writer.commit();
@@ -322,7 +320,7 @@ void relight_series(const Arguments& a, const difusa::Registry& registry, difusa
         });
     });
     if (!a.run.quiet) {
-        std::cout << "written: " << a.bake.files.field.string() << " (" << times << " times, from "
+        std::cout << "written: " << a.bake.files.field.string() << " (" << files.size() - 1 << " times, from "
                   << files[1].filename().string() << " to " << files.back().filename().string() << ")\n";
         if (!a.bake.files.listed.empty()) {
             std::cout << "written: " << a.bake.files.listed.string() << "\n";

@@ -400,16 +400,14 @@ void run(Arguments& a) {
         file->commit();
     }
     progress.clear();
-    if (a.run.quiet) {
-        require_target(result);
-        return;
-    }
-    std::cout << difusa::summary_of(result) << "pictures: " << view.rays << " rays and " << view.segments
-              << " segments, not counting those through the pixels\n"
-              << written;
-    for (const std::filesystem::path& file : {a.bake.files.sites, a.bake.files.listed, a.bake.files.report}) {
-        if (!file.empty()) {
-            std::cout << "written: " << file.string() << "\n";
+    if (!a.run.quiet) {
+        std::cout << difusa::summary_of(result) << "pictures: " << view.rays << " rays and " << view.segments
+                  << " segments, not counting those through the pixels\n"
+                  << written;
+        for (const std::filesystem::path& file : {a.bake.files.sites, a.bake.files.listed, a.bake.files.report}) {
+            if (!file.empty()) {
+                std::cout << "written: " << file.string() << "\n";
+            }
         }
     }
     require_target(result);

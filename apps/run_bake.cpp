@@ -24,6 +24,22 @@ void print_details(const BakeResult& result) {
     }
 }
 
+void print_result(const BakeResult& result, const BakeFiles& files, bool verbose) {
+    if (verbose) {
+        print_details(result);
+    }
+    std::cout << summary_of(result);
+    if (!files.field.empty()) {
+        std::cout << "written: " << files.field.string() << " (" << result.mesh.vertices.size() << " vertices, "
+                  << result.mesh.triangles.size() << " triangles)\n";
+    }
+    for (const std::filesystem::path& file : {files.sites, files.listed, files.report, files.transport}) {
+        if (!file.empty()) {
+            std::cout << "written: " << file.string() << "\n";
+        }
+    }
+}
+
 } // namespace
 
 void run_bake(const BakeFiles& files, const RunArguments& run, bool verbose,
@@ -41,22 +57,8 @@ void run_bake(const BakeFiles& files, const RunArguments& run, bool verbose,
     }
     write_bake(result, files, execution);
     progress.clear();
-    if (run.quiet) {
-        require_target(result);
-        return;
-    }
-    if (verbose) {
-        print_details(result);
-    }
-    std::cout << summary_of(result);
-    if (!files.field.empty()) {
-        std::cout << "written: " << files.field.string() << " (" << result.mesh.vertices.size() << " vertices, "
-                  << result.mesh.triangles.size() << " triangles)\n";
-    }
-    for (const std::filesystem::path& file : {files.sites, files.listed, files.report, files.transport}) {
-        if (!file.empty()) {
-            std::cout << "written: " << file.string() << "\n";
-        }
+    if (!run.quiet) {
+        print_result(result, files, verbose);
     }
     require_target(result);
 }

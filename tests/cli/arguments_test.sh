@@ -52,6 +52,7 @@ for bad in 4Gib GiB -4GiB 0MB nanMB "4 GiB" 4GB5 inf; do
     usage "--max-memory $bad: takes a positive size such as 500MB or 4GiB" "$box" out.vtp "--max-memory=$bad"
 done
 usage "--rays: cannot be combined with --error" "$box" out.vtp --error 1% --rays 64
+usage "--quality: cannot be combined with --error" "$box" out.vtp --error 1% --quality draft
 usage "--max-sites: limits what --error may take" "$box" out.vtp --max-sites 1000
 usage "--best-effort: limits what --error may take" "$box" out.vtp --best-effort
 usage "a dry run cannot tell what --error will take" "$box" --dry-run --error 1%

@@ -32,24 +32,22 @@ std::size_t scaled(std::size_t count, double factor) {
 }
 
 /// Tells the attempt in the names of phases; remarks of attempts that may be replaced are not reported.
-class AttemptProgress final : public Progress {
+class AttemptProgress final : public SubordinateProgress {
   public:
-    AttemptProgress(Progress* progress, std::size_t number) : progress_(progress), number_(number) {}
+    AttemptProgress(Progress* whole, std::size_t number) : SubordinateProgress(whole), number_(number) {}
 
     void phase(std::string_view name) override {
-        if (progress_ != nullptr) {
-            progress_->phase("attempt " + std::to_string(number_) + ", " + std::string(name));
+        if (whole() != nullptr) {
+            whole()->phase("attempt " + std::to_string(number_) + ", " + std::string(name));
         }
     }
     void advance(double fraction) override {
-        if (progress_ != nullptr) {
-            progress_->advance(fraction);
+        if (whole() != nullptr) {
+            whole()->advance(fraction);
         }
     }
-    bool cancelled() const override { return progress_ != nullptr && progress_->cancelled(); }
 
   private:
-    Progress* progress_;
     std::size_t number_;
 };
 

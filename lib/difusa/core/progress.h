@@ -36,6 +36,19 @@ class Progress {
     }
 };
 
+/// Reports nothing, and is cancelled with another, which may be null. Override what is to be reported.
+class SubordinateProgress : public Progress {
+  public:
+    explicit SubordinateProgress(Progress* whole) : whole_(whole) {}
+    bool cancelled() const final { return whole_ != nullptr && whole_->cancelled(); }
+
+  protected:
+    Progress* whole() const { return whole_; }
+
+  private:
+    Progress* whole_;
+};
+
 /// How to compute: threads, progress reporting, and where to record. A plain value, passed by reference.
 struct Execution {
     unsigned threads = 1;         ///< at least 1
@@ -104,15 +117,7 @@ class Unreported {
     operator const Execution&() const { return execution_; }
 
   private:
-    class CancelOnly final : public Progress {
-      public:
-        explicit CancelOnly(const Progress* progress) : progress_(progress) {}
-        bool cancelled() const override { return progress_ != nullptr && progress_->cancelled(); }
-
-      private:
-        const Progress* progress_;
-    };
-    CancelOnly progress_;
+    SubordinateProgress progress_;
     Execution execution_;
 };
 

@@ -41,4 +41,32 @@ std::string storable_text(std::string_view text) {
     return result;
 }
 
+std::string xml_attribute(std::string_view text) {
+    std::string value;
+    for (const char c : storable_text(text)) {
+        switch (c) {
+        case '&':
+            value += "&amp;";
+            break;
+        case '<':
+            value += "&lt;";
+            break;
+        case '>':
+            value += "&gt;";
+            break;
+        case '"':
+            value += "&quot;";
+            break;
+        case '\t':
+        case '\n':
+        case '\r':
+            value += "&#" + std::to_string(static_cast<int>(c)) + ";";
+            break;
+        default:
+            value += c;
+        }
+    }
+    return value;
+}
+
 } // namespace difusa

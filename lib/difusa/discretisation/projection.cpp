@@ -3,15 +3,14 @@
 #include <difusa/core/error.h>
 #include <difusa/core/parallel.h>
 #include <difusa/core/text.h>
+#include <difusa/mesh/point_tree.h>
 #include <difusa/mesh/surface_sampling.h>
 
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 #include <Eigen/SparseLU>
-#include <nanoflann.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -114,28 +113,13 @@ double inverse_norm_1(const Solve& solve, const SolveTransposed& solve_transpose
     return estimate;
 }
 
-/// Sites by place, as the tree wants them.
-struct QuadratureCloud {
-    const SiteSet& sites;
-    std::size_t kdtree_get_point_count() const { return sites.size(); }
-    double kdtree_get_pt(std::size_t i, std::size_t axis) const {
-        return sites.points[i].position[static_cast<Eigen::Index>(axis)];
-    }
-    template <class Box> bool kdtree_get_bbox(Box& /*box*/) const { return false; }
-};
-
 /// The share of each site's area that falls to each point, all points being dealt to their nearest site.
 Eigen::VectorXd quadrature_weights(const SiteSet& sites, std::span<const SurfacePoint> points,
                                    const std::vector<double>& integrals) {
-    const QuadratureCloud cloud{sites};
-    nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, QuadratureCloud>, QuadratureCloud, 3> tree(
-        3, cloud);
+    const PointTree tree(sites.points);
     std::vector<std::size_t> owner(points.size()), members(sites.size(), 0);
     for (std::size_t q = 0; q < points.size(); ++q) {
-        std::array<std::uint32_t, 1> found{};
-        std::array<double, 1> squared{};
-        tree.knnSearch(points[q].position.data(), 1, found.data(), squared.data());
-        owner[q] = q < sites.size() ? q : found[0];
+        owner[q] = q < sites.size() ? q : tree.nearest(points[q].position);
         ++members[owner[q]];
     }
     // Elements of a basis that is no partition of unity may have no area of their own: then an average one.

@@ -1,18 +1,10 @@
 #include <difusa/import/file_colours.h>
 
-#include <charconv>
+#include <difusa/core/text.h>
+
 #include <cmath>
 
 namespace difusa {
-
-namespace {
-
-std::string number(double value) {
-    std::array<char, 32> text;
-    return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
-}
-
-} // namespace
 
 Index ColourTable::intern(const Rgb& colour) {
     if (latest_ != none && (colours_[latest_] == colour).all()) {
@@ -67,13 +59,13 @@ Rgb FileColours::read(std::span<const std::string_view> components, const TextSc
 
 double FileColours::scale(const TextScanner& scanner) const {
     if (largest_.value > 1.0 && real_line_ != 0) {
-        scanner.fail_at(largest_.line, "a colour component is " + number(largest_.value) + ", but line " +
+        scanner.fail_at(largest_.line, "a colour component is " + exact_text(largest_.value) + ", but line " +
                                            std::to_string(real_line_) +
                                            " has one written as a real number, and those range from 0 to 1: write all "
                                            "of them as whole numbers from 0 to 255, or divide them by 255");
     }
     if (largest_.value > 255.0) {
-        scanner.fail_at(largest_.line, "a colour component is " + number(largest_.value) + ": the maximum is 255");
+        scanner.fail_at(largest_.line, "a colour component is " + exact_text(largest_.value) + ": the maximum is 255");
     }
     return largest_.value > 1.0 ? 255.0 : 1.0;
 }

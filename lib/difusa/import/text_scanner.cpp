@@ -15,9 +15,6 @@ namespace {
 bool is_line_end(char c) {
     return c == '\n' || c == '\r';
 }
-bool is_blank(char c) {
-    return c == ' ' || c == '\t' || c == '\v' || c == '\f';
-}
 bool is_letter(char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
 }

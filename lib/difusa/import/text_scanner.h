@@ -9,6 +9,11 @@
 
 namespace difusa {
 
+/// White space within a line.
+constexpr bool is_blank(char c) {
+    return c == ' ' || c == '\t' || c == '\v' || c == '\f';
+}
+
 /// Reads a text once, from front to back. Tokens are separated by white space; lines end with LF, CR LF or CR; a
 /// leading UTF-8 byte order mark is skipped. The text must outlive the scanner.
 class TextScanner {

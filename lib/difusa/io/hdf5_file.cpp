@@ -71,7 +71,9 @@ std::string name_in_memory() {
     return "difusa-" + std::to_string(counter++);
 }
 
+/// Also that of the numbers in memory.
 template <class T> hid_t stored_type() {
+    static_assert(std::endian::native == std::endian::little);
     if constexpr (std::is_same_v<T, std::uint8_t>) {
         return H5T_STD_U8LE;
     } else if constexpr (std::is_same_v<T, std::uint32_t>) {
@@ -83,18 +85,6 @@ template <class T> hid_t stored_type() {
     }
 }
 
-template <class T> hid_t own_type() {
-    if constexpr (std::is_same_v<T, std::uint8_t>) {
-        return H5T_NATIVE_UINT8;
-    } else if constexpr (std::is_same_v<T, std::uint32_t>) {
-        return H5T_NATIVE_UINT32;
-    } else if constexpr (std::is_same_v<T, std::uint64_t>) {
-        return H5T_NATIVE_UINT64;
-    } else {
-        return H5T_NATIVE_DOUBLE;
-    }
-}
-
 /// A property list of this class, with what would depend on the time switched off.
 hid_t timeless(hid_t property_class) {
     const hid_t list = H5Pcreate(property_class);
@@ -102,11 +92,10 @@ hid_t timeless(hid_t property_class) {
     return list;
 }
 
-void put_attribute(hid_t object, const std::string& name, hid_t stored, hid_t own, const void* value) {
+void put_attribute(hid_t object, const std::string& name, hid_t type, const void* value) {
     const Hdf5Handle space(H5Screate(H5S_SCALAR), H5Sclose);
-    const Hdf5Handle attribute(H5Acreate2(object, name.c_str(), stored, space.id(), H5P_DEFAULT, H5P_DEFAULT),
-                               H5Aclose);
-    require_hdf5(attribute && H5Awrite(attribute.id(), own, value) >= 0, "store an attribute");
+    const Hdf5Handle attribute(H5Acreate2(object, name.c_str(), type, space.id(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    require_hdf5(attribute && H5Awrite(attribute.id(), type, value) >= 0, "store an attribute");
 }
 
 void put_text(hid_t object, const std::string& name, const std::string& text) {
@@ -114,7 +103,7 @@ void put_text(hid_t object, const std::string& name, const std::string& text) {
     H5Tset_size(type.id(), text.size() + 1);
     H5Tset_cset(type.id(), H5T_CSET_UTF8);
     H5Tset_strpad(type.id(), H5T_STR_NULLTERM);
-    put_attribute(object, name, type.id(), type.id(), text.c_str());
+    put_attribute(object, name, type.id(), text.c_str());
 }
 
 /// HDF5 makes copies of a file in memory, one for the list of properties and one for the open file. These are the bytes
@@ -161,13 +150,13 @@ void Hdf5Writer::group(const std::string& path) {
 void Hdf5Writer::attribute(const std::string& group, const std::string& name, double value) {
     const Hdf5Call call;
     const Hdf5Handle object(H5Oopen(file_, group.c_str(), H5P_DEFAULT), H5Oclose);
-    put_attribute(object.id(), name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &value);
+    put_attribute(object.id(), name, stored_type<double>(), &value);
 }
 
 void Hdf5Writer::attribute(const std::string& group, const std::string& name, std::uint64_t value) {
     const Hdf5Call call;
     const Hdf5Handle object(H5Oopen(file_, group.c_str(), H5P_DEFAULT), H5Oclose);
-    put_attribute(object.id(), name, H5T_STD_U64LE, H5T_NATIVE_UINT64, &value);
+    put_attribute(object.id(), name, stored_type<std::uint64_t>(), &value);
 }
 
 void Hdf5Writer::attribute(const std::string& group, const std::string& name, const std::string& text) {
@@ -188,7 +177,7 @@ void Hdf5Writer::array(const std::string& path, std::span<const T> values, std::
         H5Dcreate2(file_, path.c_str(), stored_type<T>(), space.id(), H5P_DEFAULT, creation.id(), H5P_DEFAULT),
         H5Dclose);
     require_hdf5(array && (values.empty() ||
-                           H5Dwrite(array.id(), own_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) >= 0),
+                           H5Dwrite(array.id(), stored_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) >= 0),
                  "store an array");
     put_text(array.id(), "meaning", meaning);
 }
@@ -279,7 +268,6 @@ std::vector<std::uint8_t> Hdf5Reader::attribute_bytes(const std::string& group, 
 }
 
 double Hdf5Reader::number(const std::string& group, const std::string& name) const {
-    static_assert(std::endian::native == std::endian::little);
     const std::vector<std::uint8_t> bytes = attribute_bytes(group, name, false);
     double value = 0.0;
     std::memcpy(&value, bytes.data(), sizeof value);
@@ -325,7 +313,7 @@ template <Hdf5Number T> std::vector<T> Hdf5Reader::array(const std::string& path
         refuse(path, "is not stored completely");
     }
     std::vector<T> values(size[0] * columns);
-    if (!values.empty() && H5Dread(array.id(), own_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0) {
+    if (!values.empty() && H5Dread(array.id(), stored_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0) {
         refuse(path, "cannot be read");
     }
     return values;

@@ -4,10 +4,10 @@
 #include <difusa/io/field_writers.h>
 
 #include <difusa/core/error.h>
+#include <difusa/core/text.h>
 
 #include <algorithm>
 #include <bit>
-#include <charconv>
 #include <cstring>
 #include <limits>
 
@@ -72,9 +72,7 @@ std::string note_text(const FieldNote& note) {
     }
     std::string numbers;
     for (const double value : std::get<std::vector<double>>(note.value)) {
-        char digits[32];
-        const auto end = std::to_chars(digits, digits + sizeof(digits), value).ptr;
-        numbers += (numbers.empty() ? "" : " ") + std::string(digits, end);
+        numbers += (numbers.empty() ? "" : " ") + exact_text(value);
     }
     return numbers;
 }

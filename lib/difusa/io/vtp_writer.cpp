@@ -44,41 +44,12 @@ namespace {
 
 static_assert(sizeof(Vec3) == 3 * sizeof(double), "vectors are passed to VTK as stored in memory");
 
-/// A name in the form VTK needs: it writes names into XML attributes unescaped. Parsers turn line ends and tabs in
-/// attributes into blanks unless they are written as character references.
-std::string attribute(const std::string& name) {
-    std::string text;
-    for (const char c : storable_text(name)) {
-        switch (c) {
-        case '&':
-            text += "&amp;";
-            break;
-        case '<':
-            text += "&lt;";
-            break;
-        case '>':
-            text += "&gt;";
-            break;
-        case '"':
-            text += "&quot;";
-            break;
-        case '\t':
-        case '\n':
-        case '\r':
-            text += "&#" + std::to_string(static_cast<int>(c)) + ";";
-            break;
-        default:
-            text += c;
-        }
-    }
-    return text;
-}
-
-/// A VTK array over memory that we own and that outlives it. VTK only reads it, but cannot express that.
+/// A VTK array over memory that we own and that outlives it. VTK only reads it, but cannot express that. It writes
+/// names into XML attributes as they are.
 template <typename Array, typename T>
 vtkSmartPointer<Array> view(const std::string& name, const T* values, std::size_t count, int components) {
     const auto array = vtkSmartPointer<Array>::New();
-    array->SetName(attribute(name).c_str());
+    array->SetName(xml_attribute(name).c_str());
     array->SetNumberOfComponents(components);
     array->SetArray(const_cast<T*>(values), static_cast<vtkIdType>(count), 1);
     return array;
@@ -106,7 +77,7 @@ vtkSmartPointer<vtkDataArray> view(const FieldArray& field) {
     const auto components = static_cast<int>(field.components.size());
     const auto array = std::visit(Visitor{field.name, std::max(1, components)}, field.data);
     for (int c = 0; c < components; ++c) {
-        array->SetComponentName(c, attribute(field.components[static_cast<std::size_t>(c)]).c_str());
+        array->SetComponentName(c, xml_attribute(field.components[static_cast<std::size_t>(c)]).c_str());
     }
     if (!field.unit.empty()) {
         array->GetInformation()->Set(vtkDataArray::UNITS_LABEL(), field.unit.c_str());
@@ -133,7 +104,7 @@ template <typename Point> vtkSmartPointer<vtkCellArray> make_cells(std::size_t c
 void add_note(vtkFieldData* data, const FieldNote& note) {
     if (const std::string* text = std::get_if<std::string>(&note.value)) {
         vtkNew<vtkStringArray> array;
-        array->SetName(attribute(note.name).c_str());
+        array->SetName(xml_attribute(note.name).c_str());
         array->InsertNextValue(*text);
         data->AddArray(array);
     } else {
@@ -164,7 +135,7 @@ vtkSmartPointer<vtkPolyData> make_poly_data(const FieldFile& field) {
         mesh->GetCellData()->AddArray(view(array));
     }
     if (!field.active_colours.empty()) {
-        mesh->GetPointData()->SetActiveScalars(attribute(field.active_colours).c_str());
+        mesh->GetPointData()->SetActiveScalars(xml_attribute(field.active_colours).c_str());
     }
     for (const FieldNote& note : field.notes) {
         add_note(mesh->GetFieldData(), note);

@@ -2,12 +2,11 @@
 
 #include <difusa/core/error.h>
 #include <difusa/core/photometry.h>
+#include <difusa/core/text.h>
 #include <difusa/import/file_content.h>
 #include <difusa/import/text_scanner.h>
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <utility>
 
@@ -18,30 +17,17 @@ namespace {
 /// Appends a number. Throws InternalError for a value that is no result.
 void append(std::string& text, double value) {
     DIFUSA_REQUIRE(std::isfinite(value), "after `" + text.substr(text.find_last_of('\n') + 1) + "`");
-    std::array<char, 32> digits{};
-    const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), value);
-    text.append(digits.data(), end);
+    text += exact_text(value);
 }
 
 /// A name as a field of the table: quoted if necessary.
 std::string quoted_name(const std::string& name) {
-    if (name.find_first_of(",\"\n\r") == std::string::npos) {
-        return name;
-    }
-    std::string text = "\"";
-    for (const char c : name) {
-        text += c == '"' ? "\"\"" : std::string(1, c);
-    }
-    return text + "\"";
-}
-
-bool is_space(char c) {
-    return c == ' ' || c == '\t' || c == '\v' || c == '\f';
+    return name.find_first_of(",\"\n\r") == std::string::npos ? name : csv_quoted(name);
 }
 
 /// A # that starts a comment, not the one in 1.#INF.
 bool is_comment(std::string_view line, std::size_t i) {
-    return line[i] == '#' && !(i > 0 && line[i - 1] == '.' && i + 1 < line.size() && !is_space(line[i + 1]));
+    return line[i] == '#' && !(i > 0 && line[i - 1] == '.' && i + 1 < line.size() && !is_blank(line[i + 1]));
 }
 
 /// The text in quotation marks starting at `i`, which is moved past them.
@@ -52,10 +38,10 @@ std::string quotation(std::string_view line, std::size_t& i, const TextScanner& 
     }
     std::string_view inside = line.substr(i + 1, end - i - 1);
     i = end + 1;
-    while (!inside.empty() && is_space(inside.front())) {
+    while (!inside.empty() && is_blank(inside.front())) {
         inside.remove_prefix(1);
     }
-    while (!inside.empty() && is_space(inside.back())) {
+    while (!inside.empty() && is_blank(inside.back())) {
         inside.remove_suffix(1);
     }
     return std::string(inside);
@@ -72,7 +58,7 @@ std::vector<std::string> fields_of(std::string_view line, const TextScanner& sca
                      separator + "'");
     };
     for (std::size_t i = 0; i < line.size() && !is_comment(line, i);) {
-        if (is_space(line[i])) {
+        if (is_blank(line[i])) {
             separated = true;
             ++i;
             continue;
@@ -94,7 +80,7 @@ std::vector<std::string> fields_of(std::string_view line, const TextScanner& sca
         if (line[i] == '"' && separated) {
             field = quotation(line, i, scanner);
         } else {
-            for (; i < line.size() && !is_space(line[i]) && line[i] != ',' && line[i] != ';' && !is_comment(line, i);
+            for (; i < line.size() && !is_blank(line[i]) && line[i] != ',' && line[i] != ';' && !is_comment(line, i);
                  ++i) {
                 field += line[i];
             }

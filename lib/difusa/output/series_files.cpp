@@ -1,36 +1,16 @@
 #include <difusa/output/series_files.h>
 
+#include <difusa/core/text.h>
 #include <difusa/io/field_writers.h>
 #include <difusa/output/bake_files.h>
 #include <difusa/output/point_list.h>
 
 #include <array>
-#include <charconv>
 #include <cstdio>
 #include <sstream>
 #include <utility>
 
 namespace difusa {
-
-namespace {
-
-/// So that it is read back as the same number.
-std::string exact_text(double value) {
-    std::array<char, 32> text{};
-    const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
-    return {text.data(), end};
-}
-
-/// A name inside an XML attribute.
-std::string escaped_name(const std::string& name) {
-    std::string text;
-    for (const char c : name) {
-        text += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '"' ? "&quot;" : std::string(1, c);
-    }
-    return text;
-}
-
-} // namespace
 
 std::filesystem::path series_member(const std::filesystem::path& series, std::size_t number) {
     std::array<char, 32> digits{};
@@ -54,7 +34,7 @@ void SeriesWriter::add(const SunStep& step, const BakeResult& result, const Exec
     write_finite_field(field, member, *fields_.back(), execution);
     fields_.back()->finish();
     members_ += "    <DataSet timestep=\"" + exact_text(step.hours) + "\" part=\"0\" file=\"" +
-                escaped_name(member.filename().string()) + "\"/>\n";
+                xml_attribute(member.filename().string()) + "\"/>\n";
     if (table_.empty()) {
         return;
     }

@@ -65,22 +65,21 @@ bool meets_the_eye(Quantity quantity) {
 }
 
 /// Maps the progress of part of a phase to that of the phase.
-class PartOfPhase final : public Progress {
+class PartOfPhase final : public SubordinateProgress {
   public:
-    explicit PartOfPhase(Progress* whole) : whole_(whole) {}
+    using SubordinateProgress::SubordinateProgress;
+
     void set(double begin, double share) {
         begin_ = begin;
         share_ = share;
     }
     void advance(double fraction) override {
-        if (whole_ != nullptr) {
-            whole_->advance(begin_ + share_ * fraction);
+        if (whole() != nullptr) {
+            whole()->advance(begin_ + share_ * fraction);
         }
     }
-    bool cancelled() const override { return whole_ != nullptr && whole_->cancelled(); }
 
   private:
-    Progress* whole_;
     double begin_ = 0.0, share_ = 1.0;
 };
 

@@ -69,11 +69,10 @@ double processor_seconds() {
 }
 
 /// Processor time until the field and its error estimate are there, and what estimates take of it.
-class EstimateClock final : public Progress {
+class EstimateClock final : public SubordinateProgress {
   public:
-    explicit EstimateClock(const Progress* progress) : progress_(progress) {}
+    using SubordinateProgress::SubordinateProgress;
 
-    bool cancelled() const override { return progress_ != nullptr && progress_->cancelled(); }
     void phase(std::string_view name) override {
         const double now = processor_seconds();
         estimates += estimating_ ? now - phase_began_ : 0.0;
@@ -86,7 +85,6 @@ class EstimateClock final : public Progress {
     double total = 0.0, estimates = 0.0;
 
   private:
-    const Progress* progress_; ///< of the study; may be null
     double began_ = processor_seconds(), phase_began_ = began_;
     bool estimating_ = false;
 };
@@ -239,7 +237,7 @@ std::string estimate_csv_header() {
 }
 
 std::string estimate_csv_row(const std::string& name, const EstimateTrial& t) {
-    std::string row = "\"" + name + "\"";
+    std::string row = csv_quoted(name);
     for (const double value : {t.total, t.total_estimate.rms, t.total_estimate.low, t.total_estimate.high, t.indirect,
                                t.indirect_estimate.rms, t.indirect_estimate.low, t.indirect_estimate.high, t.reflected,
                                t.rank_correlation, t.covered, t.share_of_time, t.seconds, t.above_target ? 1.0 : 0.0}) {

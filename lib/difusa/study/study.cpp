@@ -87,14 +87,6 @@ const std::vector<Column>& columns() {
     return all;
 }
 
-std::string csv_text(const std::string& text) {
-    std::string result = "\"";
-    for (const char c : text) {
-        result += c == '"' ? "\"\"" : std::string(1, c);
-    }
-    return result + "\"";
-}
-
 std::string scientific(std::optional<double> value) {
     if (!value) {
         return "–";
@@ -194,13 +186,13 @@ std::string csv_of(const std::vector<Measurement>& measurements) {
     }
     csv += ",failure\n";
     for (const Measurement& m : measurements) {
-        csv += csv_text(m.case_name) + "," + csv_text(m.options.basis) + "," + csv_text(m.options.projection) + "," +
-               csv_text(m.options.transport) + "," + csv_text(m.options.visibility);
+        csv += csv_quoted(m.case_name) + "," + csv_quoted(m.options.basis) + "," + csv_quoted(m.options.projection) +
+               "," + csv_quoted(m.options.transport) + "," + csv_quoted(m.options.visibility);
         for (const Column& column : columns()) {
             const std::optional<double> value = column.value(m);
             csv += "," + (value ? text_of(*value) : std::string());
         }
-        csv += "," + (m.failed ? csv_text(m.failure) : std::string()) + "\n";
+        csv += "," + (m.failed ? csv_quoted(m.failure) : std::string()) + "\n";
     }
     return csv;
 }
