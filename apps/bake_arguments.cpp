@@ -139,7 +139,8 @@ void check_target(const CLI::App& app, bool ordered) {
             throw UsageError(std::string(name) + ": limits what --error may take; order an accuracy, --error 1%");
         }
     }
-    for (const char* const name : {"--quality", "--sites", "--spacing", "--rays", "--error-points", "--final-gather"}) {
+    for (const char* const name :
+         {"--quality", "--sites", "--spacing", "--adaptive", "--rays", "--error-points", "--final-gather"}) {
         if (ordered && app.count(name) > 0) {
             throw UsageError(std::string(name) + ": cannot be combined with --error, which chooses the effort; omit "
                                                  "one of them");
@@ -276,6 +277,11 @@ void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::stri
     const std::string discretisation = "Discretisation";
     app.add_option("--quality", options.quality, quality_help)->group(discretisation)->type_name("NAME");
     add_site_arguments(app, options, discretisation);
+    app.add_flag(
+           "--adaptive", options.adaptive,
+           "place the sites where they help: as many, but dense where the light varies, as pilot bakes with fewer "
+           "sites and rays tell")
+        ->group(discretisation);
     add_name(app, "--projection", options.projection,
              "how coefficients are computed from the light: natural (values at the sites, or a solve if the basis "
              "needs it), corrected:sweeps=2,in=field (residual added back; in=equation: also in the equation), "

@@ -93,6 +93,7 @@ void declare(CLI::App& app, Arguments& a) {
     difusa::add_repeated(app, "--scene", a.scenes, "mesh or scene file to bake with --estimate (may be repeated)")
         ->type_name("FILE");
 
+    app.add_flag("--adaptive", a.plan.common.adaptive, "graded sites: as many as at the spacing, but where they help");
     difusa::add_parsed(app, "--error", a.error,
                        "accuracy to order from each bake of --estimate, as from bake_radiosity", difusa::parse_percent)
         ->type_name("P%");
@@ -174,8 +175,8 @@ difusa::BakeOptions estimate_options(const Arguments& a) {
         throw UsageError("--estimate judges the field as the basis represents it: it does not take --final-gather");
     }
     if (a.error) {
-        if (!plan.spacings.empty() || !plan.rays.empty()) {
-            throw UsageError("--error chooses sites and rays itself: omit --spacing and --rays");
+        if (!plan.spacings.empty() || !plan.rays.empty() || plan.common.adaptive) {
+            throw UsageError("--error chooses sites and rays itself: omit --spacing, --rays and --adaptive");
         }
         options.target.emplace();
         options.target->relative = *a.error;

@@ -1,5 +1,6 @@
 #include <difusa/bake.h>
 
+#include <difusa/bake/adaptive_sites.h>
 #include <difusa/bake/choices.h>
 #include <difusa/bake/cost.h>
 #include <difusa/bake/error_target.h>
@@ -51,7 +52,9 @@ void finish(BakeResult& result, const Registry& registry, Choices& choices, cons
     const DirectLight lights(*result.scene, tracer);
     const LitSurface lit = lit_surface(result, lights, tracer, execution);
     const auto solve = [&](BakeResult& attempt, const Execution& own) {
-        const Placed placed{place_sites(attempt, choices, lit, own), lit.dark_area};
+        const Placed placed{attempt.options.adaptive ? place_adaptively(attempt, registry, choices, lit, tracer, own)
+                                                     : place_sites(attempt, choices, lit, own),
+                            lit.dark_area};
         attempt.sites = placed.sites;
         check_request(attempt, choices, lights, placed.sites->size(), own);
         solve_placed(attempt, choices, placed, transport_by_rays(attempt, choices, tracer), own);

@@ -29,6 +29,15 @@ expect_exit 0 "$bake" "$box" out.vtp $small --final-gather 64 --report gathered.
 awk -v a="$(entry plain.json bound)" -v b="$(entry gathered.json bound)" 'BEGIN { exit !(b < a) }' ||
     fail "the bound of a gathered output, $(entry gathered.json bound), is not below $(entry plain.json bound)"
 
+# Graded sites: about as many, found by pilots whose rays count; an accuracy to order chooses them by itself.
+expect_exit 0 "$bake" "$box" out.vtp --sites 400 --rays 64 --adaptive --report graded.json
+expect_text stdout "graded, as many as at spacing"
+expect_text graded.json '"adaptive": true' '"pilot bake"'
+expect_exit 0 "$bake" "$box" out.vtp --sites 400 --rays 64 --report even.json
+awk -v a="$(entry graded.json count)" -v b="$(entry even.json count)" 'BEGIN { exit !(a > 0.6 * b && a < 1.6 * b) }' ||
+    fail "$(entry graded.json count) graded sites instead of about $(entry even.json count)"
+expect_refusal 1 "--adaptive: cannot be combined with --error" "$bake" "$box" out.vtp --adaptive --error 1%
+
 # Without an estimate nothing is said, and nothing written.
 expect_exit 0 "$bake" "$box" out.vtp $small --error-points 0 --report out.json
 expect_no_text stdout "rms reflected"

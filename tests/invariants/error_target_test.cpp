@@ -40,7 +40,7 @@ Scene furnace() {
     return scene;
 }
 
-/// With squared errors that fall as n^-1/2 and N^-1.5, the next attempt is predicted to end at 85 % of the target, with
+/// With squared errors that fall as n^-3/4 and N^-1.5, the next attempt is predicted to end at 85 % of the target, with
 /// an interval of 1.7 times the estimate, unless steps are limited; and no other sites and rays do that with less n N.
 TEST(ErrorTarget, TheNextEffortIsTheCheapestThatIsPredictedToSuffice) {
     RandomStream stream(1, "efforts");
@@ -57,7 +57,7 @@ TEST(ErrorTarget, TheNextEffortIsTheCheapestThatIsPredictedToSuffice) {
         const Effort next = next_effort(attempt, target);
         const auto squared = [&](double sites, double rays) {
             return attempt.rms * attempt.rms *
-                   ((1.0 - attempt.noise_share) * std::sqrt(1e5 / sites) +
+                   ((1.0 - attempt.noise_share) * std::pow(1e5 / sites, 0.75) +
                     attempt.noise_share * std::pow(1e4 / rays, 1.5));
         };
         const auto n = static_cast<double>(next.sites), N = static_cast<double>(next.rays);

@@ -19,7 +19,7 @@ namespace {
 constexpr double margin = 0.85;        ///< of the target, which the next attempt's interval should end at
 constexpr double usual_interval = 1.7; ///< its upper end over the estimate, as far as more points do not help
 constexpr double wide_interval = 2.2;  ///< likewise: more points would help
-constexpr double of_basis = 0.5;       ///< squared error of the basis: sites to this power, inverted
+constexpr double of_basis = 0.75;      ///< squared error of the basis: sites to this power, inverted
 constexpr double of_noise = 1.5;       ///< squared noise: rays to this power, inverted
 constexpr double basis_part =
     of_noise / (of_basis + of_noise); ///< of the squared error, for the least sites times rays
@@ -149,6 +149,7 @@ class TargetSearch {
         } else {
             next.options.sites = effort.sites;
             next.options.rays = effort.rays;
+            next.options.adaptive = true;
             try {
                 solve_(next, own);
             } catch (const ResourceError& error) {

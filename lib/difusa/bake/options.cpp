@@ -66,6 +66,9 @@ void check_options(const BakeOptions& options) {
         if (options.spacing > 0.0 || options.sites > 0 || options.error_points) {
             refuse("--error", "chooses --sites, --spacing, --rays and --error-points by itself: omit them");
         }
+        if (options.adaptive) {
+            refuse("--error", "places sites where they help in any case: omit --adaptive");
+        }
         if (options.final_gather > 0) {
             refuse("--error", "is that of the field as the basis represents it: omit --final-gather");
         }

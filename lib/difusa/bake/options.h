@@ -74,6 +74,7 @@ struct BakeOptions {
 
     double spacing = 0.0;                                         ///< unit of the scene; 0: from `sites`
     std::size_t sites = 0;                                        ///< wanted number; 0: default_sites
+    bool adaptive = false;                                        ///< as many sites, but where they help
     int neighbours = 10;                                          ///< m
     std::size_t rays = 512;                                       ///< a site
     std::optional<ErrorTarget> target;                            ///< determines sites and rays, and starts with few

@@ -32,11 +32,12 @@ double spacing_for(const BakeResult& result, const Choices& choices, const LitSu
                              result.options.seed, execution);
 }
 
+} // namespace
+
 std::size_t most_sites_now(const BakeOptions& options) {
     return std::min(most_sites, available_memory(options.most_memory) / bytes_of_site);
 }
 
-/// Fills in BakeOptions::spacing, and the output's, unless they are given.
 void choose_spacing(BakeResult& result, const Choices& choices, const LitSurface& lit, const Execution& execution) {
     BakeOptions& options = result.options;
     if (options.spacing == 0.0) {
@@ -47,8 +48,6 @@ void choose_spacing(BakeResult& result, const Choices& choices, const LitSurface
         options.output_spacing = options.output_in_spacings * options.spacing;
     }
 }
-
-} // namespace
 
 LitSurface lit_surface(const BakeResult& result, const DirectLight& lights, const Tracer& tracer,
                        const Execution& execution) {
@@ -95,15 +94,12 @@ std::optional<std::size_t> forecast_sites(BakeResult& result, const Choices& cho
     return all ? std::optional(static_cast<std::size_t>(*all * (1.0 - lit.dark_area / mesh.area))) : std::nullopt;
 }
 
-std::shared_ptr<SiteSet> place_sites(BakeResult& result, const Choices& choices, const LitSurface& lit,
-                                     const Execution& execution) {
-    execution.phase("place sites");
+std::vector<SurfacePoint> lit_points(const BakeResult& result, const Choices& choices, const LitSurface& lit,
+                                     double spacing, const Execution& execution) {
     const Mesh& mesh = result.scene->mesh;
-    BakeOptions& options = result.options;
-    choose_spacing(result, choices, lit, execution);
-    const std::size_t limit = most_sites_now(options);
-    std::vector<SurfacePoint> points = choices.sampler->sample(mesh, choices.engine.get(), options.spacing, limit,
-                                                               RandomStream(options.seed, "sites"), execution);
+    const BakeOptions& options = result.options;
+    std::vector<SurfacePoint> points = choices.sampler->sample(
+        mesh, choices.engine.get(), spacing, most_sites_now(options), RandomStream(options.seed, "sites"), execution);
     const std::size_t all = points.size();
     std::erase_if(points, [&](const SurfacePoint& x) { return lit.dark[mesh.region[x.face]] != 0; });
     if (points.empty()) {
@@ -116,12 +112,25 @@ std::shared_ptr<SiteSet> place_sites(BakeResult& result, const Choices& choices,
                                                                      "emits or reflects light",
                         "sites", static_cast<double>(all - points.size())});
     }
+    return points;
+}
+
+std::shared_ptr<SiteSet> site_set_of(const BakeResult& result, const LitSurface& lit, std::vector<SurfacePoint> points,
+                                     double spacing, const Execution& execution, const SizeField* size) {
     auto sites = std::make_shared<SiteSet>(
-        make_site_set(mesh, std::move(points), options.spacing, options.neighbours, execution));
+        make_site_set(result.scene->mesh, std::move(points), spacing, result.options.neighbours, execution, size));
     if (lit.dark_area > 0.0) {
         sites->dark = lit.dark;
     }
     return sites;
+}
+
+std::shared_ptr<SiteSet> place_sites(BakeResult& result, const Choices& choices, const LitSurface& lit,
+                                     const Execution& execution) {
+    execution.phase("place sites");
+    choose_spacing(result, choices, lit, execution);
+    const double spacing = result.options.spacing;
+    return site_set_of(result, lit, lit_points(result, choices, lit, spacing, execution), spacing, execution);
 }
 
 } // namespace difusa

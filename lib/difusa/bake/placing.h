@@ -23,10 +23,24 @@ struct LitSurface {
 LitSurface lit_surface(const BakeResult& result, const DirectLight& lights, const Tracer& tracer,
                        const Execution& execution);
 
+/// Fills in BakeOptions::spacing, to match BakeOptions::sites, and that of the output, unless they are given.
+void choose_spacing(BakeResult& result, const Choices& choices, const LitSurface& lit, const Execution& execution);
+
+/// How many sites memory has room for.
+std::size_t most_sites_now(const BakeOptions& options);
+
 /// How many sites `place_sites` would place, to about 1 %; nothing if placing them is as cheap. Phase "predict sites".
 /// Chooses the spacing as `place_sites` does.
 std::optional<std::size_t> forecast_sites(BakeResult& result, const Choices& choices, const LitSurface& lit,
                                           const Execution& execution);
+
+/// Points of the lit surface at this spacing. Throws ResourceError, InputError.
+std::vector<SurfacePoint> lit_points(const BakeResult& result, const Choices& choices, const LitSurface& lit,
+                                     double spacing, const Execution& execution);
+
+/// The sites at these points; `spacing`, `size`: as in make_site_set.
+std::shared_ptr<SiteSet> site_set_of(const BakeResult& result, const LitSurface& lit, std::vector<SurfacePoint> points,
+                                     double spacing, const Execution& execution, const SizeField* size = nullptr);
 
 /// Sites on the lit surface, at BakeOptions::spacing, which is chosen to match BakeOptions::sites if it is 0. Phase
 /// "place sites". Throws ResourceError, InputError.

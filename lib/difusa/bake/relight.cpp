@@ -31,6 +31,7 @@ BakeOptions complete_options(BakeOptions options, const BakeOptions& saved) {
     options.quality = saved.quality;
     options.spacing = saved.spacing;
     options.sites = 0;
+    options.adaptive = saved.adaptive;
     options.neighbours = saved.neighbours;
     options.rays = saved.rays;
     options.target.reset(); // sites and rays are what they are

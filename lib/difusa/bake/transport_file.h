@@ -24,6 +24,7 @@ template <class Options, class Visit> void for_saved_choices(Options& options, c
     visit("quality", options.quality);
     visit("spacing", options.spacing);
     visit("sites", options.sites);
+    visit("adaptive", options.adaptive);
     visit("neighbours", options.neighbours);
     visit("rays", options.rays);
     visit("seed", options.seed);

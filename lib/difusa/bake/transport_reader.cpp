@@ -132,7 +132,7 @@ class TransportReader {
             SurfacePoint site{Vec3(p[0], p[1], p[2]), Vec3(d[0], d[1], d[2]), face[i], coordinates[2 * i],
                               coordinates[2 * i + 1]};
             constexpr double rounding = 1e-9;
-            if (!(std::abs(site.normal.norm() - 1.0) <= rounding) || !(sites->radius[i] >= sites->spacing) ||
+            if (!(std::abs(site.normal.norm() - 1.0) <= rounding) || !(sites->radius[i] > 0.0) ||
                 !(site.u >= -rounding && site.v >= -rounding && site.u + site.v <= 1.0 + rounding)) {
                 file_.refuse("/sites",
                              "has a site, number " + std::to_string(i) +

@@ -43,6 +43,11 @@ class Journal {
         seconds_.insert(seconds_.end(), other.seconds_.begin(), other.seconds_.end());
         notes_.insert(notes_.end(), other.notes_.begin(), other.notes_.end());
         savings_.insert(savings_.end(), other.savings_.begin(), other.savings_.end());
+        append_counts(other);
+    }
+
+    /// Adds its counts only: those of work that is part of a phase of this one.
+    void append_counts(const Journal& other) {
         for (const auto& [name, amount] : other.counts_) {
             counts_[name] += amount;
         }

@@ -88,7 +88,7 @@ void sort_along_z_curve(const Mesh& mesh, std::vector<SurfacePoint>& points) {
 } // namespace
 
 SiteSet make_site_set(const Mesh& mesh, std::vector<SurfacePoint> points, double spacing, int neighbours,
-                      const Execution& execution) {
+                      const Execution& execution, const SizeField* size) {
     DIFUSA_REQUIRE(neighbours >= 1 && spacing > 0.0);
     SiteSet sites;
     sort_along_z_curve(mesh, points);
@@ -122,7 +122,6 @@ SiteSet make_site_set(const Mesh& mesh, std::vector<SurfacePoint> points, double
         }
     });
     const auto m = static_cast<std::size_t>(neighbours);
-    const double least = spacing * (1.0 + 0x1p-10);
     parallel_for(sites.size(), 256, silent, [&](std::size_t begin, std::size_t end, unsigned) {
         Search search;
         for (std::size_t i = begin; i < end; ++i) {
@@ -131,6 +130,8 @@ SiteSet make_site_set(const Mesh& mesh, std::vector<SurfacePoint> points, double
             const double diameter = (high[region] - low[region]).norm();
             const double found =
                 own.size() > m ? mth_distance(sites, *regions[region], static_cast<Index>(i), m, search) : -1.0;
+            const double own_spacing = size != nullptr ? size->reach(sites.points[i].position, region) : spacing;
+            const double least = own_spacing * (1.0 + 0x1p-10);
             sites.radius[i] = std::max(found < 0.0 ? diameter : std::min(found, diameter), least);
             sites.area[i] = std::numbers::pi * sites.radius[i] * sites.radius[i] / static_cast<double>(neighbours + 1);
         }

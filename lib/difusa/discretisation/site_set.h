@@ -2,6 +2,7 @@
 #pragma once
 
 #include <difusa/core/progress.h>
+#include <difusa/discretisation/size_field.h>
 #include <difusa/mesh/mesh.h>
 
 #include <limits>
@@ -25,7 +26,8 @@ struct SiteSet {
     std::vector<Index> region;        ///< #S, region of the mesh
     std::vector<double> radius;       ///< #S, r_i: site distance to the m-th nearest site (T 4.2.7)
     std::vector<double> area;         ///< #S, effective area A_i
-    double spacing = 0.0;             ///< the distance enforced by the sampler, in the unit of the scene
+    double spacing = 0.0;             ///< the distance enforced by the sampler, in the unit of the scene; of graded
+                                      ///< sites, the one at which as many would cover the surface evenly
     int neighbours = 0;               ///< m
     std::vector<char> dark;           ///< empty, or #regions: 1 where no light arrives; no sites or elements there
 
@@ -38,9 +40,9 @@ struct SiteSet {
 /// regions and radii; areas are those of T 5.5, pi r_i² / (m+1).
 ///
 /// A region with too few sites for m neighbours at a finite distance has radii that cover all of it instead: its
-/// diameter, which no radius exceeds. No radius is smaller than `spacing` (1 + 2^-10), so every point that has a site
-/// within the spacing is inside a support.
+/// diameter, which no radius exceeds. No radius is smaller than `spacing` (1 + 2^-10), or for graded sites, placed by
+/// `size`, than its reach there times as much: every point that has a site as near as it should is inside a support.
 SiteSet make_site_set(const Mesh& mesh, std::vector<SurfacePoint> points, double spacing, int neighbours,
-                      const Execution& execution);
+                      const Execution& execution, const SizeField* size = nullptr);
 
 } // namespace difusa

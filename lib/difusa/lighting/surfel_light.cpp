@@ -12,7 +12,9 @@ namespace difusa {
 namespace {
 
 constexpr std::size_t surfels_at_once = 256;
-constexpr std::size_t few_samples = 4, more_samples = 16;
+constexpr std::size_t material_samples = 16;
+constexpr std::size_t pilot_samples = 4; ///< of direct light: these tell how many are needed
+constexpr std::size_t even_samples = 12, edge_samples = 96;
 constexpr double uneven = 0.1;
 
 /// Points spread evenly over a surfel.
@@ -66,9 +68,9 @@ class Averages {
     void average_materials(Index s, SurfelLight& result) {
         if (std::any_of(pieces_.begin(), pieces_.end(),
                         [&](const Surfels::Piece& piece) { return is_uneven(piece); })) {
-            spread(surfels_, pieces_, more_samples, {0.5, 0.5}, points_);
+            spread(surfels_, pieces_, material_samples, {0.5, 0.5}, points_);
             for (const SurfacePoint& x : points_) {
-                add_material(s, x, 1.0 / more_samples, result);
+                add_material(s, x, 1.0 / material_samples, result);
             }
             return;
         }
@@ -83,8 +85,10 @@ class Averages {
         }
     }
 
-    /// Adds the light at `count` points to `H_`; returns whether it is about the same at all of them.
+    /// Sets `H_` to the sum of the light at `count` points; returns whether it is about the same at all of them.
     bool sample(std::size_t count, RandomStream& stream) {
+        std::fill(H_.begin(), H_.end(), Rgb(Rgb::Zero()));
+        outside_ = Rgb::Zero();
         const std::array<double, 2> shift{stream.uniform(), stream.uniform()};
         spread(surfels_, pieces_, count, shift, points_);
         at_points_.resize(count * H_.size());
@@ -102,13 +106,14 @@ class Averages {
         return most - least <= uneven * most;
     }
 
+    /// The samples that decide how many are taken do not count: the mean would be biased.
     void average_direct(Index s, RandomStream& stream, SurfelLight& result) {
-        std::fill(H_.begin(), H_.end(), Rgb(Rgb::Zero()));
-        outside_ = Rgb::Zero();
-        std::size_t count = few_samples;
-        if (!sample(few_samples, stream)) {
-            sample(more_samples, stream);
-            count += more_samples;
+        const std::size_t cast_before = cast();
+        std::size_t count = pilot_samples;
+        const bool even = sample(count, stream);
+        if (cast() > cast_before) {
+            count = even ? even_samples : edge_samples;
+            sample(count, stream);
         }
         result.from_outside.row(s) = (outside_ / static_cast<double>(count)).head(channels_).matrix().transpose();
         for (std::size_t set = 0; set < H_.size(); ++set) {

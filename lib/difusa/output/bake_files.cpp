@@ -413,8 +413,9 @@ std::string summary_of(const BakeResult& result) {
     for (const std::string& note : result.journal.notes()) {
         text << "note: " << note << "\n";
     }
-    text << "sites: " << (result.estimate.predicted ? "about " : "") << result.estimate.sites << " at spacing "
-         << result.options.spacing << "\n";
+    text << "sites: " << (result.estimate.predicted ? "about " : "") << result.estimate.sites
+         << (result.options.adaptive ? ", graded, as many as at spacing " : " at spacing ") << result.options.spacing
+         << "\n";
     if (result.dry_run) {
         const BakeEstimate& estimate = result.estimate;
         text << "rays: " << estimate.rays << ", visibility segments: at most " << estimate.segments << "\n"

@@ -133,6 +133,7 @@ Json options_of(const BakeResult& result) {
     chosen["quality"] = options.quality.empty() ? Json(nullptr) : Json(options.quality);
     chosen["spacing"] = options.spacing;
     chosen["sites"] = options.sites == 0 ? Json(nullptr) : Json(options.sites);
+    chosen["adaptive"] = options.adaptive;
     chosen["neighbours"] = options.neighbours;
     chosen["rays"] = options.rays;
     chosen["tolerance"] = options.solve.tolerance;

@@ -1,0 +1,102 @@
+#include <difusa/bake/adaptive_sites.h>
+
+#include <difusa/bake/steps.h>
+#include <difusa/discretisation/grading.h>
+#include <difusa/discretisation/poisson_disk.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace difusa {
+
+namespace {
+
+/// The sites of the pilots one by one, of those wanted. The first are evenly spaced, and stay.
+constexpr std::array<double, 2> pilot_shares{0.25, 0.5};
+constexpr std::size_t least_pilot_rays = 64, pilot_rays_part = 4;
+
+/// What a pilot bakes: the scene with few rays and the default elements.
+BakeOptions pilot_options(const BakeOptions& options) {
+    BakeOptions own = options;
+    own.rays = std::max(least_pilot_rays, options.rays / pilot_rays_part);
+    own.sites = 0; // at spacings of their own
+    own.basis.clear();
+    own.projection.clear();
+    own.transport = BakeOptions().transport;
+    own.kernel.clear();
+    own.direct = BakeOptions().direct;
+    own.target.reset();
+    own.light_groups = false;
+    own.goals.clear();
+    own.at.clear();
+    own.grids.clear();
+    own.final_gather = 0;
+    return own;
+}
+
+/// The size of the error around each site of a solution, W/m²: how far its light is from what the others say.
+std::vector<double> errors_of(const BakeResult& pilot, const Execution& execution) {
+    const Discretisation& discretisation = pilot.system->discretisation();
+    const SiteSet& sites = *discretisation.sites;
+    const Values residual =
+        leave_one_out(*discretisation.basis, sites, sum_of_parts(pilot.solution.h, pilot.channels), execution);
+    const Values& rho = pilot.solution.light.reflectance;
+    std::vector<double> error(sites.size());
+    for (std::size_t i = 0; i < sites.size(); ++i) {
+        const SurfacePoint& x = sites.points[i];
+        const auto surfel = static_cast<Eigen::Index>(discretisation.surfels->at(x.face, x.u, x.v));
+        error[i] = residual.row(static_cast<Eigen::Index>(i)).cwiseProduct(rho.row(surfel)).norm();
+    }
+    return error;
+}
+
+} // namespace
+
+std::shared_ptr<SiteSet> place_adaptively(BakeResult& result, const Registry& registry, const Choices& choices,
+                                          const LitSurface& lit, const Tracer& tracer, const Execution& execution) {
+    execution.phase("place sites");
+    choose_spacing(result, choices, lit, execution);
+    const Mesh& mesh = result.scene->mesh;
+    const double largest = result.options.spacing / std::sqrt(pilot_shares.front());
+    const std::vector<SurfacePoint> even = lit_points(result, choices, lit, largest, execution);
+    std::optional<SizeField> size;
+    const auto sites_for = [&](double share) {
+        std::vector<SurfacePoint> points = even;
+        if (size) {
+            points = refine_sites(mesh, std::move(points), *size, most_sites_now(result.options),
+                                  RandomStream(result.options.seed, "graded sites"), Unreported(execution));
+        }
+        return site_set_of(result, lit, std::move(points), result.options.spacing / std::sqrt(share), execution,
+                           size ? &*size : nullptr);
+    };
+    for (std::size_t k = 0; k < pilot_shares.size(); ++k) {
+        execution.phase("pilot bake");
+        SubordinateProgress unreported(execution.progress);
+        Journal journal; // of what is noted in pilots nothing is reported
+        const Execution own{execution.threads, &unreported, &journal};
+        BakeResult pilot = result;
+        pilot.options = pilot_options(result.options);
+        Choices rough = make_choices(registry, pilot.options);
+        rough.engine = choices.engine;
+        const std::shared_ptr<SiteSet> sites = sites_for(pilot_shares[k]);
+        solve_placed(pilot, rough, {sites, lit.dark_area}, transport_by_rays(pilot, rough, tracer), own);
+        std::vector<double> spacing(sites->size(), largest);
+        for (std::size_t i = 0; size && i < spacing.size(); ++i) {
+            spacing[i] = SizeField::rounded(largest, size->at(sites->points[i].position, sites->region[i]));
+        }
+        const double next = k + 1 < pilot_shares.size() ? pilot_shares[k + 1] : 1.0;
+        const double wanted = next / pilot_shares.front() * static_cast<double>(even.size());
+        size = graded_spacing(*sites, spacing, errors_of(pilot, own), largest, wanted, mesh.region_count, own);
+        if (execution.journal != nullptr) {
+            execution.journal->append_counts(journal);
+        }
+    }
+    execution.phase("place sites");
+    return sites_for(1.0);
+}
+
+} // namespace difusa

@@ -1,0 +1,58 @@
+#include <difusa/discretisation/size_field.h>
+
+#include <difusa/core/error.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace difusa {
+
+namespace {
+
+constexpr std::size_t nearest_points = 16;
+
+} // namespace
+
+SizeField::SizeField(std::vector<SurfacePoint> points, const std::vector<Index>& region, std::vector<double> sizes,
+                     double largest, Index region_count)
+    : points_(std::move(points)), sizes_(std::move(sizes)), largest_(largest), smallest_(largest) {
+    DIFUSA_REQUIRE(points_.size() == sizes_.size() && points_.size() == region.size());
+    std::vector<std::vector<Index>> members(region_count);
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+        members[region[i]].push_back(static_cast<Index>(i));
+        smallest_ = std::min(smallest_, sizes_[i]);
+    }
+    DIFUSA_REQUIRE(smallest_ > 0.0);
+    trees_.resize(region_count);
+    for (Index r = 0; r < region_count; ++r) {
+        if (!members[r].empty()) {
+            trees_[r].emplace(points_, std::move(members[r]));
+        }
+    }
+}
+
+double SizeField::at(const Vec3& x, Index region) const {
+    if (!trees_[region]) {
+        return largest_;
+    }
+    std::array<Index, nearest_points> near{};
+    std::array<double, nearest_points> squared{};
+    const std::size_t count = trees_[region]->nearest(x, near, squared);
+    double least = largest_;
+    for (std::size_t k = 0; k < count; ++k) {
+        least = std::min(least, sizes_[near[k]] + slope * std::sqrt(squared[k]));
+    }
+    return least;
+}
+
+double SizeField::spacing_of(double largest, int level) {
+    return largest * std::pow(2.0, -0.5 * level);
+}
+
+double SizeField::rounded(double largest, double size) {
+    return spacing_of(largest, std::max(0, static_cast<int>(std::ceil(2.0 * std::log2(largest / size) - 0.5))));
+}
+
+} // namespace difusa
