@@ -2,7 +2,7 @@
 
 #include <difusa/core/error.h>
 #include <difusa/lighting/lambert.h>
-#include <difusa/study/references/quadrature.h>
+#include <difusa/algebra/quadrature.h>
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 #include <difusa/core/error.h>
 #include <difusa/core/random.h>
 #include <difusa/core/types.h>
-#include <difusa/study/references/quadrature.h>
+#include <difusa/algebra/quadrature.h>
 
 #include <gtest/gtest.h>
 
