@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace difusa {
 
@@ -13,6 +14,16 @@ namespace {
 /// Polygons with more corners are divided before they are clipped by the edges of one more blocker.
 constexpr std::size_t many_corners = FlatPolygon::capacity - 2 * Blocker::most_corners;
 static_assert(many_corners >= 6);
+
+/// A rule that sees nothing of what a corner sees is wrong by this share of the difference at most: the part of a
+/// triangle that a straight line cuts off beyond the points of the 7-point rule.
+constexpr double corner_share = 1.0 / 6.0;
+
+/// The mean of the form factor by some rule, and what its points saw.
+struct MeanView {
+    double mean = 0.0;
+    unsigned seen = 0;
+};
 
 /// A part of the polygon that is integrated over.
 struct OuterTriangle {
@@ -25,18 +36,50 @@ bool less_error(const OuterTriangle& a, const OuterTriangle& b) {
     return a.estimate.error < b.estimate.error;
 }
 
-double mean_view(const OuterTriangle& triangle, std::size_t points, BlockedView& view) {
-    double sum = 0.0;
-    for (const TrianglePoint& p : triangle_rule(points)) {
-        sum += p.weight * view.form_factor(triangle.corner + p.u * triangle.first + p.v * triangle.second);
+MeanView mean_view(const OuterTriangle& triangle, std::span<const TrianglePoint> rule, BlockedView& view) {
+    MeanView result;
+    for (const TrianglePoint& p : rule) {
+        result.mean += p.weight * view.form_factor(triangle.corner + p.u * triangle.first + p.v * triangle.second);
+        result.seen |= static_cast<unsigned>(view.seen());
     }
-    return sum;
+    return result;
 }
 
-/// 7 points against 3.
-void integrate(OuterTriangle& triangle, double three, BlockedView& view) {
-    const double seven = mean_view(triangle, 7, view);
-    triangle.estimate = {triangle.area * seven, triangle.area * std::abs(seven - three)};
+/// The corners, moved inwards a little, off edges that touch the other polygon.
+std::span<const TrianglePoint> corner_rule() {
+    constexpr double in = 0x1p-20;
+    static constexpr std::array<TrianglePoint, 3> corners{
+        {{in, in, 1.0 / 3.0}, {1.0 - 2.0 * in, in, 1.0 / 3.0}, {in, 1.0 - 2.0 * in, 1.0 / 3.0}}};
+    return corners;
+}
+
+/// True if all points saw everything, or all nothing.
+bool unanimous(unsigned seen) {
+    return seen == static_cast<unsigned>(Seen::everything) || seen == static_cast<unsigned>(Seen::nothing);
+}
+
+/// 7 points against 3 and the corners.
+void integrate(OuterTriangle& triangle, const MeanView& three, const MeanView& corners, BlockedView& view) {
+    const MeanView seven = mean_view(triangle, triangle_rule(7), view);
+    double difference = std::abs(seven.mean - three.mean);
+    if ((three.seen | seven.seen | corners.seen) != static_cast<unsigned>(Seen::part) &&
+        !unanimous(three.seen | seven.seen | corners.seen)) {
+        difference = std::max(difference, corner_share * std::abs(corners.mean - seven.mean));
+    }
+    triangle.estimate = {triangle.area * seven.mean, triangle.area * difference};
+}
+
+/// The first estimate of a triangle.
+void start(OuterTriangle& triangle, double tolerance, BlockedView& view) {
+    const MeanView one = mean_view(triangle, triangle_rule(1), view),
+                   three = mean_view(triangle, triangle_rule(3), view),
+                   corners = mean_view(triangle, corner_rule(), view);
+    const double difference = std::abs(three.mean - one.mean);
+    if (difference * triangle.area <= tolerance && unanimous(one.seen | three.seen | corners.seen)) {
+        triangle.estimate = {triangle.area * three.mean, triangle.area * difference};
+    } else {
+        integrate(triangle, three, corners, view);
+    }
 }
 
 std::array<OuterTriangle, 4> quarters(const OuterTriangle& whole) {
@@ -101,6 +144,7 @@ void BlockedView::hide(const Vec3& x, const FlatPolygon& blocker, const Plane& p
             next_.push_back(piece); // nothing of it is hidden
             continue;
         }
+        seen_ = Seen::part;
         inside = piece;
         for (const Plane& side : sides_) {
             const FlatPolygon outside = inside.above(side, 0.0, -1.0);
@@ -115,8 +159,12 @@ void BlockedView::hide(const Vec3& x, const FlatPolygon& blocker, const Plane& p
 
 double BlockedView::form_factor(const Vec3& x) {
     pieces_.assign(1, to_->polygon);
+    seen_ = Seen::everything;
     for (std::size_t k = 0; k < blockers_.size() && !pieces_.empty(); ++k) {
         hide(x, blockers_[k], planes_[k]);
+    }
+    if (pieces_.empty()) {
+        seen_ = Seen::nothing;
     }
     double sum = 0.0;
     std::array<Vec3, FlatPolygon::capacity> seen; // NOLINT: filled before use
@@ -143,11 +191,7 @@ Estimate blocked_exchange(const PolygonEnd& P, const PolygonEnd& Q, std::span<co
         if (!(triangle.area > 0.0)) {
             continue;
         }
-        const double one = mean_view(triangle, 1, view), three = mean_view(triangle, 3, view);
-        triangle.estimate = {triangle.area * three, triangle.area * std::abs(three - one)};
-        if (triangle.estimate.error > tolerance * triangle.area / from.area) {
-            integrate(triangle, three, view);
-        }
+        start(triangle, tolerance * triangle.area / from.area, view);
         sum += triangle.estimate;
         open.push_back(triangle);
     }
@@ -160,7 +204,7 @@ Estimate blocked_exchange(const PolygonEnd& P, const PolygonEnd& Q, std::span<co
         sum.value -= whole.estimate.value;
         sum.error -= whole.estimate.error;
         for (OuterTriangle& part : quarters(whole)) {
-            integrate(part, mean_view(part, 3, view), view);
+            integrate(part, mean_view(part, triangle_rule(3), view), mean_view(part, corner_rule(), view), view);
             sum += part.estimate;
             open.push_back(part);
             std::push_heap(open.begin(), open.end(), less_error);

@@ -10,6 +10,9 @@
 
 namespace difusa {
 
+/// How much of a polygon a point sees: bits, so that what several points see can be combined.
+enum class Seen : unsigned { nothing = 1, part = 2, everything = 4 };
+
 /// The view of one polygon from the points of another, through blockers. Scratch of one thread.
 class BlockedView {
   public:
@@ -23,12 +26,16 @@ class BlockedView {
     /// (lighting/lambert.h).
     double form_factor(const Vec3& x);
 
+    /// What the last point saw.
+    Seen seen() const { return seen_; }
+
   private:
     void hide(const Vec3& x, const FlatPolygon& blocker, const Plane& plane);
 
     const PolygonEnd* from_ = nullptr;
     const PolygonEnd* to_ = nullptr;
     double rounding_ = 0.0;
+    Seen seen_ = Seen::everything;
     std::vector<FlatPolygon> blockers_;
     std::vector<Plane> planes_;              ///< of the blockers
     std::vector<FlatPolygon> pieces_, next_; ///< what is visible of `to`
@@ -36,10 +43,12 @@ class BlockedView {
 };
 
 /// A_P F_PQ through blockers, with an estimated error of at most `tolerance` (an area) if `most_triangles` suffice: the
-/// form factor from points of the one with the smaller radius is integrated over it. The 3-point rule is accepted where
-/// it agrees with the centroid, the 7-point rule where it agrees with the 3-point rule; else the triangle with the
-/// largest difference is divided into four, until the sum of the differences is below the tolerance. The kinks at which
-/// the outline of one polygon enters the shadow of another thus end up in small triangles.
+/// form factor from points of the one with the smaller radius is integrated over it. Where all of 1 + 3 inner points
+/// and the corners see everything, or all of them nothing, and the rules of 1 and 3 points agree, that is the result.
+/// Else the 7-point rule is compared with the 3-point rule, and what the corners see with both if not all points see
+/// alike, since the rules may miss what is hidden from a corner only. The triangle with the largest difference is
+/// divided into four until their sum is below the tolerance: the kinks at which the outline of one polygon enters the
+/// shadow of another end up in small triangles.
 Estimate blocked_exchange(const PolygonEnd& P, const PolygonEnd& Q, std::span<const Blocker* const> blockers,
                           double rounding, double tolerance, BlockedView& view, std::size_t most_triangles = 20000);
 

@@ -277,19 +277,29 @@ Obstruction obstruction(const Blocker& blocker, std::span<const Vec3> from, std:
     if (!separates) {
         return Obstruction::partial;
     }
-    // Edge by edge: all crossing points outside one edge, or all inside all edges.
-    bool all_inside = true;
+    // Edge by edge: all crossing points outside one edge, or all inside all edges. What lies in the plane is not
+    // hidden.
+    bool all_inside = (from_low > rounding && to_high < -rounding) || (from_high < -rounding && to_low > rounding);
+    std::array<double, most * most> part; // NOLINT: of the way at which each segment crosses; filled before use
+    for (std::size_t i = 0; i < from.size(); ++i) {
+        for (std::size_t j = 0; j < to.size(); ++j) {
+            part[i * most + j] = std::clamp(from_height[i] / (from_height[i] - to_height[j]), 0.0, 1.0);
+        }
+    }
     const FlatPolygon& polygon = blocker.polygon;
     for (std::size_t k = 0; k < polygon.size(); ++k) {
         const Vec3 along = polygon.next(k) - polygon[k];
         const Vec3 inwards = blocker.plane.normal.cross(along) / along.norm();
         const double offset = inwards.dot(polygon[k]);
+        std::array<double, most> to_in; // NOLINT: filled before use
+        for (std::size_t j = 0; j < to.size(); ++j) {
+            to_in[j] = inwards.dot(to[j]) - offset;
+        }
         bool any_inside = false;
         for (std::size_t i = 0; i < from.size(); ++i) {
             const double from_in = inwards.dot(from[i]) - offset;
             for (std::size_t j = 0; j < to.size(); ++j) {
-                const double part = std::clamp(from_height[i] / (from_height[i] - to_height[j]), 0.0, 1.0);
-                const double in = from_in + part * (inwards.dot(to[j]) - offset - from_in);
+                const double in = from_in + part[i * most + j] * (to_in[j] - from_in);
                 any_inside = any_inside || in > rounding;
                 all_inside = all_inside && in >= -rounding;
             }

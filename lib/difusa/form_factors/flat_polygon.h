@@ -32,6 +32,16 @@ class FlatPolygon {
         }
     }
 
+    FlatPolygon(const FlatPolygon& other) : count_(other.count_) { // NOLINT: copies the corners that are filled
+        std::copy_n(other.corner_.begin(), count_, corner_.begin());
+    }
+    FlatPolygon& operator=(const FlatPolygon& other) { // NOLINT: likewise; also of itself
+        count_ = other.count_;
+        std::copy_n(other.corner_.begin(), count_, corner_.begin());
+        return *this;
+    }
+    ~FlatPolygon() = default;
+
     std::size_t size() const { return count_; }
     bool empty() const { return count_ < 3; }
     const Vec3& operator[](std::size_t k) const { return corner_[k]; }

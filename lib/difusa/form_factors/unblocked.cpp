@@ -9,8 +9,25 @@ namespace difusa {
 
 namespace {
 
-/// What the error of a rule is multiplied by, as measured on random pairs, with a margin.
-constexpr double rule_margin = 4.0;
+/// Rules are used from this multiple of the sum of the radii on.
+constexpr double least_distance = 2.5;
+
+/// The largest errors among thousands of random pairs of triangles were 0.55, 0.044 and 0.023 in these units, at all
+/// distances from `least_distance` on.
+struct RuleError {
+    std::size_t points;
+    int degree;
+    double factor;
+};
+constexpr std::array<RuleError, 3> rule_errors{{{1, 1, 2.2}, {3, 2, 0.2}, {7, 5, 0.1}}};
+
+double power(double q, int n) {
+    double product = 1.0;
+    for (int k = 0; k < n; ++k) {
+        product *= q;
+    }
+    return product;
+}
 
 /// The points of the rule on each triangle of a fan, with weights that sum to the area.
 struct WeightedPoints {
@@ -97,23 +114,19 @@ Estimate unblocked_exchange(const PolygonEnd& P, const PolygonEnd& Q, double tol
     if (P.polygon.empty() || Q.polygon.empty() || !(P.area > 0.0 && Q.area > 0.0)) {
         return {};
     }
-    const double R = P.radius + Q.radius, D = (Q.centre - P.centre).norm(), clear = D - R;
-    if (clear > R) {
-        const double q = R / clear, q2 = q * q;
-        const double scale = rule_margin * P.area * Q.area / (std::numbers::pi * clear * clear);
-        if (scale * q2 <= tolerance) {
-            return {by_points(P, Q, 1), scale * q2};
-        }
-        if (scale * q2 * q <= tolerance) {
-            return {by_points(P, Q, 3), scale * q2 * q};
-        }
-        if (scale * q2 * q2 * q2 <= tolerance) {
-            return {by_points(P, Q, 7), scale * q2 * q2 * q2};
+    const double R = std::max(P.radius, Q.radius), D = (Q.centre - P.centre).norm();
+    if (D > least_distance * (P.radius + Q.radius)) {
+        const double q = R / D, scale = P.area * Q.area / (std::numbers::pi * D * D);
+        for (const RuleError& rule : rule_errors) {
+            const double error = rule.factor * scale * power(q, rule.degree + 1);
+            if (error <= tolerance) {
+                return {by_points(P, Q, rule.points), error};
+            }
         }
     }
     // The contour's error is relative to the product of the perimeters, each at most 2 pi times a radius.
     const double perimeters = 2.0 * std::numbers::pi * P.radius * Q.radius;
-    return contour_exchange(P, Q, std::clamp(tolerance / perimeters, 1e-14, 1e-6));
+    return contour_exchange(P.polygon, Q.polygon, std::clamp(tolerance / perimeters, 1e-14, 1e-6));
 }
 
 } // namespace difusa
