@@ -51,9 +51,14 @@ double log_distance(const Vec3& p, const ContourEdge& edge) {
     return d > 0.0 ? sum + d * std::atan2(d * edge.length, first.dot(last)) : sum;
 }
 
-double squared_distance(const Vec3& p, const ContourEdge& edge) {
-    const double t = std::clamp((p - edge.from).dot(edge.direction), 0.0, edge.length);
-    return (edge.from + t * edge.direction - p).squaredNorm();
+/// How far from the place p on the line of an edge the inner integral over another edge is analytic, as a function of a
+/// complex coordinate along that line. The squared distance from an end point y has zeros at |p - y|, that from the
+/// other line at its distance divided by the sine of the angle between the lines.
+double analytic_radius(const Vec3& p, const ContourEdge& other, double sine) {
+    const Vec3 first = other.from - p;
+    const double ends = std::sqrt(std::min(first.squaredNorm(), (other.to - p).squaredNorm()));
+    const double line = first.cross(other.direction).norm();
+    return line < sine * ends ? line / sine : ends;
 }
 
 /// ∫∫ ln|x - y| dx dy over two edges with a common end point, u and v being the other ends relative to it. With both
@@ -63,16 +68,17 @@ double log_distance_common_end(const ContourEdge& u, const ContourEdge& v) {
     return 0.5 * (u.length * log_distance(u.to, v) + v.length * log_distance(v.to, u) - u.length * v.length);
 }
 
-/// ∫∫ ln|x - y| dx dy over two edges in any position, over [from, to] of the first one's length. As a function of the
-/// place along u around the middle of the interval, singularities of the inner integral are in the complex plane no
-/// nearer than the other edge is in space. n nodes give an error of rho^-2n, rho = D/h + √(1 + (D/h)²) for an interval
-/// of half length h at the distance D.
-double log_distance_over(const ContourEdge& u, const ContourEdge& v, double from, double to, double log_accuracy) {
+/// ∫∫ ln|x - y| dx dy over two edges in any position, over [from, to] of the first one's length; `sine`: of the angle
+/// between them. n nodes give an error of rho^-2n, rho = D/h + √(1 + (D/h)²) for an interval of half length h whose
+/// inner integral is analytic up to the distance D from its middle.
+double log_distance_over(const ContourEdge& u, const ContourEdge& v, double sine, double from, double to,
+                         double log_accuracy) {
     const double half = 0.5 * (to - from), middle = 0.5 * (from + to);
-    const double distance = std::sqrt(squared_distance(u.from + middle * u.direction, v));
-    const double wanted = distance > 0.5 * half ? -0.5 * log_accuracy / std::asinh(distance / half) : 1e9;
+    const double radius = analytic_radius(u.from + middle * u.direction, v, sine);
+    const double wanted = radius > 0.5 * half ? -0.5 * log_accuracy / std::asinh(radius / half) : 1e9;
     if (wanted > static_cast<double>(most_contour_nodes) && half > shortest_interval * u.length) {
-        return log_distance_over(u, v, from, middle, log_accuracy) + log_distance_over(u, v, middle, to, log_accuracy);
+        return log_distance_over(u, v, sine, from, middle, log_accuracy) +
+               log_distance_over(u, v, sine, middle, to, log_accuracy);
     }
     const auto n = static_cast<std::size_t>(std::clamp(std::ceil(wanted), 2.0, double{most_contour_nodes}));
     const QuadratureRule& rule = contour_rules()[n];
@@ -100,8 +106,9 @@ double log_distance_of(const ContourEdge& u, const ContourEdge& v, double log_ac
     if (u.to == v.to) {
         return log_distance_common_end(reversed(u), reversed(v));
     }
-    return u.length <= v.length ? log_distance_over(u, v, 0.0, u.length, log_accuracy)
-                                : log_distance_over(v, u, 0.0, v.length, log_accuracy);
+    const double sine = u.direction.cross(v.direction).norm();
+    return u.length <= v.length ? log_distance_over(u, v, sine, 0.0, u.length, log_accuracy)
+                                : log_distance_over(v, u, sine, 0.0, v.length, log_accuracy);
 }
 
 struct ContourEdges {

@@ -21,8 +21,8 @@ struct Estimate {
 ///     A_P F_PQ = (1/2pi) ∮∮ ln|x - y| dx·dy
 /// over both boundaries (Goral, Torrance, Greenberg and Battaile 1984; L 36). Of each pair of edges the inner integral
 /// is elementary; so are both where the edges share an end point. The outer one otherwise is by Gauss-Legendre on
-/// intervals no longer than their distance from the other edge, with as many nodes as make the error of each pair at
-/// most `accuracy` times its scale, the product of both lengths. The error is that sum and rounding.
+/// intervals no longer than their distance from where the inner one is singular, with as many nodes as make the error
+/// of each pair at most `accuracy` times its scale, the product of both lengths. The error is that sum and rounding.
 ///
 /// Polygons may share edges or vertices (equal coordinates), touch, and be nearly coplanar. Invariant under translation
 /// and scaling of the coordinates, up to rounding.

@@ -1,0 +1,99 @@
+# form_factors writes the matrix of view factors of a mesh in three formats, and refuses what is wrong before the work.
+. "$(dirname "$0")/lib.sh"
+factors=$DIFUSA_BIN/form_factors
+
+refuse() { # refuse CODE TEXT ARGUMENT...
+    local code=$1 text=$2
+    shift 2
+    expect_refusal "$code" "$text" "$factors" "$@"
+}
+
+# A unit cube seen from inside, six squares: two tenths to each other side.
+cat >cube.off <<'OFF'
+OFF
+8 6 0
+0 0 0
+1 0 0
+1 1 0
+0 1 0
+0 0 1
+1 0 1
+1 1 1
+0 1 1
+4 0 1 2 3
+4 4 7 6 5
+4 0 4 5 1
+4 3 2 6 7
+4 0 3 7 4
+4 1 5 6 2
+OFF
+
+# Wrong command lines.
+refuse 1 "a mesh file is expected"
+refuse 1 "an output file is expected" cube.off
+refuse 1 "\`third\` is one argument too many" cube.off out.csv third
+refuse 1 "unknown option --tolerence, did you mean --tolerance?" cube.off out.csv --tolerence 1
+refuse 1 "must be a positive number" cube.off out.csv --tolerance 0
+refuse 1 "--surfaces wall: must be one of face, material, group" cube.off out.csv --surfaces wall
+refuse 1 "--layout full: must be one of sparse, dense" cube.off out.csv --layout full
+refuse 1 "--method magic: must be one of exact, rays" cube.off out.csv --method magic
+refuse 1 "belong to --method rays" cube.off out.csv --rays 100
+refuse 1 "--tolerance belongs to --method exact" cube.off out.csv --method rays --tolerance 1e-3
+refuse 1 "the name must end in .csv" cube.off out.txt
+refuse 1 "must be at most 1024" cube.off out.csv --threads 1025
+refuse 2 "no-such.off" no-such.off out.csv
+refuse 4 "no-such-directory" cube.off no-such-directory/out.csv
+printf 'OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n' >open.off
+refuse 2 "closure can only be enforced on a closed surface" open.off out.csv --close
+
+# The sides of a cube, in all formats and layouts.
+expect_exit 0 "$factors" cube.off cube.csv
+expect_text stdout "surfaces: 6 (12 triangles), 30 form factors above 0" "row sums: 1 " "reciprocity" "escapes" \
+    "above the tolerance of 1e-06: 0" "written: cube.csv" "0.19982490" "0.20004378"
+[ "$(head -n 1 cube.csv)" = "from,to,form_factor,error" ] || fail "no header"
+[ "$(wc -l <cube.csv)" = 37 ] || fail "30 form factors, 6 escapes and a header are expected"
+grep -qE '^"0","1",0\.19982489' cube.csv || fail "wrong factor between opposite sides"
+grep -qE '^"0","2",0\.20004377' cube.csv || fail "wrong factor between neighbours"
+expect_exit 0 "$factors" cube.off dense.csv --layout dense --quiet
+[ ! -s stdout ] && [ ! -s stderr ] || fail "--quiet says something"
+[ "$(head -n 1 dense.csv)" = 'surface,area,"0","1","2","3","4","5",row_sum,escapes' ] || fail "no dense header"
+[ "$(wc -l <dense.csv)" = 7 ] || fail "six rows are expected"
+expect_exit 0 "$factors" cube.off cube.mtx
+[ "$(head -n 1 cube.mtx)" = "%%MatrixMarket matrix coordinate real general" ] || fail "no Matrix Market header"
+[ "$(sed -n 2p cube.mtx)" = "6 6 30" ] || fail "wrong size"
+expect_exit 0 "$factors" cube.off dense.mtx --layout dense
+[ "$(wc -l <dense.mtx)" = 38 ] || fail "36 numbers are expected"
+for layout in sparse dense; do
+    expect_exit 0 "$factors" cube.off cube.npz --layout $layout
+    if python3 -c "import numpy" 2>/dev/null; then
+        python3 - $layout <<'PYTHON' || fail "NumPy does not read the $layout file"
+import sys, numpy
+file = numpy.load("cube.npz")
+assert abs(file["area"] - 1).max() < 1e-15 and abs(file["row_sum"] - 1).max() < 1e-8
+assert list(file["names"]) == [str(k).encode() for k in range(6)]
+if sys.argv[1] == "dense":
+    assert file["form_factors"].shape == (6, 6) and abs(file["form_factors"][0, 1] - 0.199824895698387) < 1e-8
+else:
+    assert file["indptr"][-1] == 30 and file["format"].item() == b"csr" and list(file["shape"]) == [6, 6]
+PYTHON
+    fi
+done
+
+# Materials of a room, closed by least squares; the same bits for any number of threads.
+expect_exit 0 "$factors" "$box" one.csv --surfaces material --layout dense --tolerance 1e-2 --threads 1
+expect_exit 0 "$factors" "$box" three.csv --surfaces material --layout dense --tolerance 1e-2 --threads 3
+cmp one.csv three.csv || fail "the result depends on the number of threads"
+expect_exit 0 "$factors" cube.off closed.csv --close
+expect_text stdout "closure: form factors changed by at most" "row sums are 1 within"
+
+# Counted by rays.
+expect_exit 0 "$factors" cube.off rays.csv --method rays --rays 256 --points 8 --layout dense
+expect_text stdout "0.19" "0.20"
+expect_exit 0 "$factors" cube.off again.csv --method rays --rays 256 --points 8 --layout dense --threads 3
+cmp rays.csv again.csv || fail "the rays depend on the number of threads"
+
+# Help and version.
+expect_exit 0 "$factors" --help
+expect_text stdout "--tolerance" "--surfaces" "--close" "Examples"
+expect_exit 0 "$factors" --version
+expect_text stdout "form_factors "
