@@ -1,8 +1,13 @@
 #include <difusa/core/error.h>
+#include <difusa/core/even_sequence.h>
 #include <difusa/core/random.h>
 #include <difusa/form_factors/blockers.h>
+#include <difusa/form_factors/by_rays.h>
 #include <difusa/form_factors/closure.h>
 #include <difusa/form_factors/form_factors.h>
+#include <difusa/rays/brute_force.h>
+#include <difusa/rays/direction_pool.h>
+#include <difusa/rays/tracer.h>
 #include <difusa/study/references/form_factors.h>
 
 #include <Eigen/Dense>
@@ -13,6 +18,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
@@ -140,6 +146,60 @@ TEST(FormFactorMatrix, DoesNotDependOnScale) {
         const Mesh other = test::moved(mesh, scale, scale * Vec3(0.3, 0.2, 0.1));
         EXPECT_NEAR(compute(other, runs({12, 12}), 1e-3).at(0, 1), F.at(0, 1), 2e-3);
     }
+}
+
+/// Directions distributed as the cosine, in `count` strata of the square.
+class CosineLattice final : public Directions {
+  public:
+    DirectionSet make(std::size_t count, RandomStream) const override {
+        DirectionSet set;
+        for (std::size_t k = 0; k < count; ++k) {
+            const auto [u, v] = even_point<2>(k, {0.5, 0.5});
+            const double radius = std::sqrt(u), angle = 2.0 * std::numbers::pi * v;
+            set.direction.emplace_back(radius * std::cos(angle), radius * std::sin(angle), std::sqrt(1.0 - u));
+            set.weight.push_back(1.0 / static_cast<double>(count));
+        }
+        return set;
+    }
+};
+
+/// A naive twin: what rays hit first, found by testing every triangle. Rows of a closed surface sum to 1 exactly.
+TEST(FormFactorMatrix, AgreesWithRays) {
+    const Mesh mesh = room_with_cube(1);
+    BruteForceVisibility engine;
+    engine.build(mesh);
+    const DirectionPool pool(CosineLattice(), 256, 1);
+    const Surfaces surfaces = surfaces_by_face(mesh);
+    const FormFactors rays = form_factors_by_rays(Tracer(mesh, engine), surfaces, pool, 64, Execution{1});
+    const FormFactors F = compute(mesh, surfaces, 1e-3);
+    double squares = 0.0;
+    for (std::size_t i = 0; i < F.size(); ++i) {
+        EXPECT_NEAR(rays.row_sum(i), 1.0, 1e-12);
+        for (std::size_t j = 0; j < F.size(); ++j) {
+            EXPECT_NEAR(F.at(i, j), rays.at(i, j), 0.03) << i << " " << j; // a point in 64 stands for 0.016
+            squares += std::pow(F.at(i, j) - rays.at(i, j), 2);
+        }
+    }
+    EXPECT_LE(std::sqrt(squares) / static_cast<double>(F.size()), 0.004);
+}
+
+TEST(Surfaces, AreFacesMaterialsOrGroups) {
+    Mesh mesh = test::grid(2, 1);
+    mesh.original_face = {0, 0, 1, 1};
+    mesh.material = {2, 2, 0, 1};
+    std::vector<Material> materials(3);
+    materials[0].name = "steel";
+    materials[1].name = "brass";
+    materials[1].light_group = materials[2].light_group = "metal";
+    using Names = std::vector<std::string>;
+    const Surfaces faces = surfaces_by_face(mesh), named = surfaces_by_material(mesh, materials),
+                   groups = surfaces_by_group(mesh, materials);
+    EXPECT_EQ(faces.name, (Names{"0", "1"}));
+    EXPECT_EQ(faces.areas(mesh), (std::vector<double>{0.5, 0.5}));
+    EXPECT_EQ(named.name, (Names{"steel", "brass", "material 2"}));
+    EXPECT_EQ(named.of, (std::vector<Index>{2, 2, 0, 1}));
+    EXPECT_EQ(groups.name, (Names{"steel", "metal"}));
+    EXPECT_EQ(groups.of, (std::vector<Index>{1, 1, 0, 1}));
 }
 
 TEST(FormFactorMatrix, RefusesATolerance) {
