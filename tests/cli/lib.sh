@@ -59,7 +59,7 @@ expect_refusal() {
     cmp -s before after || fail "the files have changed: $(diff before after)"
     [ ! -s stdout ] || fail "standard output is not empty: $*"
     tail -n 1 stderr >message
-    grep -qE '^(bake_radiosity|compare_fields|inspect_basis|measure_accuracy|relight|render_view): ' message ||
+    grep -qE '^(bake_radiosity|compare_fields|form_factors|inspect_basis|measure_accuracy|relight|render_view): ' message ||
         fail "the message does not name its program: $(cat message)"
     expect_text message "$text"
 }

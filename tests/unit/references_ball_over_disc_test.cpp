@@ -1,8 +1,8 @@
 #include <difusa/study/references/ball_over_disc.h>
 
+#include <difusa/algebra/quadrature.h>
 #include <difusa/core/error.h>
 #include <difusa/lighting/lambert.h>
-#include <difusa/study/references/quadrature.h>
 
 #include <gtest/gtest.h>
 

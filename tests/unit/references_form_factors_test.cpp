@@ -1,9 +1,9 @@
 #include <difusa/study/references/form_factors.h>
 
+#include <difusa/algebra/quadrature.h>
 #include <difusa/core/error.h>
 #include <difusa/core/random.h>
 #include <difusa/core/types.h>
-#include <difusa/study/references/quadrature.h>
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
+#include <difusa/algebra/quadrature.h>
 #include <difusa/study/references/cylinder.h>
 #include <difusa/study/references/form_factors.h>
 #include <difusa/study/references/plates.h>
-#include <difusa/study/references/quadrature.h>
 
 #include <difusa/core/error.h>
 

@@ -7,6 +7,21 @@
 
 namespace difusa {
 
+double lambert_sum(const Vec3& n, std::span<const Vec3> polygon) {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < polygon.size(); ++k) {
+        const Vec3 &from = polygon[k], &to = polygon[k + 1 < polygon.size() ? k + 1 : 0];
+        // Seen from x the front runs clockwise. Written as to × from, the direction would be lost to rounding for an
+        // edge that is far away and short.
+        const Vec3 cross = (to - from).cross(from);
+        const double length = cross.norm();
+        if (length > 0.0) {
+            sum += std::atan2(length, from.dot(to)) * n.dot(cross) / length;
+        }
+    }
+    return std::max(0.0, sum / (2.0 * std::numbers::pi));
+}
+
 double lambert_form_factor(const Vec3& x, const Vec3& n, const Vec3& a, const Vec3& b, const Vec3& c) {
     const std::array<Vec3, 3> p{a - x, b - x, c - x};
     if (p[0].dot((p[1] - p[0]).cross(p[2] - p[0])) >= 0.0) {
@@ -26,18 +41,7 @@ double lambert_form_factor(const Vec3& x, const Vec3& n, const Vec3& a, const Ve
             polygon[count++] = from + part * (to - from);
         }
     }
-    double sum = 0.0;
-    for (std::size_t k = 0; k < count; ++k) {
-        const Vec3 &from = polygon[k], &to = polygon[(k + 1) % count];
-        // Seen from x the front runs clockwise. Written as to × from, the direction would be lost to rounding for an
-        // edge that is far away and short.
-        const Vec3 cross = (to - from).cross(from);
-        const double length = cross.norm();
-        if (length > 0.0) {
-            sum += std::atan2(length, from.dot(to)) * n.dot(cross) / length;
-        }
-    }
-    return std::max(0.0, sum / (2.0 * std::numbers::pi));
+    return lambert_sum(n, {polygon.data(), count});
 }
 
 } // namespace difusa

@@ -3,7 +3,13 @@
 
 #include <difusa/core/types.h>
 
+#include <span>
+
 namespace difusa {
+
+/// The sum of the formula below over the edges of a convex polygon that lies above the horizon of a surface element
+/// with unit normal n: corners relative to the element, clockwise seen from it. Not below 0.
+double lambert_sum(const Vec3& n, std::span<const Vec3> polygon);
 
 /// The unoccluded form factor from a surface element at x with unit normal n to the triangle abc:
 ///     F = (1/2pi) sum_i Gamma_i n·(p_i × p_{i+1}) / |p_i × p_{i+1}|

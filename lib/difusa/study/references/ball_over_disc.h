@@ -1,7 +1,7 @@
 // A ball over a disc under a sun directly above: two unknown functions of one variable each.
 #pragma once
 
-#include <difusa/study/references/quadrature.h>
+#include <difusa/algebra/quadrature.h>
 #include <difusa/study/references/reference.h>
 
 #include <cstddef>

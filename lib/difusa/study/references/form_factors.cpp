@@ -1,7 +1,7 @@
 #include <difusa/study/references/form_factors.h>
 
+#include <difusa/algebra/quadrature.h>
 #include <difusa/core/error.h>
-#include <difusa/study/references/quadrature.h>
 
 #include <algorithm>
 #include <array>

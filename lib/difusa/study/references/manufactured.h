@@ -1,7 +1,7 @@
 // A box seen from inside whose radiosity is prescribed and whose emission is computed to match.
 #pragma once
 
-#include <difusa/study/references/quadrature.h>
+#include <difusa/algebra/quadrature.h>
 #include <difusa/study/references/reference.h>
 
 #include <functional>

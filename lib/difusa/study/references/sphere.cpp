@@ -1,7 +1,7 @@
 #include <difusa/study/references/sphere.h>
 
+#include <difusa/algebra/quadrature.h>
 #include <difusa/core/error.h>
-#include <difusa/study/references/quadrature.h>
 
 #include <algorithm>
 #include <cmath>

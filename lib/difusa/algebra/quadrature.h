@@ -1,4 +1,4 @@
-// One-dimensional quadrature for reference solutions.
+// One-dimensional quadrature.
 #pragma once
 
 #include <cmath>

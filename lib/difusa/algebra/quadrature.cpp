@@ -1,4 +1,4 @@
-#include <difusa/study/references/quadrature.h>
+#include <difusa/algebra/quadrature.h>
 
 namespace difusa {
 

@@ -1,0 +1,260 @@
+// form_factors mesh out: the matrix of view factors of a surface. Parses options, computes, writes the file.
+#include "arguments.h"
+#include "terminal.h"
+
+#include <difusa/bake/scene.h>
+#include <difusa/core/text.h>
+#include <difusa/form_factors/by_rays.h>
+#include <difusa/form_factors/closure.h>
+#include <difusa/form_factors/form_factors.h>
+#include <difusa/output/form_factor_files.h>
+#include <difusa/plugin/registry.h>
+#include <difusa/rays/visibility_choice.h>
+#include <difusa/repair/diagnosis.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <iostream>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace form_factors {
+
+using difusa::add_parsed;
+using difusa::add_whole;
+using difusa::UsageError;
+
+const char* const examples =
+    R"(Computes the form factors (view factors) between the faces of a mesh, with a tolerance for each.
+
+Examples:
+  form_factors box.off factors.csv
+      between all faces, each within 1e-6: a line for each pair that sees each other, with an estimate of its error
+  form_factors room.obj factors.csv --surfaces material --layout dense
+      between materials: a matrix with areas, row sums and what escapes; small ones are printed, too
+  form_factors furnace.obj factors.npz --tolerance 1e-8 --close
+      for scipy.sparse.load_npz; row sums of a closed surface made exactly 1 by the smallest change of the factors
+  form_factors furnace.obj factors.mtx --method rays --rays 4096 --points 4
+      for comparison: counted by rays from four points of each triangle
+
+F_ij is the share of what leaves the front of surface i that arrives at the front of surface j first. What is missing
+from a row sum of 1 escapes, or meets the backs of faces.
+
+Exit codes: 0 done, 1 usage, 2 input, 3 closure is out of reach, 4 resources, 5 internal, 130 interrupted.
+)";
+
+struct Arguments {
+    std::filesystem::path mesh, out;
+    std::string method = "exact", surfaces = "face", layout = "sparse";
+    std::optional<double> tolerance;
+    std::optional<std::size_t> rays, points;
+    std::optional<std::string> directions, visibility;
+    bool close = false;
+    std::uint64_t seed = 0;
+    difusa::RunArguments run;
+};
+
+std::string one_of(const std::string& option, const std::string& text, const std::vector<std::string>& known) {
+    if (std::find(known.begin(), known.end(), text) == known.end()) {
+        std::string list;
+        for (const std::string& name : known) {
+            list += (list.empty() ? "" : ", ") + name;
+        }
+        throw UsageError(option + " " + text + ": must be one of " + list);
+    }
+    return text;
+}
+
+void declare(CLI::App& app, Arguments& a) {
+    app.add_option("mesh", a.mesh, "mesh or scene file: .off .obj .ply .stl .gltf .glb .json")->type_name("MESH");
+    app.add_option("out", a.out, "form factors: .csv (a table), .npz (NumPy, SciPy) or .mtx (Matrix Market)")
+        ->type_name("OUT");
+
+    const std::string what = "Form factors";
+    add_parsed(app, "--method", a.method,
+               "exact: contour integrals, and exact visibility where something is in between; rays: the hits of rays, "
+               "from points of each triangle",
+               [](const std::string& option, const std::string& text) {
+                   return one_of(option, text, {"exact", "rays"});
+               })
+        ->group(what)
+        ->type_name("NAME")
+        ->default_str(a.method);
+    add_parsed(app, "--tolerance", a.tolerance, "of each form factor, absolute (default: 1e-6; method exact)",
+               difusa::parse_positive)
+        ->group(what)
+        ->type_name("T");
+    add_parsed(app, "--surfaces", a.surfaces,
+               "between what: face (of the file), material, or group (light groups of materials)",
+               [](const std::string& option, const std::string& text) {
+                   return one_of(option, text, {"face", "material", "group"});
+               })
+        ->group(what)
+        ->type_name("NAME")
+        ->default_str(a.surfaces);
+    app.add_flag("--close", a.close,
+                 "make all row sums of a closed surface 1, keeping reciprocity and factors of at least 0, by the "
+                 "smallest change in least squares")
+        ->group(what);
+    add_parsed(app, "--layout", a.layout, "sparse: what is not 0; dense: the whole matrix",
+               [](const std::string& option, const std::string& text) {
+                   return one_of(option, text, {"sparse", "dense"});
+               })
+        ->group(what)
+        ->type_name("NAME")
+        ->default_str(a.layout);
+
+    const std::string rays = "Method rays";
+    const auto whole = [](const std::string& option, const std::string& text) {
+        return difusa::parse_whole<std::size_t>(option, text, 1);
+    };
+    add_parsed(app, "--rays", a.rays, "rays from each point (default: 1024)", whole)->group(rays)->type_name("N");
+    add_parsed(app, "--points", a.points, "points on each triangle (default: 4)", whole)->group(rays)->type_name("N");
+    const auto word = [](const std::string&, const std::string& text) { return text; };
+    add_parsed(app, "--directions", a.directions, "set of directions (default: fibonacci)", word)
+        ->group(rays)
+        ->type_name("NAME");
+    add_parsed(app, "--visibility", a.visibility, "ray casting: embree, cgal or auto (default: auto)", word)
+        ->group(rays)
+        ->type_name("NAME");
+
+    add_run_arguments(app, a.run, a.seed, "the result does not depend");
+}
+
+void check(const Arguments& a) {
+    if (a.mesh.empty()) {
+        throw UsageError("a mesh file is expected: form_factors mesh.off factors.csv (--help)");
+    }
+    if (a.out.empty()) {
+        throw UsageError("an output file is expected: form_factors " + a.mesh.string() + " factors.csv (--help)");
+    }
+    if (a.method == "exact" && (a.rays || a.points || a.directions || a.visibility)) {
+        throw UsageError("--rays, --points, --directions and --visibility belong to --method rays");
+    }
+    if (a.method != "exact" && a.tolerance) {
+        throw UsageError("--tolerance belongs to --method exact: the number of rays and points decides the error of "
+                         "others");
+    }
+    difusa::check_form_factor_file(a.out);
+    difusa::check_outputs({{a.out, false}}, {{a.mesh, "the mesh"}});
+}
+
+/// A surface with names for its parts.
+struct Input {
+    difusa::Mesh mesh;
+    std::vector<difusa::Material> materials;
+    bool has_borders = false;
+};
+
+Input read(const Arguments& a, const difusa::Registry& registry, const difusa::Execution& execution) {
+    execution.phase("read");
+    const difusa::PolygonSoup soup = difusa::read_apart_from({a.out}, registry, a.mesh);
+    execution.phase("diagnose");
+    difusa::DiagnosedMesh diagnosed = difusa::diagnose(soup);
+    Input input{std::move(diagnosed.mesh), soup.materials};
+    input.materials.emplace_back();
+    input.materials.back().name = "default"; // of faces without one
+    for (const std::string& what : soup.notes) {
+        execution.note(what);
+    }
+    for (const difusa::Finding& finding : diagnosed.diagnosis.findings) {
+        input.has_borders = input.has_borders || finding.code == "border-edges";
+        if (finding.repaired) {
+            execution.note(finding.message());
+        }
+    }
+    return input;
+}
+
+difusa::Surfaces surfaces_of(const Arguments& a, const Input& input) {
+    if (a.surfaces == "material") {
+        return difusa::surfaces_by_material(input.mesh, input.materials);
+    }
+    return a.surfaces == "group" ? difusa::surfaces_by_group(input.mesh, input.materials)
+                                 : difusa::surfaces_by_face(input.mesh);
+}
+
+difusa::FormFactors by_rays(const Arguments& a, const difusa::Registry& registry, const Input& input,
+                            const difusa::Surfaces& surfaces, const difusa::Execution& execution) {
+    std::vector<std::string> notes;
+    const auto engine =
+        registry.create<difusa::Visibility>(difusa::choose_visibility(registry, a.visibility.value_or("auto"), notes));
+    for (const std::string& note : notes) {
+        execution.note(note);
+    }
+    const auto directions = registry.create<difusa::Directions>(a.directions.value_or("fibonacci"));
+    engine->build(input.mesh);
+    const difusa::DirectionPool pool(*directions, a.rays.value_or(1024), a.seed);
+    return difusa::form_factors_by_rays(difusa::Tracer(input.mesh, *engine), surfaces, pool, a.points.value_or(4),
+                                        execution);
+}
+
+void print(const Arguments& a, const Input& input, const difusa::FormFactors& F, const difusa::Surfaces& surfaces,
+           double seconds) {
+    using difusa::text_of;
+    const double tolerance = a.tolerance.value_or(difusa::FormFactorOptions().tolerance);
+    const difusa::FormFactorLaws laws = difusa::check_laws(F, tolerance);
+    std::cout << table_of(F, surfaces) << "surfaces: " << F.size() << " (" << input.mesh.triangles.size()
+              << " triangles), " << F.nonzeros() << " form factors above 0\n"
+              << "row sums: 1 " << (laws.least_row_sum < 1.0 ? "- " : "+ ") << text_of(std::abs(laws.least_row_sum - 1))
+              << " to 1 " << (laws.largest_row_sum < 1.0 ? "- " : "+ ") << text_of(std::abs(laws.largest_row_sum - 1))
+              << (input.has_borders ? " (the surface has borders: the rest escapes)" : "") << "\n"
+              << "reciprocity: A_i F_ij and A_j F_ji differ by at most " << text_of(laws.reciprocity)
+              << " of the smaller area\n"
+              << "estimated errors: at most " << text_of(laws.largest_error);
+    if (a.method == "exact") {
+        std::cout << "; above the tolerance of " << text_of(tolerance) << ": " << laws.above_tolerance;
+    }
+    std::cout << "\ntime: " << text_of(seconds) << " s for the form factors\nwritten: " << a.out.string() << "\n";
+}
+
+void run(const Arguments& a) {
+    check(a);
+    const difusa::Registry registry = difusa::Registry::load(a.run.plugin_path);
+    difusa::TerminalProgress progress(a.run.quiet);
+    const difusa::Execution execution{a.run.threads, &progress};
+    const Input input = read(a, registry, execution);
+    const difusa::Surfaces surfaces = surfaces_of(a, input);
+    const auto began = std::chrono::steady_clock::now();
+    difusa::FormFactors F;
+    if (a.method == "exact") {
+        difusa::FormFactorOptions options;
+        options.tolerance = a.tolerance.value_or(options.tolerance);
+        F = difusa::form_factors(input.mesh, surfaces, options, execution);
+    } else {
+        F = by_rays(a, registry, input, surfaces, execution);
+    }
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began;
+    std::optional<difusa::ClosureCorrection> correction;
+    if (a.close) {
+        execution.phase("closure");
+        correction = difusa::enforce_closure(F);
+    }
+    execution.phase("write");
+    const bool dense = a.layout == "dense";
+    difusa::write_form_factors(F, surfaces, dense ? difusa::FormFactorLayout::dense : difusa::FormFactorLayout::sparse,
+                               a.out);
+    progress.clear();
+    if (a.run.quiet) {
+        return;
+    }
+    if (correction) {
+        std::cout << "closure: form factors changed by at most " << difusa::text_of(correction->largest) << ", "
+                  << difusa::text_of(100.0 * correction->rms_relative) << " % rms; row sums are 1 within "
+                  << difusa::text_of(correction->row_sum_error) << "\n";
+    }
+    print(a, input, F, surfaces, took.count());
+}
+
+} // namespace form_factors
+
+int main(int count, char** words) {
+    using namespace form_factors;
+    Arguments arguments;
+    CLI::App app(examples, "form_factors");
+    declare(app, arguments);
+    return difusa::run_command(app, count, words, "one mesh and one output file", arguments.run.version,
+                               [&] { run(arguments); });
+}

@@ -1,0 +1,221 @@
+#include <difusa/form_factors/blocked.h>
+
+#include <difusa/lighting/lambert.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace difusa {
+
+namespace {
+
+/// Polygons with more corners are divided before they are clipped by the edges of one more blocker.
+constexpr std::size_t many_corners = FlatPolygon::capacity - 2 * Blocker::most_corners;
+static_assert(many_corners >= 6);
+
+/// A rule that sees nothing of what a corner sees is wrong by this share of the difference at most: the part of a
+/// triangle that a straight line cuts off beyond the points of the 7-point rule.
+constexpr double corner_share = 1.0 / 6.0;
+
+/// The mean of the form factor by some rule, and what its points saw.
+struct MeanView {
+    double mean = 0.0;
+    unsigned seen = 0;
+};
+
+/// A part of the polygon that is integrated over.
+struct OuterTriangle {
+    Vec3 corner, first, second; ///< the other corners relative to the first
+    double area;
+    Estimate estimate;
+};
+
+bool less_error(const OuterTriangle& a, const OuterTriangle& b) {
+    return a.estimate.error < b.estimate.error;
+}
+
+MeanView mean_view(const OuterTriangle& triangle, std::span<const TrianglePoint> rule, BlockedView& view) {
+    MeanView result;
+    for (const TrianglePoint& p : rule) {
+        result.mean += p.weight * view.form_factor(triangle.corner + p.u * triangle.first + p.v * triangle.second);
+        result.seen |= static_cast<unsigned>(view.seen());
+    }
+    return result;
+}
+
+/// The corners, moved inwards a little, off edges that touch the other polygon.
+std::span<const TrianglePoint> corner_rule() {
+    constexpr double in = 0x1p-20;
+    static constexpr std::array<TrianglePoint, 3> corners{
+        {{in, in, 1.0 / 3.0}, {1.0 - 2.0 * in, in, 1.0 / 3.0}, {in, 1.0 - 2.0 * in, 1.0 / 3.0}}};
+    return corners;
+}
+
+/// True if all points saw everything, or all nothing.
+bool unanimous(unsigned seen) {
+    return seen == static_cast<unsigned>(Seen::everything) || seen == static_cast<unsigned>(Seen::nothing);
+}
+
+/// 7 points against 3 and the corners.
+void integrate(OuterTriangle& triangle, const MeanView& three, const MeanView& corners, BlockedView& view) {
+    const MeanView seven = mean_view(triangle, triangle_rule(7), view);
+    double difference = std::abs(seven.mean - three.mean);
+    if ((three.seen | seven.seen | corners.seen) != static_cast<unsigned>(Seen::part) &&
+        !unanimous(three.seen | seven.seen | corners.seen)) {
+        difference = std::max(difference, corner_share * std::abs(corners.mean - seven.mean));
+    }
+    triangle.estimate = {triangle.area * seven.mean, triangle.area * difference};
+}
+
+/// The first estimate of a triangle.
+void start(OuterTriangle& triangle, double tolerance, BlockedView& view) {
+    const MeanView one = mean_view(triangle, triangle_rule(1), view),
+                   three = mean_view(triangle, triangle_rule(3), view),
+                   corners = mean_view(triangle, corner_rule(), view);
+    const double difference = std::abs(three.mean - one.mean);
+    if (difference * triangle.area <= tolerance && unanimous(one.seen | three.seen | corners.seen)) {
+        triangle.estimate = {triangle.area * three.mean, triangle.area * difference};
+    } else {
+        integrate(triangle, three, corners, view);
+    }
+}
+
+std::array<OuterTriangle, 4> quarters(const OuterTriangle& whole) {
+    const Vec3 a = 0.5 * whole.first, b = 0.5 * whole.second;
+    const double area = 0.25 * whole.area;
+    return {OuterTriangle{whole.corner, a, b, area, {}}, OuterTriangle{whole.corner + a, a, b, area, {}},
+            OuterTriangle{whole.corner + b, a, b, area, {}}, OuterTriangle{whole.corner + a + b, -a, -b, area, {}}};
+}
+
+} // namespace
+
+void BlockedView::set(const PolygonEnd& from, const PolygonEnd& to, std::span<const Blocker* const> blockers,
+                      double rounding) {
+    from_ = &from;
+    to_ = &to;
+    rounding_ = rounding;
+    blockers_.clear();
+    planes_.clear();
+    for (const Blocker* blocker : blockers) {
+        const FlatPolygon before = blocker->polygon.above(from.plane, rounding).above(to.plane, rounding);
+        if (!before.empty()) {
+            blockers_.push_back(before);
+            planes_.push_back(blocker->plane);
+        }
+    }
+}
+
+/// Takes from the visible pieces what the blocker hides.
+void BlockedView::hide(const Vec3& x, const FlatPolygon& blocker, const Plane& plane) {
+    const double height = plane.height(x);
+    if (std::abs(height) <= rounding_) {
+        return; // seen edge-on
+    }
+    sides_.clear();
+    for (std::size_t k = 0; k < blocker.size(); ++k) {
+        // Inwards is to the left of the edge seen from the front.
+        const Vec3 normal = (blocker[k] - x).cross(blocker.next(k) - x) * (height > 0.0 ? -1.0 : 1.0);
+        const double length = normal.norm();
+        if (length > 0.0) {
+            sides_.push_back({normal / length, normal.dot(x) / length});
+        }
+    }
+    next_.clear();
+    const auto keep = [&](const FlatPolygon& piece) {
+        if (piece.size() <= many_corners) {
+            next_.push_back(piece);
+        } else {
+            for (const FlatPolygon& half : piece.halves()) {
+                next_.push_back(half);
+            }
+        }
+    };
+    for (const FlatPolygon& piece : pieces_) {
+        FlatPolygon inside = piece;
+        for (const Plane& side : sides_) {
+            inside = inside.above(side, 0.0);
+            if (inside.empty()) {
+                break;
+            }
+        }
+        if (inside.empty()) {
+            next_.push_back(piece); // nothing of it is hidden
+            continue;
+        }
+        seen_ = Seen::part;
+        inside = piece;
+        for (const Plane& side : sides_) {
+            const FlatPolygon outside = inside.above(side, 0.0, -1.0);
+            if (!outside.empty()) {
+                keep(outside);
+                inside = inside.above(side, 0.0);
+            }
+        }
+    }
+    std::swap(pieces_, next_);
+}
+
+double BlockedView::form_factor(const Vec3& x) {
+    pieces_.assign(1, to_->polygon);
+    seen_ = Seen::everything;
+    for (std::size_t k = 0; k < blockers_.size() && !pieces_.empty(); ++k) {
+        hide(x, blockers_[k], planes_[k]);
+    }
+    if (pieces_.empty()) {
+        seen_ = Seen::nothing;
+    }
+    double sum = 0.0;
+    std::array<Vec3, FlatPolygon::capacity> seen; // NOLINT: filled before use
+    for (const FlatPolygon& piece : pieces_) {
+        for (std::size_t k = 0; k < piece.size(); ++k) {
+            seen[k] = piece[k] - x;
+        }
+        sum += lambert_sum(from_->plane.normal, {seen.data(), piece.size()});
+    }
+    return sum;
+}
+
+Estimate blocked_exchange(const PolygonEnd& P, const PolygonEnd& Q, std::span<const Blocker* const> blockers,
+                          double rounding, double tolerance, BlockedView& view, std::size_t most_triangles) {
+    const bool swap = Q.radius < P.radius;
+    const PolygonEnd &from = swap ? Q : P, &to = swap ? P : Q;
+    view.set(from, to, blockers, rounding);
+    std::vector<OuterTriangle> open;
+    Estimate sum;
+    const FlatPolygon& outline = from.polygon;
+    for (std::size_t k = 2; k < outline.size(); ++k) {
+        const Vec3 a = outline[k - 1] - outline[0], b = outline[k] - outline[0];
+        OuterTriangle triangle{outline[0], a, b, 0.5 * a.cross(b).dot(from.plane.normal), {}};
+        if (!(triangle.area > 0.0)) {
+            continue;
+        }
+        start(triangle, tolerance * triangle.area / from.area, view);
+        sum += triangle.estimate;
+        open.push_back(triangle);
+    }
+    std::size_t count = open.size();
+    std::make_heap(open.begin(), open.end(), less_error);
+    while (sum.error > tolerance && count + 3 <= most_triangles) {
+        std::pop_heap(open.begin(), open.end(), less_error);
+        const OuterTriangle whole = open.back();
+        open.pop_back();
+        sum.value -= whole.estimate.value;
+        sum.error -= whole.estimate.error;
+        for (OuterTriangle& part : quarters(whole)) {
+            integrate(part, mean_view(part, triangle_rule(3), view), mean_view(part, corner_rule(), view), view);
+            sum += part.estimate;
+            open.push_back(part);
+            std::push_heap(open.begin(), open.end(), less_error);
+        }
+        count += 3;
+    }
+    Estimate result; // anew: differences have left rounding in the running sum
+    for (const OuterTriangle& triangle : open) {
+        result += triangle.estimate;
+    }
+    return result;
+}
+
+} // namespace difusa

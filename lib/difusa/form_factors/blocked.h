@@ -1,0 +1,55 @@
+// The exchange area of two polygons with others between them: exact visibility at points of one, adaptive integration
+// over it.
+#pragma once
+
+#include <difusa/form_factors/blockers.h>
+#include <difusa/form_factors/unblocked.h>
+
+#include <cstddef>
+#include <vector>
+
+namespace difusa {
+
+/// How much of a polygon a point sees: bits, so that what several points see can be combined.
+enum class Seen : unsigned { nothing = 1, part = 2, everything = 4 };
+
+/// The view of one polygon from the points of another, through blockers. Scratch of one thread.
+class BlockedView {
+  public:
+    /// From points of `from` to the polygon `to`, each wholly in front of the plane of the other. Of the blockers only
+    /// what is in front of both planes counts.
+    void set(const PolygonEnd& from, const PolygonEnd& to, std::span<const Blocker* const> blockers, double rounding);
+
+    /// The form factor from the element at x, in the plane of `from` and with its normal, to the visible part of `to`.
+    /// Exact to rounding: a convex blocker hides from x what lies inside all planes through x and its edges. What lies
+    /// outside is at most one convex polygon for each edge; Lambert's formula is summed over those that remain
+    /// (lighting/lambert.h).
+    double form_factor(const Vec3& x);
+
+    /// What the last point saw.
+    Seen seen() const { return seen_; }
+
+  private:
+    void hide(const Vec3& x, const FlatPolygon& blocker, const Plane& plane);
+
+    const PolygonEnd* from_ = nullptr;
+    const PolygonEnd* to_ = nullptr;
+    double rounding_ = 0.0;
+    Seen seen_ = Seen::everything;
+    std::vector<FlatPolygon> blockers_;
+    std::vector<Plane> planes_;              ///< of the blockers
+    std::vector<FlatPolygon> pieces_, next_; ///< what is visible of `to`
+    std::vector<Plane> sides_;               ///< through x and the edges of a blocker
+};
+
+/// A_P F_PQ through blockers, with an estimated error of at most `tolerance` (an area) if `most_triangles` suffice: the
+/// form factor from points of the one with the smaller radius is integrated over it. Where all of 1 + 3 inner points
+/// and the corners see everything, or all of them nothing, and the rules of 1 and 3 points agree, that is the result.
+/// Else the 7-point rule is compared with the 3-point rule, and what the corners see with both if not all points see
+/// alike, since the rules may miss what is hidden from a corner only. The triangle with the largest difference is
+/// divided into four until their sum is below the tolerance: the kinks at which the outline of one polygon enters the
+/// shadow of another end up in small triangles.
+Estimate blocked_exchange(const PolygonEnd& P, const PolygonEnd& Q, std::span<const Blocker* const> blockers,
+                          double rounding, double tolerance, BlockedView& view, std::size_t most_triangles = 20000);
+
+} // namespace difusa

@@ -1,0 +1,47 @@
+// What can come between two polygons: the surface as few, large, convex, flat pieces.
+#pragma once
+
+#include <difusa/form_factors/flat_polygon.h>
+#include <difusa/mesh/mesh.h>
+
+#include <vector>
+
+namespace difusa {
+
+/// A convex piece of the surface. Which side is the front does not matter: both block.
+struct Blocker {
+    FlatPolygon polygon; ///< at most `Blocker::most_corners`, none between two others on a straight line
+    Plane plane;         ///< unit normal
+    Vec3 low = Vec3::Zero(), high = Vec3::Zero(); ///< bounding box
+
+    static constexpr std::size_t most_corners = 12;
+    explicit Blocker(const FlatPolygon& corners);
+};
+
+/// Heights above planes within this count as 0: a few hundred units in the last place of the largest coordinate.
+inline double plane_rounding(const Mesh& mesh) {
+    return mesh.magnitude() * 0x1p-44;
+}
+
+/// The flat parts of a surface: triangles in one plane that are joined across edges have the same number. Numbers are
+/// in the order of their first triangles.
+std::vector<Index> flat_parts(const Mesh& mesh);
+
+/// The surface as convex polygons: each flat part as a whole if it is convex, else its triangles merged while the union
+/// of two is convex. Left out: pieces that have the whole surface on one side, as the walls of an empty room, for they
+/// come between no two of its points.
+std::vector<Blocker> blockers_of(const Mesh& mesh, const std::vector<Index>& parts);
+
+/// What a blocker does to the view between two sets of points.
+enum class Obstruction {
+    clear,   ///< no segment from one convex hull to the other passes through it
+    partial, ///< some may
+    complete ///< all do
+};
+
+/// Conservative: `clear` and `complete` are certain, up to sets of measure zero. Where the blocker's plane separates
+/// the sets, the hulls' view of each other meets that plane in the convex hull of the points in which the segments
+/// between the given points cross it.
+Obstruction obstruction(const Blocker& blocker, std::span<const Vec3> from, std::span<const Vec3> to, double rounding);
+
+} // namespace difusa

@@ -1,0 +1,384 @@
+#include <difusa/form_factors/form_factors.h>
+
+#include <difusa/core/error.h>
+#include <difusa/core/parallel.h>
+#include <difusa/core/text.h>
+#include <difusa/form_factors/blocked.h>
+#include <difusa/form_factors/blockers.h>
+#include <difusa/form_factors/target_tree.h>
+#include <difusa/form_factors/unblocked.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+namespace difusa {
+
+namespace {
+
+/// Exact integrals are computed to this share of the tolerance: it costs little.
+constexpr double clear_share = 1e-3;
+
+/// Triangles of a large surface that one task computes.
+constexpr std::size_t triangles_in_task = 16;
+
+/// Exchange areas of some triangles of one surface with surfaces of at least its number.
+struct ExchangeRow {
+    std::vector<Index> column;
+    std::vector<double> value;
+    std::vector<float> error;
+};
+
+struct Task {
+    std::size_t first, last; ///< in the order of ranks
+    Index surface;
+};
+
+/// Everything that all tasks read.
+struct ExchangeProblem {
+    const Mesh& mesh;
+    const Surfaces& surfaces;
+    double tolerance;
+    double rounding;
+    std::vector<double> area;   ///< of the surfaces
+    std::vector<Index> by_rank; ///< triangles in the order of their surfaces
+    std::vector<Index> rank;    ///< of each triangle
+    std::vector<Index> parts;   ///< flat_parts
+    std::vector<Blocker> blockers;
+    TargetTree tree;
+    std::vector<PolygonEnd> ends; ///< of the triangles
+
+    /// The share of the tolerance of a pair of surfaces that a pair of their triangles may take, as an area.
+    double allowed(Index p, Index q) const {
+        const double A_I = area[surfaces.of[p]], A_J = area[surfaces.of[q]];
+        return tolerance * mesh.areas[p] * mesh.areas[q] / std::max(A_I, A_J);
+    }
+};
+
+/// The exchange areas of triangles, one after the other, with those of higher rank. Scratch of one thread.
+class ExchangeWorker {
+  public:
+    explicit ExchangeWorker(const ExchangeProblem& problem)
+        : problem_(problem), sum_(problem.surfaces.size()), seen_(problem.surfaces.size(), 0) {}
+
+    void run(const Task& task, ExchangeRow& row) {
+        for (std::size_t k = task.first; k < task.last; ++k) {
+            add_triangle(problem_.by_rank[k]);
+        }
+        std::sort(touched_.begin(), touched_.end());
+        for (const Index j : touched_) {
+            row.column.push_back(j);
+            row.value.push_back(sum_[j].value);
+            row.error.push_back(static_cast<float>(sum_[j].error));
+            sum_[j] = {};
+            seen_[j] = 0;
+        }
+        touched_.clear();
+    }
+
+    FormFactorCounts counts;
+
+  private:
+    void add_triangle(Index p) {
+        p_ = p;
+        const PolygonEnd& P = problem_.ends[p];
+        between_.clear();
+        for (const Blocker& blocker : problem_.blockers) {
+            const std::span<const Vec3> corners = blocker.polygon.corners();
+            if (std::any_of(corners.begin(), corners.end(),
+                            [&](const Vec3& c) { return P.plane.height(c) > problem_.rounding; })) {
+                between_.push_back(&blocker);
+            }
+        }
+        visit(0, 0, between_.size());
+    }
+
+    /// Adds to the end of `between_` those of [first, last) that may come between triangle p and these points. False if
+    /// one of them hides all.
+    bool narrow(std::span<const Vec3> from, std::span<const Vec3> to, std::size_t first, std::size_t last) {
+        Vec3 low = from[0], high = from[0];
+        for (const std::span<const Vec3> points : {from, to}) {
+            for (const Vec3& p : points) {
+                low = low.cwiseMin(p);
+                high = high.cwiseMax(p);
+            }
+        }
+        for (std::size_t k = first; k < last; ++k) {
+            const Blocker* blocker = between_[k];
+            if ((blocker->low.array() > high.array()).any() || (blocker->high.array() < low.array()).any()) {
+                continue;
+            }
+            const Obstruction what = obstruction(*blocker, from, to, problem_.rounding);
+            if (what == Obstruction::complete) {
+                return false;
+            }
+            if (what == Obstruction::partial) {
+                between_.push_back(blocker);
+            }
+        }
+        return true;
+    }
+
+    /// The triangles under a node; [first, last) of `between_` may come between.
+    void visit(Index number, std::size_t first, std::size_t last) {
+        const TargetTree::Node& node = problem_.tree.node(number);
+        const PolygonEnd& P = problem_.ends[p_];
+        const double rounding = problem_.rounding;
+        if (node.highest <= problem_.rank[p_] ||
+            std::all_of(node.corner.begin(), node.corner.end(),
+                        [&](const Vec3& c) { return P.plane.height(c) <= rounding; })) {
+            return;
+        }
+        const std::span<const Vec3> own = P.polygon.corners();
+        if (node.flat &&
+            std::all_of(own.begin(), own.end(), [&](const Vec3& c) { return node.plane.height(c) <= rounding; })) {
+            return;
+        }
+        const std::size_t before = between_.size();
+        if (!narrow(own, node.corner, first, last)) {
+            ++counts.hidden;
+            between_.resize(before);
+            return;
+        }
+        const std::size_t after = between_.size();
+        if (node.right != none) {
+            visit(number + 1, before, after);
+            visit(node.right, before, after);
+        } else {
+            for (Index i = node.first; i < node.last; ++i) {
+                const Index q = problem_.tree.order()[i];
+                if (problem_.rank[q] > problem_.rank[p_]) {
+                    add_pair(q, before, after);
+                }
+            }
+        }
+        between_.resize(before);
+    }
+
+    void add_pair(Index q, std::size_t first, std::size_t last) {
+        const double rounding = problem_.rounding;
+        const PolygonEnd *P = &problem_.ends[p_], *Q = &problem_.ends[q];
+        const auto in_front = [&](const PolygonEnd& A, const Plane& plane) {
+            double low = plane.height(A.polygon[0]), high = low;
+            for (const Vec3& c : A.polygon.corners()) {
+                low = std::min(low, plane.height(c));
+                high = std::max(high, plane.height(c));
+            }
+            return high <= rounding ? -1 : low >= -rounding ? 1 : 0;
+        };
+        const int P_above = in_front(*P, Q->plane), Q_above = in_front(*Q, P->plane);
+        if (P_above < 0 || Q_above < 0) {
+            return;
+        }
+        if (P_above == 0) {
+            cut_P_ = PolygonEnd(P->polygon.above(Q->plane, rounding), P->plane.normal);
+        }
+        if (Q_above == 0) {
+            cut_Q_ = PolygonEnd(Q->polygon.above(P->plane, rounding), Q->plane.normal);
+        }
+        P = P_above == 0 ? &cut_P_ : P;
+        Q = Q_above == 0 ? &cut_Q_ : Q;
+        if (P->polygon.empty() || Q->polygon.empty()) {
+            return;
+        }
+        const std::size_t before = between_.size();
+        if (!narrow(P->polygon.corners(), Q->polygon.corners(), first, last)) {
+            ++counts.hidden;
+            between_.resize(before);
+            return;
+        }
+        const double allowed = problem_.allowed(p_, q);
+        Estimate exchange;
+        if (between_.size() == before) {
+            ++counts.clear;
+            exchange = unblocked_exchange(*P, *Q, clear_share * allowed);
+        } else {
+            ++counts.partial;
+            const std::span<const Blocker* const> blockers(between_.data() + before, between_.size() - before);
+            exchange = blocked_exchange(*P, *Q, blockers, rounding, allowed, view_);
+        }
+        between_.resize(before);
+        if (exchange.value > 0.0) {
+            const Index surface = problem_.surfaces.of[q];
+            if (seen_[surface] == 0) {
+                seen_[surface] = 1;
+                touched_.push_back(surface);
+            }
+            sum_[surface] += exchange;
+        }
+    }
+
+    const ExchangeProblem& problem_;
+    Index p_ = none;
+    std::vector<const Blocker*> between_; ///< a stack of lists
+    PolygonEnd cut_P_, cut_Q_;
+    BlockedView view_;
+    std::vector<Estimate> sum_; ///< #surfaces
+    std::vector<char> seen_;    ///< #surfaces
+    std::vector<Index> touched_;
+};
+
+std::vector<Index> in_order_of_surfaces(const Surfaces& surfaces) {
+    std::vector<Index> order(surfaces.of.size());
+    std::iota(order.begin(), order.end(), Index{0});
+    std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return surfaces.of[a] < surfaces.of[b]; });
+    return order;
+}
+
+std::vector<Index> inverse_of(const std::vector<Index>& order) {
+    std::vector<Index> rank(order.size());
+    for (Index k = 0; k < order.size(); ++k) {
+        rank[order[k]] = k;
+    }
+    return rank;
+}
+
+std::vector<PolygonEnd> ends_of(const Mesh& mesh) {
+    std::vector<PolygonEnd> ends;
+    ends.reserve(mesh.triangles.size());
+    for (Index t = 0; t < mesh.triangles.size(); ++t) {
+        FlatPolygon triangle;
+        for (int k = 0; k < 3; ++k) {
+            triangle.add(mesh.corner(t, k));
+        }
+        ends.emplace_back(triangle, mesh.normals[t]);
+    }
+    return ends;
+}
+
+std::vector<Task> tasks_of(const ExchangeProblem& problem) {
+    std::vector<Task> tasks;
+    for (std::size_t k = 0; k < problem.by_rank.size(); ++k) {
+        const Index surface = problem.surfaces.of[problem.by_rank[k]];
+        if (tasks.empty() || tasks.back().surface != surface || k - tasks.back().first >= triangles_in_task) {
+            tasks.push_back({k, k, surface});
+        }
+        tasks.back().last = k + 1;
+    }
+    return tasks;
+}
+
+/// Row i of the exchange areas with surfaces j >= i becomes part of the rows i and j of form factors.
+FormFactors assembled(const std::vector<Task>& tasks, std::vector<ExchangeRow>& parts, std::vector<double> area) {
+    FormFactors F;
+    F.rows.resize(area.size());
+    // Tasks are in the order of surfaces: what row i receives from lower ones is there, in order, before its own.
+    std::vector<Estimate> sum(area.size());
+    const auto add = [&](std::size_t i, Index j, double exchange, double error) {
+        FormFactors::Row& row = F.rows[i];
+        row.column.push_back(j);
+        row.factor.push_back(exchange / area[i]);
+        row.error.push_back(static_cast<float>(error / area[i]));
+    };
+    for (std::size_t k = 0; k < tasks.size();) {
+        const Index i = tasks[k].surface;
+        std::vector<Index> columns;
+        for (; k < tasks.size() && tasks[k].surface == i; ++k) {
+            for (std::size_t e = 0; e < parts[k].column.size(); ++e) {
+                const Index j = parts[k].column[e];
+                if (sum[j].value == 0.0) {
+                    columns.push_back(j);
+                }
+                sum[j] += {parts[k].value[e], parts[k].error[e]};
+            }
+            parts[k] = {};
+        }
+        std::sort(columns.begin(), columns.end());
+        for (const Index j : columns) {
+            const Estimate exchange = sum[j];
+            sum[j] = {};
+            if (j == i) { // light goes both ways between its triangles
+                add(i, i, 2.0 * exchange.value, 2.0 * exchange.error);
+            } else {
+                add(i, j, exchange.value, exchange.error);
+                add(j, i, exchange.value, exchange.error);
+            }
+        }
+    }
+    F.area = std::move(area);
+    return F;
+}
+
+} // namespace
+
+std::size_t FormFactors::nonzeros() const {
+    std::size_t count = 0;
+    for (const Row& row : rows) {
+        count += row.column.size();
+    }
+    return count;
+}
+
+double FormFactors::at(std::size_t i, std::size_t j) const {
+    const std::vector<Index>& column = rows[i].column;
+    const auto found = std::lower_bound(column.begin(), column.end(), j);
+    return found != column.end() && *found == j ? rows[i].factor[static_cast<std::size_t>(found - column.begin())]
+                                                : 0.0;
+}
+
+double FormFactors::row_sum(std::size_t i) const {
+    return std::accumulate(rows[i].factor.begin(), rows[i].factor.end(), 0.0);
+}
+
+double FormFactors::row_error(std::size_t i) const {
+    return std::accumulate(rows[i].error.begin(), rows[i].error.end(), 0.0);
+}
+
+FormFactorLaws check_laws(const FormFactors& F, double tolerance) {
+    FormFactorLaws laws;
+    for (std::size_t i = 0; i < F.size(); ++i) {
+        const double sum = F.row_sum(i);
+        laws.least_row_sum = i == 0 ? sum : std::min(laws.least_row_sum, sum);
+        laws.largest_row_sum = i == 0 ? sum : std::max(laws.largest_row_sum, sum);
+        const FormFactors::Row& row = F.rows[i];
+        for (std::size_t e = 0; e < row.column.size(); ++e) {
+            const Index j = row.column[e];
+            const double difference = std::abs(F.area[i] * row.factor[e] - F.area[j] * F.at(j, i));
+            laws.reciprocity = std::max(laws.reciprocity, difference / std::min(F.area[i], F.area[j]));
+            laws.largest_error = std::max(laws.largest_error, double{row.error[e]});
+            laws.above_tolerance += row.error[e] > tolerance ? 1 : 0;
+        }
+    }
+    return laws;
+}
+
+FormFactors form_factors(const Mesh& mesh, const Surfaces& surfaces, const FormFactorOptions& options,
+                         const Execution& execution, FormFactorCounts* counts) {
+    if (!(options.tolerance > 0.0 && std::isfinite(options.tolerance))) {
+        throw UsageError("form factors: the tolerance must be positive and finite, not " + text_of(options.tolerance));
+    }
+    DIFUSA_REQUIRE(surfaces.of.size() == mesh.triangles.size());
+    execution.phase("form factors");
+    const std::vector<Index> order = in_order_of_surfaces(surfaces), rank = inverse_of(order);
+    const std::vector<Index> parts = flat_parts(mesh);
+    const ExchangeProblem problem{mesh,
+                                  surfaces,
+                                  options.tolerance,
+                                  plane_rounding(mesh),
+                                  surfaces.areas(mesh),
+                                  order,
+                                  rank,
+                                  parts,
+                                  mesh.convex ? std::vector<Blocker>() : blockers_of(mesh, parts),
+                                  TargetTree(mesh, parts, rank),
+                                  ends_of(mesh)};
+    const std::vector<Task> tasks = tasks_of(problem);
+    std::vector<ExchangeRow> rows(tasks.size());
+    std::vector<ExchangeWorker> workers(execution.threads, ExchangeWorker(problem));
+    parallel_for(tasks.size(), 1, execution, [&](std::size_t begin, std::size_t end, unsigned worker) {
+        for (std::size_t k = begin; k < end; ++k) {
+            workers[worker].run(tasks[k], rows[k]);
+        }
+    });
+    if (counts != nullptr) {
+        for (const ExchangeWorker& worker : workers) {
+            counts->clear += worker.counts.clear;
+            counts->partial += worker.counts.partial;
+            counts->hidden += worker.counts.hidden;
+        }
+    }
+    return assembled(tasks, rows, problem.area);
+}
+
+} // namespace difusa

@@ -1,0 +1,115 @@
+# form_factors writes the matrix of view factors of a mesh in three formats, and refuses what is wrong before the work.
+. "$(dirname "$0")/lib.sh"
+factors=$DIFUSA_BIN/form_factors
+
+refuse() { # refuse CODE TEXT ARGUMENT...
+    local code=$1 text=$2
+    shift 2
+    expect_refusal "$code" "$text" "$factors" "$@"
+}
+
+# A unit cube seen from inside, six squares: two tenths to each other side.
+cat >cube.off <<'END'
+OFF
+8 6 0
+0 0 0
+1 0 0
+1 1 0
+0 1 0
+0 0 1
+1 0 1
+1 1 1
+0 1 1
+4 0 1 2 3
+4 4 7 6 5
+4 0 4 5 1
+4 3 2 6 7
+4 0 3 7 4
+4 1 5 6 2
+END
+
+# Wrong command lines.
+refuse 1 "a mesh file is expected"
+refuse 1 "an output file is expected" cube.off
+refuse 1 "\`third\` is one argument too many" cube.off out.csv third
+refuse 1 "unknown option --tolerence, did you mean --tolerance?" cube.off out.csv --tolerence 1
+refuse 1 "must be a positive number" cube.off out.csv --tolerance 0
+refuse 1 "--surfaces wall: must be one of face, material, group" cube.off out.csv --surfaces wall
+refuse 1 "--layout full: must be one of sparse, dense" cube.off out.csv --layout full
+refuse 1 "--method magic: must be one of exact, rays" cube.off out.csv --method magic
+refuse 1 "belong to --method rays" cube.off out.csv --rays 100
+refuse 1 "--tolerance belongs to --method exact" cube.off out.csv --method rays --tolerance 1e-3
+refuse 1 "the name must end in .csv" cube.off out.txt
+refuse 1 "must be at most 1024" cube.off out.csv --threads 1025
+refuse 2 "no-such.off" no-such.off out.csv
+refuse 4 "no-such-directory" cube.off no-such-directory/out.csv
+printf 'OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n' >open.off
+refuse 2 "closure can only be enforced on a closed surface" open.off out.csv --close
+
+# The sides of a cube, in all formats and layouts.
+expect_exit 0 "$factors" cube.off cube.csv
+expect_text stdout "surfaces: 6 (12 triangles), 30 form factors above 0" "row sums: 1 " "reciprocity" "escapes" \
+    "above the tolerance of 1e-06: 0" "written: cube.csv" "0.19982490" "0.20004378"
+[ "$(head -n 1 cube.csv)" = "from,to,form_factor,error" ] || fail "no header"
+[ "$(wc -l <cube.csv)" = 37 ] || fail "30 form factors, 6 escapes and a header are expected"
+grep -qE '^"0","1",0\.19982489' cube.csv || fail "wrong factor between opposite sides"
+grep -qE '^"0","2",0\.20004377' cube.csv || fail "wrong factor between neighbours"
+expect_exit 0 "$factors" cube.off dense.csv --layout dense --quiet
+[ ! -s stdout ] && [ ! -s stderr ] || fail "--quiet says something"
+[ "$(head -n 1 dense.csv)" = 'surface,area,"0","1","2","3","4","5",row_sum,escapes' ] || fail "no dense header"
+[ "$(wc -l <dense.csv)" = 7 ] || fail "six rows are expected"
+expect_exit 0 "$factors" cube.off cube.mtx
+[ "$(head -n 1 cube.mtx)" = "%%MatrixMarket matrix coordinate real general" ] || fail "no Matrix Market header"
+[ "$(sed -n 2p cube.mtx)" = "6 6 30" ] || fail "wrong size"
+expect_exit 0 "$factors" cube.off dense.mtx --layout dense
+[ "$(wc -l <dense.mtx)" = 38 ] || fail "36 numbers are expected"
+for layout in sparse dense; do
+    expect_exit 0 "$factors" cube.off cube.npz --layout $layout
+    if command -v python3 >/dev/null; then
+        python3 - $layout <<'PYTHON' || fail "the $layout .npz file is not what it should be"
+import ast, struct, sys, zipfile
+archive = zipfile.ZipFile("cube.npz")
+assert archive.testzip() is None
+def array(name):
+    data = archive.read(name + ".npy")
+    assert data[:8] == b"\x93NUMPY\x01\x00" and (10 + struct.unpack("<H", data[8:10])[0]) % 64 == 0
+    start = 10 + struct.unpack("<H", data[8:10])[0]
+    header = ast.literal_eval(data[10:start].decode())
+    assert not header["fortran_order"]
+    kind, body = header["descr"], data[start:]
+    if kind[1] == "S":
+        return header["shape"], [body[k:k + int(kind[2:])] for k in range(0, len(body), int(kind[2:]))]
+    code = {"<f8": "d", "<f4": "f", "<i4": "i", "<i8": "q"}[kind]
+    return header["shape"], struct.unpack("<%d%s" % (len(body) // struct.calcsize(code), code), body)
+assert array("area")[0] == (6,) and all(abs(A - 1) < 1e-15 for A in array("area")[1])
+assert all(abs(sum_ - 1) < 1e-8 for sum_ in array("row_sum")[1])
+assert array("names") == ((6,), [b"0", b"1", b"2", b"3", b"4", b"5"])
+if sys.argv[1] == "dense":
+    shape, F = array("form_factors")
+    assert shape == (6, 6) and abs(F[1] - 0.199824895698387) < 1e-8 and F[0] == 0
+else:
+    assert array("format") == ((), [b"csr"]) and array("shape")[1] == (6, 6)
+    assert array("indptr")[1] == (0, 5, 10, 15, 20, 25, 30) and array("indices")[1][:5] == (1, 2, 3, 4, 5)
+    assert abs(array("data")[1][0] - 0.199824895698387) < 1e-8 and len(array("error")[1]) == 30
+PYTHON
+    fi
+done
+
+# Materials of a room, closed by least squares; the same bits for any number of threads.
+expect_exit 0 "$factors" "$box" one.csv --surfaces material --layout dense --tolerance 1e-2 --threads 1
+expect_exit 0 "$factors" "$box" three.csv --surfaces material --layout dense --tolerance 1e-2 --threads 3
+cmp one.csv three.csv || fail "the result depends on the number of threads"
+expect_exit 0 "$factors" cube.off closed.csv --close
+expect_text stdout "closure: form factors changed by at most" "row sums are 1 within"
+
+# Counted by rays.
+expect_exit 0 "$factors" cube.off rays.csv --method rays --rays 256 --points 8 --layout dense
+expect_text stdout "0.19" "0.20"
+expect_exit 0 "$factors" cube.off again.csv --method rays --rays 256 --points 8 --layout dense --threads 3
+cmp rays.csv again.csv || fail "the rays depend on the number of threads"
+
+# Help and version.
+expect_exit 0 "$factors" --help
+expect_text stdout "--tolerance" "--surfaces" "--close" "Examples"
+expect_exit 0 "$factors" --version
+expect_text stdout "form_factors "

@@ -1,0 +1,144 @@
+#include <difusa/core/random.h>
+#include <difusa/form_factors/contour.h>
+#include <difusa/form_factors/unblocked.h>
+#include <difusa/study/references/form_factors.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <initializer_list>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+namespace difusa::contour_test {
+namespace {
+
+FlatPolygon polygon(std::initializer_list<Vec3> corners) {
+    return FlatPolygon(std::vector<Vec3>(corners));
+}
+
+/// In the plane z = height, facing up or down.
+FlatPolygon level(const Rectangle& r, double height, bool up) {
+    const Vec3 a(r.x0, r.y0, height), b(r.x1, r.y0, height), c(r.x1, r.y1, height), d(r.x0, r.y1, height);
+    return up ? polygon({a, b, c, d}) : polygon({a, d, c, b});
+}
+
+/// In the plane x = 0 facing +x, with z instead of x.
+FlatPolygon upright(const Rectangle& r) {
+    return polygon({Vec3(0, r.y0, r.x0), Vec3(0, r.y1, r.x0), Vec3(0, r.y1, r.x1), Vec3(0, r.y0, r.x1)});
+}
+
+Rectangle random_rectangle(RandomStream& stream, double least_x) {
+    const double x = least_x + 2.0 * stream.uniform(), y = 2.0 * stream.uniform() - 1.0;
+    const double width = 0.05 + stream.uniform(), depth = 0.05 + stream.uniform();
+    return {x, x + width, y, y + depth};
+}
+
+TEST(Contour, UnitSquares) {
+    const FlatPolygon floor = level({0, 1, 0, 1}, 0.0, true);
+    EXPECT_NEAR(contour_exchange(floor, level({0, 1, 0, 1}, 1.0, false)).value, 0.199824895698387, 1e-14);
+    EXPECT_NEAR(contour_exchange(floor, upright({0, 1, 0, 1})).value, 0.200043776075403, 1e-14);
+}
+
+TEST(Contour, ParallelRectangles) {
+    RandomStream stream(1, "contour");
+    for (int k = 0; k < 200; ++k) {
+        const Rectangle a = random_rectangle(stream, -1.0), b = random_rectangle(stream, -1.0);
+        const double h = 0.02 + 2.0 * stream.uniform();
+        const Estimate AF = contour_exchange(level(a, 0.0, true), level(b, h, false));
+        EXPECT_NEAR(AF.value / a.area(), parallel_rectangles(a, b, h), 1e-10) << k;
+        EXPECT_LE(AF.error, 1e-11);
+    }
+}
+
+TEST(Contour, PerpendicularRectanglesApartAndTouching) {
+    RandomStream stream(2, "contour");
+    for (int k = 0; k < 200; ++k) {
+        Rectangle a = random_rectangle(stream, 0.01), b = random_rectangle(stream, 0.01);
+        if (k % 2 == 1) { // both on the common line, with edges that overlap in part
+            a.x0 = b.x0 = 0.0;
+        }
+        const double AF = contour_exchange(level(a, 0.0, true), upright(b)).value;
+        EXPECT_NEAR(AF / a.area(), perpendicular_rectangles(a, b), 1e-10) << k;
+    }
+}
+
+/// A closed tetrahedron's form factors sum to 1: each pair of its faces shares an edge. The lower its top, the more
+/// nearly coplanar are three of them.
+TEST(Contour, TetrahedraCloseHoweverFlat) {
+    for (const double height : {1.0, 0.1, 1e-3, 1e-6}) {
+        const Vec3 a(0, 0, 0), b(1, 0.1, 0), c(0.3, 0.9, 0), d(0.4, 0.3, height);
+        const std::vector<FlatPolygon> faces{polygon({a, b, c}), polygon({a, d, b}), polygon({b, d, c}),
+                                             polygon({c, d, a})};
+        for (std::size_t i = 0; i < 4; ++i) {
+            double sum = 0.0;
+            for (std::size_t j = 0; j < 4; ++j) {
+                sum += i == j ? 0.0 : contour_exchange(faces[i], faces[j]).value;
+            }
+            EXPECT_NEAR(sum / faces[i].area_vector().norm(), 1.0, 1e-8) << height << " face " << i;
+        }
+    }
+}
+
+/// Six triangles around a long thin wedge, of which two touch in one vertex only.
+TEST(Contour, CommonVertex) {
+    const Vec3 o(0, 0, 0);
+    const FlatPolygon whole = polygon({o, Vec3(1, 0, 0), Vec3(0.5, 1, 0)});
+    // A fan of triangles over one angle: additivity (L 26).
+    const Vec3 p(-0.2, 0.1, 1.0), q(0.1, 1.2, 0.4), middle = 0.3 * p + 0.7 * q;
+    const double both = contour_exchange(whole, polygon({o, q, p})).value;
+    const double parts =
+        contour_exchange(whole, polygon({o, q, middle})).value + contour_exchange(whole, polygon({o, middle, p})).value;
+    EXPECT_GT(both, 0.01);
+    EXPECT_NEAR(both, parts, 1e-13);
+}
+
+TEST(Contour, DoesNotDependOnPlaceAndScale) {
+    const FlatPolygon P = level({0, 1, 0, 2}, 0.0, true), Q = upright({0, 1, 0.5, 3});
+    const double AF = contour_exchange(P, Q).value;
+    for (const double scale : {1e-8, 1e8}) {
+        const auto moved = [&](const FlatPolygon& polygon) {
+            FlatPolygon result;
+            for (const Vec3& p : polygon.corners()) {
+                result.add(scale * (p + Vec3(3, -2, 1)));
+            }
+            return result;
+        };
+        EXPECT_NEAR(contour_exchange(moved(P), moved(Q)).value / (scale * scale), AF, 1e-12);
+    }
+}
+
+/// Rules on points against the contour, which does not share a formula with them.
+TEST(Unblocked, KeepsItsTolerance) {
+    RandomStream stream(3, "unblocked");
+    const auto random = [&] {
+        const double x = stream.uniform(), y = stream.uniform(), z = stream.uniform();
+        return Vec3(2.0 * x - 1.0, 2.0 * y - 1.0, 2.0 * z - 1.0);
+    };
+    int compared = 0;
+    for (int k = 0; k < 2000; ++k) {
+        const Vec3 away = (2.0 + 30.0 * stream.uniform() * stream.uniform()) * random();
+        const FlatPolygon p = polygon({random(), random(), random()});
+        const FlatPolygon q = polygon({random() + away, random() + away, random() + away});
+        const PolygonEnd P(p, p.area_vector().normalized()), Q(q, q.area_vector().normalized());
+        const auto in_front = [](const FlatPolygon& polygon, const Plane& plane) {
+            return !polygon.empty() && plane.height(polygon[0]) > 0.0 && plane.height(polygon[1]) > 0.0 &&
+                   plane.height(polygon[2]) > 0.0;
+        };
+        if (!in_front(p, Q.plane) || !in_front(q, P.plane)) {
+            continue;
+        }
+        const double exact = contour_exchange(p, q).value;
+        for (const double tolerance : {1e-3, 1e-6, 1e-9}) {
+            const Estimate fast = unblocked_exchange(P, Q, tolerance);
+            EXPECT_NEAR(fast.value, exact, tolerance + 1e-13) << k;
+            EXPECT_LE(std::abs(fast.value - exact), fast.error + 1e-13) << k;
+        }
+        ++compared;
+    }
+    EXPECT_GT(compared, 200);
+}
+
+} // namespace
+} // namespace difusa::contour_test
