@@ -5,6 +5,7 @@
 #include <difusa/mesh/surface_sampling.h>
 
 #include <support/plugins.h>
+#include <support/rooms.h>
 #include <support/sited.h>
 
 #include <meshes.h>

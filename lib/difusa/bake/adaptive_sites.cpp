@@ -18,6 +18,8 @@ namespace {
 /// The sites of the pilots one by one, of those wanted. The first are evenly spaced, and stay.
 constexpr std::array<double, 2> pilot_shares{0.25, 0.5};
 constexpr std::size_t least_pilot_rays = 64, pilot_rays_part = 4;
+static_assert(pilot_shares[0] + pilot_shares[1] == pilot_sites &&
+              pilot_sites / static_cast<double>(pilot_rays_part) == pilot_rays);
 
 /// What a pilot bakes: the scene with few rays and the default elements.
 BakeOptions pilot_options(const BakeOptions& options) {

@@ -8,6 +8,9 @@
 
 namespace difusa {
 
+/// What the pilots take, of the rays and of the points and surfels of the bake.
+inline constexpr double pilot_rays = 0.1875, pilot_sites = 0.75;
+
 /// As many sites as `place_sites` would place, graded by pilot bakes of the lights that the scene has: a sixteenth of
 /// the sites, evenly spaced, and then a quarter, graded, each with fewer rays. What a pilot's light at a site differs
 /// from what the other sites say of it (discretisation/grading.h), reflected, is the size of the error there. Phases of

@@ -1,7 +1,9 @@
 #include <difusa/bake/cost.h>
 
+#include <difusa/bake/adaptive_sites.h>
 #include <difusa/core/memory.h>
 #include <difusa/discretisation/discretisation.h>
+#include <difusa/lighting/surfel_light.h>
 #include <difusa/mesh/output_mesh.h>
 #include <difusa/mesh/surface_sampling.h>
 #include <difusa/radiosity/error_points.h>
@@ -22,10 +24,10 @@ constexpr double other_work = 1.25;        ///< factor on the time of the rays
 
 /// How expensive direct light is to evaluate.
 struct ShadowRays {
-    double samples;     ///< per surfel
+    bool every_surfel;  ///< lies in a penumbra
     std::size_t rounds; ///< towards area lights, per point
 };
-constexpr ShadowRays most{20.0, AreaLights::most_rounds}, usual{6.0, 2};
+constexpr ShadowRays most{true, AreaLights::most_rounds}, usual{false, 2};
 constexpr std::size_t rays_of_round = 64;
 
 /// Number of surfels to expect; an upper estimate.
@@ -53,12 +55,17 @@ double surfels_of(const Mesh& mesh, double edge) {
 std::size_t segments_for(std::size_t sites, const BakeResult& result, const Choices& choices, const DirectLight& lights,
                          const ShadowRays& needed) {
     const std::size_t points = gather_points(choices.elements.projection, sites);
+    const SurfelSamples samples = SurfelSamples::of(lights.rays_per_sample());
+    const std::size_t on_surfel = samples.pilot + (needed.every_surfel ? samples.edge : samples.even);
     const double on_surfels = surfels_of(result.scene->mesh, Discretisation::surfel_edge(result.options.spacing)) *
-                              needed.samples * static_cast<double>(lights.rays_per_sample());
+                              static_cast<double>(on_surfel * lights.rays_per_sample());
     std::size_t segments =
         static_cast<std::size_t>(on_surfels) + points * lights.rays_per_point(needed.rounds * rays_of_round);
     if (lights.any()) {
         segments += points * ((result.options.rays + 1) / 2); // towards samples on bright surfels
+    }
+    if (result.options.adaptive) {
+        segments += static_cast<std::size_t>(pilot_sites * static_cast<double>(segments));
     }
     return choices.pairwise ? segments + sites * (sites - 1) / 2 : segments;
 }
@@ -91,6 +98,9 @@ BakeEstimate estimate_cost(const BakeResult& result, const Choices& choices, con
     const std::size_t points = gather_points(choices.elements.projection, sites);
     const auto n = static_cast<double>(sites), rays = static_cast<double>(result.options.rays);
     estimate.rays = points * result.options.rays;
+    if (result.options.adaptive) {
+        estimate.rays += static_cast<std::size_t>(pilot_rays * n * rays);
+    }
     estimate.segments = segments_for(sites, result, choices, lights, most);
     estimate.transport_bytes =
         static_cast<double>(points) * rays * bytes_per_ray +

@@ -13,8 +13,6 @@ namespace {
 
 constexpr std::size_t surfels_at_once = 256;
 constexpr std::size_t material_samples = 16;
-constexpr std::size_t pilot_samples = 4; ///< of direct light: these tell how many are needed
-constexpr std::size_t even_samples = 12, edge_samples = 96;
 constexpr double uneven = 0.1;
 
 /// Points spread evenly over a surfel.
@@ -32,7 +30,8 @@ void spread(const Surfels& surfels, const std::vector<Surfels::Piece>& pieces, s
 class Averages {
   public:
     Averages(const Scene& scene, const Surfels& surfels, const DirectLight& light, int channels)
-        : scene_(scene), surfels_(surfels), light_(light), channels_(channels), H_(light.sets().count()) {}
+        : scene_(scene), surfels_(surfels), light_(light), channels_(channels),
+          samples_(SurfelSamples::of(light.rays_per_sample())), H_(light.sets().count()) {}
 
     std::size_t cast() const { return worker_.cast + worker_.area_lights.cast; }
 
@@ -106,13 +105,12 @@ class Averages {
         return most - least <= uneven * most;
     }
 
-    /// The samples that decide how many are taken do not count: the mean would be biased.
     void average_direct(Index s, RandomStream& stream, SurfelLight& result) {
         const std::size_t cast_before = cast();
-        std::size_t count = pilot_samples;
+        std::size_t count = samples_.pilot;
         const bool even = sample(count, stream);
         if (cast() > cast_before) {
-            count = even ? even_samples : edge_samples;
+            count = even ? samples_.even : samples_.edge;
             sample(count, stream);
         }
         result.from_outside.row(s) = (outside_ / static_cast<double>(count)).head(channels_).matrix().transpose();
@@ -126,6 +124,7 @@ class Averages {
     const Surfels& surfels_;
     const DirectLight& light_;
     int channels_;
+    SurfelSamples samples_;
     DirectLight::Worker worker_;
     std::vector<Surfels::Piece> pieces_;
     std::vector<SurfacePoint> points_;
@@ -134,6 +133,16 @@ class Averages {
 };
 
 } // namespace
+
+SurfelSamples SurfelSamples::of(std::size_t rays) {
+    constexpr std::size_t few_rays = 8, least_even = 4, least_edge = 16;
+    SurfelSamples samples;
+    if (rays > few_rays) {
+        samples.even = std::max(least_even, samples.even * few_rays / rays);
+        samples.edge = std::max(least_edge, samples.edge * few_rays / rays);
+    }
+    return samples;
+}
 
 Values SurfelLight::first_bounce() const {
     Values product = direct;

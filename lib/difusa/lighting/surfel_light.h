@@ -22,9 +22,20 @@ struct SurfelLight {
     Values first_bounce() const;
 };
 
-/// Constants are averaged exactly; textures, patterns and corner colours over 16 points. Direct light is sampled at
-/// four points of each surfel and, if these differ by more than a tenth of the brightest, as at a shadow edge, at 16
-/// more.
+/// How many points of a surfel direct light is sampled at. A pilot decides how many follow, and is the result itself if
+/// nothing can come between the surfel and the lights. Otherwise it does not count, because the mean would be biased:
+/// `even` points follow where the pilot's differ by at most a tenth of the brightest, and `edge` in penumbrae and at
+/// the edges of shadows; fewer where each of them takes many shadow rays.
+struct SurfelSamples {
+    std::size_t pilot = 4, even = 12, edge = 96;
+
+    /// `rays`: DirectLight::rays_per_sample. With up to eight of them, the above; half of that with twice as many, ...,
+    /// but at least 4 and 16.
+    static SurfelSamples of(std::size_t rays);
+};
+
+/// Constants are averaged exactly; textures, patterns and corner colours over 16 points, direct light over those of
+/// SurfelSamples.
 SurfelLight light_on_surfels(const Scene& scene, const Surfels& surfels, const DirectLight& light, int channels,
                              std::uint64_t seed, const Execution& execution);
 
