@@ -161,8 +161,9 @@ Input read(const Arguments& a, const difusa::Registry& registry, const difusa::E
     }
     for (const difusa::Finding& finding : diagnosed.diagnosis.findings) {
         input.has_borders = input.has_borders || finding.code == "border-edges";
-        if (finding.repaired) {
-            execution.note(finding.message());
+        // Polygons and borders are not defects.
+        if (finding.repaired || (finding.code != "polygons" && finding.code != "border-edges")) {
+            execution.note((finding.repaired ? "repaired: " : "noticed: ") + finding.message());
         }
     }
     return input;
@@ -210,10 +211,8 @@ void print(const Arguments& a, const Input& input, const difusa::FormFactors& F,
     std::cout << "\ntime: " << text_of(seconds) << " s for the form factors\nwritten: " << a.out.string() << "\n";
 }
 
-void run(const Arguments& a) {
-    check(a);
+void compute(const Arguments& a, difusa::TerminalProgress& progress) {
     const difusa::Registry registry = difusa::Registry::load(a.run.plugin_path);
-    difusa::TerminalProgress progress(a.run.quiet);
     const difusa::Execution execution{a.run.threads, &progress};
     const Input input = read(a, registry, execution);
     const difusa::Surfaces surfaces = surfaces_of(a, input);
@@ -236,16 +235,29 @@ void run(const Arguments& a) {
     const bool dense = a.layout == "dense";
     difusa::write_form_factors(F, surfaces, dense ? difusa::FormFactorLayout::dense : difusa::FormFactorLayout::sparse,
                                a.out);
-    progress.clear();
     if (a.run.quiet) {
         return;
     }
+    progress.print_remarks();
     if (correction) {
         std::cout << "closure: form factors changed by at most " << difusa::text_of(correction->largest) << ", "
                   << difusa::text_of(100.0 * correction->rms_relative) << " % rms; row sums are 1 within "
                   << difusa::text_of(correction->row_sum_error) << "\n";
     }
     print(a, input, F, surfaces, took.count());
+}
+
+void run(const Arguments& a) {
+    check(a);
+    difusa::TerminalProgress progress(a.run.quiet);
+    try {
+        compute(a, progress);
+    } catch (const difusa::Error& error) {
+        if (!a.run.quiet && error.code() != difusa::ExitCode::interrupted) {
+            progress.print_remarks();
+        }
+        throw;
+    }
 }
 
 } // namespace form_factors

@@ -28,6 +28,14 @@ OFF
 4 1 5 6 2
 END
 
+# What is repaired in a mesh is said, whether or not the factors can be computed from it.
+expect_exit 0 "$factors" "$DIFUSA_DATA/ugly.off" ugly.csv --tolerance 1e-3
+expect_text stderr "note: repaired: "
+expect_exit 0 "$factors" "$DIFUSA_DATA/ugly.off" ugly.csv --tolerance 1e-3 --quiet
+[ ! -s stderr ] || fail "--quiet says something: $(cat stderr)"
+expect_exit 2 "$factors" "$DIFUSA_DATA/ugly.off" ugly.npz --tolerance 1e-3 --close
+expect_text stderr "note: repaired: " "closure can only be enforced"
+
 # Wrong command lines.
 refuse 1 "a mesh file is expected"
 refuse 1 "an output file is expected" cube.off
