@@ -279,8 +279,8 @@ void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::stri
     add_site_arguments(app, options, discretisation);
     app.add_flag(
            "--adaptive", options.adaptive,
-           "place the sites where they help: as many, but dense where the light varies, as pilot bakes with fewer "
-           "sites and rays tell")
+           "place the sites where they help: the same number, denser where two short pilot bakes find that the light "
+           "varies")
         ->group(discretisation);
     add_name(app, "--projection", options.projection,
              "how coefficients are computed from the light: natural (values at the sites, or a solve if the basis "

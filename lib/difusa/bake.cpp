@@ -52,6 +52,8 @@ void finish(BakeResult& result, const Registry& registry, Choices& choices, cons
     const DirectLight lights(*result.scene, tracer);
     const LitSurface lit = lit_surface(result, lights, tracer, execution);
     const auto solve = [&](BakeResult& attempt, const Execution& own) {
+        // An accuracy can be ordered from any sampler.
+        attempt.options.adaptive = attempt.options.adaptive && !choices.sampler->needs_visibility();
         const Placed placed{attempt.options.adaptive ? place_adaptively(attempt, registry, choices, lit, tracer, own)
                                                      : place_sites(attempt, choices, lit, own),
                             lit.dark_area};

@@ -36,6 +36,7 @@ expect_text graded.json '"adaptive": true' '"pilot bake"'
 expect_exit 0 "$bake" "$box" out.vtp --sites 400 --rays 64 --report even.json
 awk -v a="$(entry graded.json count)" -v b="$(entry even.json count)" 'BEGIN { exit !(a > 0.6 * b && a < 1.6 * b) }' ||
     fail "$(entry graded.json count) graded sites instead of about $(entry even.json count)"
+expect_refusal 1 "which --sampler view-driven does not place" "$bake" "$box" out.vtp --adaptive --sampler view-driven
 expect_refusal 1 "--adaptive: cannot be combined with --error" "$bake" "$box" out.vtp --adaptive --error 1%
 
 # Without an estimate nothing is said, and nothing written.

@@ -36,6 +36,33 @@ expect_exit 0 "$factors" "$DIFUSA_DATA/ugly.off" ugly.csv --tolerance 1e-3 --qui
 expect_exit 2 "$factors" "$DIFUSA_DATA/ugly.off" ugly.npz --tolerance 1e-3 --close
 expect_text stderr "note: repaired: " "closure can only be enforced"
 
+# Nothing sees anything: empty arrays have checksums, too.
+printf 'OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n' >plate.off
+expect_exit 0 "$factors" plate.off plate.npz
+if command -v python3 >/dev/null; then
+    python3 -c 'import zipfile; assert zipfile.ZipFile("plate.npz").testzip() is None' || fail "a damaged plate.npz"
+fi
+
+# Overlapping faces: two on the same side of an edge, one on the other, under a ceiling.
+cat >overlap.off <<'END'
+OFF
+9 4 0
+0 0 0
+1 0 0
+0.5 1 0
+0.3 0.8 0
+0.5 -1 0
+-1 -1 1
+2 -1 1
+2 2 1
+-1 2 1
+3 0 1 2
+3 0 1 3
+3 1 0 4
+4 5 8 7 6
+END
+expect_exit 0 "$factors" overlap.off overlap.csv --tolerance 1e-4
+
 # Wrong command lines.
 refuse 1 "a mesh file is expected"
 refuse 1 "an output file is expected" cube.off

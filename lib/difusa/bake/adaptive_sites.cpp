@@ -17,20 +17,17 @@ namespace {
 
 /// The sites of the pilots one by one, of those wanted. The first are evenly spaced, and stay.
 constexpr std::array<double, 2> pilot_shares{0.25, 0.5};
-constexpr std::size_t least_pilot_rays = 64, pilot_rays_part = 4;
-static_assert(pilot_shares[0] + pilot_shares[1] == pilot_sites &&
-              pilot_sites / static_cast<double>(pilot_rays_part) == pilot_rays);
+static_assert(pilot_shares[0] + pilot_shares[1] == pilot_sites);
 
 /// What a pilot bakes: the scene with few rays and the default elements.
 BakeOptions pilot_options(const BakeOptions& options) {
     BakeOptions own = options;
-    own.rays = std::max(least_pilot_rays, options.rays / pilot_rays_part);
+    own.rays = pilot_rays(options.rays);
     own.sites = 0; // at spacings of their own
     own.basis.clear();
     own.projection.clear();
     own.transport = BakeOptions().transport;
     own.kernel.clear();
-    own.direct = BakeOptions().direct;
     own.target.reset();
     own.light_groups = false;
     own.goals.clear();

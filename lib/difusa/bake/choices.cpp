@@ -48,6 +48,10 @@ Choices make_choices(const Registry& registry, const BakeOptions& options) {
     choices.flip = flip == "all" ? Flip::all : flip == "none" ? Flip::nothing : Flip::certain;
 
     make(choices.sampler, options.sampler);
+    if (options.adaptive && choices.sampler->needs_visibility()) {
+        throw UsageError("--adaptive: adds sites to ones that cover the whole surface evenly, which --sampler " +
+                         options.sampler + " does not place; omit one of them");
+    }
     const std::string sure = "normalized-radial", accurate = "moving-least-squares";
     const std::string basis = !options.basis.empty() ? options.basis : choices.pairwise ? sure : accurate;
     choices.elements = make_elements(registry, basis, options.projection);

@@ -99,7 +99,7 @@ BakeEstimate estimate_cost(const BakeResult& result, const Choices& choices, con
     const auto n = static_cast<double>(sites), rays = static_cast<double>(result.options.rays);
     estimate.rays = points * result.options.rays;
     if (result.options.adaptive) {
-        estimate.rays += static_cast<std::size_t>(pilot_rays * n * rays);
+        estimate.rays += static_cast<std::size_t>(pilot_sites * n) * pilot_rays(result.options.rays);
     }
     estimate.segments = segments_for(sites, result, choices, lights, most);
     estimate.transport_bytes =

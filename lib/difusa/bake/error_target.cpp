@@ -102,6 +102,13 @@ class TargetSearch {
             effort.error_points <= last.effort.error_points) {
             return "more than " + std::to_string(target_.most_sites) + " sites are needed";
         }
+        if (attempts_.size() > 1) {
+            const Effort& before = attempts_[attempts_.size() - 2].effort;
+            if (last.effort.sites <= before.sites && last.effort.rays <= before.rays &&
+                last.effort.error_points <= before.error_points) {
+                return "no further sites are found where they would help";
+            }
+        }
         const double of_basis_alone =
             last.rms * std::sqrt(1.0 - last.noise_share) *
             std::pow(static_cast<double>(last.effort.sites) / static_cast<double>(target_.most_sites), 0.5 * of_basis);

@@ -133,6 +133,7 @@ class TransportReader {
                               coordinates[2 * i + 1]};
             constexpr double rounding = 1e-9;
             if (!(std::abs(site.normal.norm() - 1.0) <= rounding) || !(sites->radius[i] > 0.0) ||
+                (!saved_.options.adaptive && !(sites->radius[i] >= sites->spacing)) ||
                 !(site.u >= -rounding && site.v >= -rounding && site.u + site.v <= 1.0 + rounding)) {
                 file_.refuse("/sites",
                              "has a site, number " + std::to_string(i) +

@@ -145,7 +145,8 @@ class FlatPartMerger {
         for (std::size_t i = 0; i < loops_.size(); ++i) {
             for (std::size_t k = 0; k < loops_[i].size(); ++k) {
                 const auto across = owner_.find({loops_[i][(k + 1) % loops_[i].size()], loops_[i][k]});
-                if (across == owner_.end() || across->second == i) {
+                // Where faces overlap, two polygons have the same edge: one of them may have been merged already.
+                if (across == owner_.end() || across->second == i || loops_[across->second].empty()) {
                     continue;
                 }
                 const std::size_t j = across->second;

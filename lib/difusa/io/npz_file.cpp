@@ -21,6 +21,9 @@ void append_little(std::string& bytes, std::uint32_t value, unsigned count) {
 }
 
 std::uint32_t crc_of(std::uint32_t crc, std::string_view bytes) {
+    if (bytes.empty()) { // whose address may be null: zlib would begin anew
+        return crc;
+    }
     return static_cast<std::uint32_t>(crc32_z(crc, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
 

@@ -109,7 +109,7 @@ class Averages {
         const std::size_t cast_before = cast();
         std::size_t count = samples_.pilot;
         const bool even = sample(count, stream);
-        if (cast() > cast_before) {
+        if (!even || cast() > cast_before) {
             count = even ? samples_.even : samples_.edge;
             sample(count, stream);
         }

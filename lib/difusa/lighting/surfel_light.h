@@ -23,9 +23,9 @@ struct SurfelLight {
 };
 
 /// How many points of a surfel direct light is sampled at. A pilot decides how many follow, and is the result itself if
-/// nothing can come between the surfel and the lights. Otherwise it does not count, because the mean would be biased:
-/// `even` points follow where the pilot's differ by at most a tenth of the brightest, and `edge` in penumbrae and at
-/// the edges of shadows; fewer where each of them takes many shadow rays.
+/// it is even and nothing can come between the surfel and the lights. Otherwise it does not count, because the mean
+/// would be biased: `even` points follow where the pilot's differ by at most a tenth of the brightest, and `edge` in
+/// penumbrae and at the edges of shadows; fewer where each of them takes many shadow rays.
 struct SurfelSamples {
     std::size_t pilot = 4, even = 12, edge = 96;
 
