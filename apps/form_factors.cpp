@@ -161,9 +161,8 @@ Input read(const Arguments& a, const difusa::Registry& registry, const difusa::E
     }
     for (const difusa::Finding& finding : diagnosed.diagnosis.findings) {
         input.has_borders = input.has_borders || finding.code == "border-edges";
-        // Polygons and borders are not defects.
-        if (finding.repaired || (finding.code != "polygons" && finding.code != "border-edges")) {
-            execution.note((finding.repaired ? "repaired: " : "noticed: ") + finding.message());
+        if (const std::string remark = finding.remark(); !remark.empty()) {
+            execution.note(remark);
         }
     }
     return input;
@@ -250,14 +249,7 @@ void compute(const Arguments& a, difusa::TerminalProgress& progress) {
 void run(const Arguments& a) {
     check(a);
     difusa::TerminalProgress progress(a.run.quiet);
-    try {
-        compute(a, progress);
-    } catch (const difusa::Error& error) {
-        if (!a.run.quiet && error.code() != difusa::ExitCode::interrupted) {
-            progress.print_remarks();
-        }
-        throw;
-    }
+    progress.watch([&] { compute(a, progress); });
 }
 
 } // namespace form_factors

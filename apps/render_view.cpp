@@ -371,17 +371,12 @@ void run(Arguments& a) {
     };
     difusa::BakeResult result;
     difusa::View view;
-    try {
+    progress.watch([&] {
         result = difusa::bake(registry, a.mesh, options, execution);
         execution.phase("look");
         choose_element(a, *result.sites, shows);
         view = look(result, a.view, shows, execution);
-    } catch (const difusa::Error& error) {
-        if (!a.run.quiet && error.code() != ExitCode::interrupted) {
-            progress.print_remarks();
-        }
-        throw;
-    }
+    });
 
     execution.phase("develop");
     const double exposure = exposure_for(a, view);

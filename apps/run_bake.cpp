@@ -47,14 +47,7 @@ void run_bake(const BakeFiles& files, const RunArguments& run, bool verbose,
     TerminalProgress progress(run.quiet);
     const Execution execution{run.threads, &progress};
     BakeResult result;
-    try {
-        result = bake(execution);
-    } catch (const Error& error) {
-        if (!run.quiet && error.code() != ExitCode::interrupted) {
-            progress.print_remarks();
-        }
-        throw;
-    }
+    progress.watch([&] { result = bake(execution); });
     write_bake(result, files, execution);
     progress.clear();
     if (!run.quiet) {

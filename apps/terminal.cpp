@@ -102,6 +102,17 @@ void TerminalProgress::print_remarks() {
     }
 }
 
+void TerminalProgress::watch(const std::function<void()>& work) {
+    try {
+        work();
+    } catch (const Error& error) {
+        if (!silent_ && error.code() != ExitCode::interrupted) {
+            print_remarks();
+        }
+        throw;
+    }
+}
+
 bool TerminalProgress::cancelled() const {
     return interrupted != 0;
 }

@@ -25,8 +25,11 @@ class TerminalProgress final : public Progress {
     void remark(std::string_view what) override;
     bool cancelled() const override;
 
-    /// Prints the notes on standard error: for runs that fail before they could report them.
+    /// Prints the notes on standard error.
     void print_remarks();
+
+    /// Does `work`; if it fails, other than by interruption, prints the notes, unless silent: it could not report them.
+    void watch(const std::function<void()>& work);
 
     /// Clears the progress line on the terminal.
     void clear();

@@ -52,24 +52,7 @@ tetrahedron 0 1e-50 >tiny.off
 expect_exit 0 "$bake" tiny.off small.ply $small
 
 # A closed box of which all faces look inward: no sky comes in, and nothing emits.
-cat >closed.off <<'BOX'
-OFF
-8 6 0
-0 0 0
-1 0 0
-1 1 0
-0 1 0
-0 0 1
-1 0 1
-1 1 1
-0 1 1
-4 0 1 2 3
-4 4 7 6 5
-4 0 4 5 1
-4 1 5 6 2
-4 2 6 7 3
-4 3 7 4 0
-BOX
+closed_cube >closed.off
 expect_refusal 2 "no light reaches the front of any face" "$bake" closed.off kept.ply $small --flip none
 expect_text message Ke
 expect_exit 0 "$bake" closed.off flipped.ply $small # light meets its backs alone

@@ -9,24 +9,7 @@ refuse() { # refuse CODE TEXT ARGUMENT...
 }
 
 # A unit cube seen from inside, six squares: two tenths to each other side.
-cat >cube.off <<'END'
-OFF
-8 6 0
-0 0 0
-1 0 0
-1 1 0
-0 1 0
-0 0 1
-1 0 1
-1 1 1
-0 1 1
-4 0 1 2 3
-4 4 7 6 5
-4 0 4 5 1
-4 3 2 6 7
-4 0 3 7 4
-4 1 5 6 2
-END
+closed_cube >cube.off
 
 # What is repaired in a mesh is said, whether or not the factors can be computed from it.
 expect_exit 0 "$factors" "$DIFUSA_DATA/ugly.off" ugly.csv --tolerance 1e-3

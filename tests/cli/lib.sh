@@ -89,3 +89,25 @@ expect_other_field() {
 }
 
 touch before after message stdout stderr
+
+# closed_cube: the unit cube, all of whose faces look inward, as an OFF file.
+closed_cube() {
+    cat <<'CUBE'
+OFF
+8 6 0
+0 0 0
+1 0 0
+1 1 0
+0 1 0
+0 0 1
+1 0 1
+1 1 1
+0 1 1
+4 0 1 2 3
+4 4 7 6 5
+4 0 4 5 1
+4 3 2 6 7
+4 0 3 7 4
+4 1 5 6 2
+CUBE
+}

@@ -48,6 +48,15 @@ double between(const Mesh& mesh, const SurfacePoint& x, const SurfacePoint& y) {
     return site_distance(x.position, x.normal, mesh.region[x.face], y.position, y.normal, mesh.region[y.face]);
 }
 
+/// The values f(p) at the sites, a column for each component.
+template <class Function> Values at_sites(const SiteSet& sites, Eigen::Index columns, const Function& f) {
+    Values values(static_cast<Eigen::Index>(sites.size()), columns);
+    for (std::size_t i = 0; i < sites.size(); ++i) {
+        values.row(static_cast<Eigen::Index>(i)) = f(sites.points[i].position);
+    }
+    return values;
+}
+
 std::vector<Mesh> meshes() {
     return {test::grid(1, 1), test::box(1.0, 3), test::icosphere(3, 0.5), test::room_with_block()};
 }
@@ -174,10 +183,7 @@ TEST(Grading, LeaveOneOutIsWhatTheOtherSitesSay) {
     const SiteSet sites = test::poisson_sites(mesh, 0.1);
     const auto basis = test::plugin<Basis>("normalized-radial");
     basis->bind(mesh, sites);
-    Values f(static_cast<Eigen::Index>(sites.size()), 1);
-    for (std::size_t i = 0; i < sites.size(); ++i) {
-        f(static_cast<Eigen::Index>(i), 0) = std::sin(9.0 * sites.points[i].position[0]);
-    }
+    const Values f = at_sites(sites, 1, [](const Vec3& p) { return Values::Constant(1, 1, std::sin(9.0 * p[0])); });
     const Values residual = leave_one_out(*basis, sites, f, Execution{});
     for (std::size_t i = 0; i < sites.size(); ++i) {
         BasisRow row;
@@ -199,11 +205,7 @@ TEST(Grading, LeaveOneOutVanishesForWhatTheBasisReproduces) {
     const SiteSet sites = test::poisson_sites(mesh, 0.1);
     const auto basis = test::plugin<Basis>("moving-least-squares");
     basis->bind(mesh, sites);
-    Values f(static_cast<Eigen::Index>(sites.size()), 2);
-    for (std::size_t i = 0; i < sites.size(); ++i) {
-        const Vec3& p = sites.points[i].position;
-        f.row(static_cast<Eigen::Index>(i)) << 1.0, 2.0 - 3.0 * p[0] + p[1];
-    }
+    const Values f = at_sites(sites, 2, [](const Vec3& p) { return Eigen::RowVector2d(1.0, 2.0 - 3.0 * p[0] + p[1]); });
     const Values residual = leave_one_out(*basis, sites, f, Execution{});
     for (std::size_t i = 0; i < sites.size(); ++i) {
         const Vec3& p = sites.points[i].position;

@@ -30,10 +30,6 @@ BakeOptions pilot_options(const BakeOptions& options) {
     own.kernel.clear();
     own.target.reset();
     own.light_groups = false;
-    own.goals.clear();
-    own.at.clear();
-    own.grids.clear();
-    own.final_gather = 0;
     return own;
 }
 
@@ -85,7 +81,7 @@ std::shared_ptr<SiteSet> place_adaptively(BakeResult& result, const Registry& re
         solve_placed(pilot, rough, {sites, lit.dark_area}, transport_by_rays(pilot, rough, tracer), own);
         std::vector<double> spacing(sites->size(), largest);
         for (std::size_t i = 0; size && i < spacing.size(); ++i) {
-            spacing[i] = SizeField::rounded(largest, size->at(sites->points[i].position, sites->region[i]));
+            spacing[i] = size->placed_at(sites->points[i].position, sites->region[i]);
         }
         const double next = k + 1 < pilot_shares.size() ? pilot_shares[k + 1] : 1.0;
         const double wanted = next / pilot_shares.front() * static_cast<double>(even.size());

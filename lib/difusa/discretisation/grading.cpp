@@ -48,22 +48,22 @@ SizeField graded_spacing(const SiteSet& sites, const std::vector<double>& own, c
     const std::size_t n = sites.size();
     DIFUSA_REQUIRE(n > 0 && own.size() == n && error.size() == n);
     const auto unscaled = [&](std::size_t i) { return std::sqrt(own[i] / error[i]); };
-    const auto field_of = [&](double factor) {
+    SizeField field(sites.points, sites.region, std::vector<double>(n, largest), largest, region_count);
+    const auto scale = [&](double factor) {
         std::vector<double> sizes(n);
         for (std::size_t i = 0; i < n; ++i) {
             const double least = finest * own[i];
             sizes[i] = error[i] > 0.0 ? std::clamp(factor * unscaled(i), least, std::max(least, largest)) : largest;
         }
-        return SizeField(sites.points, sites.region, std::move(sizes), largest, region_count);
+        field.assign(std::move(sizes));
     };
     // Each of the sites stands for as many new ones as the squares of the spacings say.
     std::vector<double> share(n);
     const auto sites_with = [&](double factor) {
-        const SizeField field = field_of(factor);
+        scale(factor);
         parallel_for(n, sites_at_once, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
             for (std::size_t i = begin; i < end; ++i) {
-                const double ratio =
-                    own[i] / SizeField::rounded(largest, field.at(sites.points[i].position, sites.region[i]));
+                const double ratio = own[i] / field.placed_at(sites.points[i].position, sites.region[i]);
                 share[i] = ratio * ratio;
             }
         });
@@ -82,13 +82,14 @@ SizeField graded_spacing(const SiteSet& sites, const std::vector<double>& own, c
         }
     }
     if (!(high > 0.0)) {
-        return field_of(1.0);
+        return field;
     }
     while (high > 1.01 * low) {
         const double middle = std::sqrt(low) * std::sqrt(high);
         (sites_with(middle) > wanted ? low : high) = middle;
     }
-    return field_of(high);
+    scale(high);
+    return field;
 }
 
 } // namespace difusa

@@ -17,20 +17,29 @@ constexpr std::size_t nearest_points = 16;
 
 SizeField::SizeField(std::vector<SurfacePoint> points, const std::vector<Index>& region, std::vector<double> sizes,
                      double largest, Index region_count)
-    : points_(std::move(points)), sizes_(std::move(sizes)), largest_(largest), smallest_(largest) {
-    DIFUSA_REQUIRE(points_.size() == sizes_.size() && points_.size() == region.size());
+    : points_(std::move(points)), largest_(largest), smallest_(largest) {
+    DIFUSA_REQUIRE(points_.size() == region.size());
+    assign(std::move(sizes));
     std::vector<std::vector<Index>> members(region_count);
     for (std::size_t i = 0; i < points_.size(); ++i) {
         members[region[i]].push_back(static_cast<Index>(i));
-        smallest_ = std::min(smallest_, sizes_[i]);
     }
-    DIFUSA_REQUIRE(smallest_ > 0.0);
     trees_.resize(region_count);
     for (Index r = 0; r < region_count; ++r) {
         if (!members[r].empty()) {
             trees_[r].emplace(points_, std::move(members[r]));
         }
     }
+}
+
+void SizeField::assign(std::vector<double> sizes) {
+    DIFUSA_REQUIRE(points_.size() == sizes.size());
+    sizes_ = std::move(sizes);
+    smallest_ = largest_;
+    for (const double size : sizes_) {
+        smallest_ = std::min(smallest_, size);
+    }
+    DIFUSA_REQUIRE(smallest_ > 0.0);
 }
 
 double SizeField::at(const Vec3& x, Index region) const {

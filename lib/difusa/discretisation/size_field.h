@@ -25,8 +25,14 @@ class SizeField {
     SizeField(std::vector<SurfacePoint> points, const std::vector<Index>& region, std::vector<double> sizes,
               double largest, Index region_count);
 
+    /// Other sizes at the same points.
+    void assign(std::vector<double> sizes);
+
     /// s(x); `largest` on a region without points.
     double at(const Vec3& x, Index region) const;
+
+    /// The spacing that sites are placed at around x: s(x), rounded.
+    double placed_at(const Vec3& x, Index region) const { return rounded(largest_, at(x, region)); }
 
     double largest() const { return largest_; }
     double smallest() const { return smallest_; }

@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 namespace difusa {
 
@@ -28,7 +30,7 @@ struct ExchangeMatrix {
                 const Index j = row.column[e];
                 const double G = 0.5 * (F.area[i] * row.factor[e] + F.area[j] * F.at(j, i));
                 add(i, j, G);
-                if (j != i && !has(F, j, i)) {
+                if (j != i && !F.find(j, i)) {
                     add(j, static_cast<Index>(i), G);
                 }
             }
@@ -49,10 +51,6 @@ struct ExchangeMatrix {
     }
 
   private:
-    static bool has(const FormFactors& F, std::size_t i, std::size_t j) {
-        const auto& column = F.rows[i].column;
-        return std::binary_search(column.begin(), column.end(), static_cast<Index>(j));
-    }
     void add(std::size_t i, Index j, double G) {
         rows[i].column.push_back(j);
         rows[i].factor.push_back(G);
@@ -140,7 +138,8 @@ ClosureCorrection enforce_closure(FormFactors& F, double largest_gap) {
     for (std::size_t i = 0; i < F.size(); ++i) {
         for (std::size_t e = 0; e < G.rows[i].column.size(); ++e) {
             const Index j = G.rows[i].column[e];
-            const double before = F.at(i, j);
+            const std::optional<std::size_t> known = F.find(i, j);
+            const double before = known ? F.rows[i].factor[*known] : 0.0;
             const double X = G.rows[i].factor[e] * (1.0 + l[static_cast<Eigen::Index>(i)] + l[j]);
             const double after = X / F.area[i], change = std::abs(after - before);
             correction.largest = std::max(correction.largest, change);
@@ -149,10 +148,7 @@ ClosureCorrection enforce_closure(FormFactors& F, double largest_gap) {
                 squares += F.area[i] * change * change / before;
                 weights += F.area[i] * before;
             }
-            const auto& columns = F.rows[i].column;
-            const auto known = std::lower_bound(columns.begin(), columns.end(), j);
-            const bool has = known != columns.end() && *known == j;
-            const float error = has ? F.rows[i].error[static_cast<std::size_t>(known - columns.begin())] : 0.0F;
+            const float error = known ? F.rows[i].error[*known] : 0.0F;
             rows[i].column.push_back(j);
             rows[i].factor.push_back(after);
             rows[i].error.push_back(error + static_cast<float>(change));

@@ -310,11 +310,16 @@ std::size_t FormFactors::nonzeros() const {
     return count;
 }
 
-double FormFactors::at(std::size_t i, std::size_t j) const {
+std::optional<std::size_t> FormFactors::find(std::size_t i, std::size_t j) const {
     const std::vector<Index>& column = rows[i].column;
     const auto found = std::lower_bound(column.begin(), column.end(), j);
-    return found != column.end() && *found == j ? rows[i].factor[static_cast<std::size_t>(found - column.begin())]
-                                                : 0.0;
+    return found != column.end() && *found == j ? std::optional(static_cast<std::size_t>(found - column.begin()))
+                                                : std::nullopt;
+}
+
+double FormFactors::at(std::size_t i, std::size_t j) const {
+    const std::optional<std::size_t> entry = find(i, j);
+    return entry ? rows[i].factor[*entry] : 0.0;
 }
 
 double FormFactors::row_sum(std::size_t i) const {

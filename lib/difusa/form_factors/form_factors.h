@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace difusa {
@@ -25,6 +26,9 @@ struct FormFactors {
 
     std::size_t size() const { return rows.size(); }
     std::size_t nonzeros() const;
+
+    /// Where F_ij is in row i, if it is stored.
+    std::optional<std::size_t> find(std::size_t i, std::size_t j) const;
 
     /// F_ij; 0 if it is not stored.
     double at(std::size_t i, std::size_t j) const;

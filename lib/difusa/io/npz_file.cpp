@@ -1,8 +1,7 @@
 #include <difusa/io/npz_file.h>
 
 #include <difusa/core/error.h>
-
-#include <zlib.h>
+#include <difusa/io/checksum.h>
 
 #include <algorithm>
 #include <bit>
@@ -18,13 +17,6 @@ void append_little(std::string& bytes, std::uint32_t value, unsigned count) {
     for (unsigned k = 0; k < count; ++k) {
         bytes += static_cast<char>(value >> (8U * k) & 0xffU);
     }
-}
-
-std::uint32_t crc_of(std::uint32_t crc, std::string_view bytes) {
-    if (bytes.empty()) { // whose address may be null: zlib would begin anew
-        return crc;
-    }
-    return static_cast<std::uint32_t>(crc32_z(crc, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
 
 template <class T> std::string_view bytes_of(std::span<const T> values) {
@@ -102,7 +94,7 @@ void NpzWriter::add(const std::string& name, const std::string& type, const std:
         throw ResourceError(
             "the .npz file would exceed 4 GiB: write .mtx or .csv, the sparse layout, or fewer surfaces");
     }
-    const std::uint32_t crc = crc_of(crc_of(0, start), data);
+    const std::uint32_t crc = crc32_of(data, crc32_of(start));
     entries_.push_back({file_name, crc, static_cast<std::uint32_t>(size), static_cast<std::uint32_t>(written_)});
     const std::string local = "PK\x03\x04" + entry_fields(crc, static_cast<std::uint32_t>(size), file_name.size());
     file_.write(local + file_name + start);

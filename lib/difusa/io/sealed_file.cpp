@@ -2,6 +2,7 @@
 
 #include <difusa/core/error.h>
 #include <difusa/import/file_content.h>
+#include <difusa/io/checksum.h>
 
 #include <charconv>
 #include <cstdint>
@@ -9,15 +10,9 @@
 #include <optional>
 #include <system_error>
 
-#include <zlib.h>
-
 namespace difusa {
 
 namespace {
-
-std::uint32_t crc32_of(std::string_view bytes) {
-    return static_cast<std::uint32_t>(crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
-}
 
 std::string seal_text(const SealKind& kind, unsigned version, std::uint64_t length, std::uint32_t checksum) {
     char hex[16];

@@ -405,9 +405,8 @@ std::string summary_of(const BakeResult& result) {
          << " triangles, area " << result.scene->mesh.area << ", " << result.scene->mesh.region_count
          << (result.scene->mesh.region_count == 1 ? " region" : " regions") << "\n";
     for (const Finding& finding : result.diagnosis.findings) {
-        // Polygons and borders are not defects: the report counts them.
-        if (finding.repaired || (finding.code != "polygons" && finding.code != "border-edges")) {
-            text << (finding.repaired ? "repaired: " : "noticed: ") << finding.message() << "\n";
+        if (const std::string remark = finding.remark(); !remark.empty()) {
+            text << remark << "\n";
         }
     }
     for (const std::string& note : result.journal.notes()) {

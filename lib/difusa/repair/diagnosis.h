@@ -20,6 +20,9 @@ struct Finding {
 
     /// One line for the user: "3 zero-area faces: left out (face 12 (line 40) near (1, 2, 3); ...)".
     std::string message() const;
+
+    /// The same after "repaired: " or "noticed: "; empty for polygons and borders, which are no defects.
+    std::string remark() const;
 };
 
 struct Diagnosis {

@@ -176,4 +176,11 @@ std::string Finding::message() const {
     return text;
 }
 
+std::string Finding::remark() const {
+    if (!repaired && (code == "polygons" || code == "border-edges")) {
+        return "";
+    }
+    return (repaired ? "repaired: " : "noticed: ") + message();
+}
+
 } // namespace difusa
