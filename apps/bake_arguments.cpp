@@ -259,6 +259,14 @@ void add_direct_arguments(CLI::App& app, BakeOptions& options, const std::string
              "ray casting: embree (fast) or cgal (the reference); auto: embree if available, otherwise cgal", group);
 }
 
+void add_mirror_arguments(CLI::App& app, BakeOptions& options, const std::string& group) {
+    add_whole<std::size_t>(app, "--mirror-depth", options.mirror_depth, 1,
+                           "follow light over at most this many mirrors in a row")
+        ->group(group)
+        ->type_name("N")
+        ->default_str(shown(options.mirror_depth));
+}
+
 void add_solver_arguments(CLI::App& app, BakeOptions& options, const std::string& group) {
     add_name(app, "--solver", options.solver, "krylov or jacobi", group);
     add_parsed(app, "--tolerance", options.solve.tolerance,
@@ -297,6 +305,7 @@ void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::stri
         ->default_str(shown(options.rays));
     add_name(app, "--directions", options.directions, "set of ray directions", transport);
     add_light_arguments(app, options, transport);
+    add_mirror_arguments(app, options, transport);
     add_solver_arguments(app, options, transport);
 
     add_scene_arguments(app, options);

@@ -10,9 +10,11 @@ build_packages=(
     libcli11-dev libnanoflann-dev nlohmann-json3-dev
 )
 
-# In addition, to run the tests and checks; formatting and lint depend on the version of clang.
-test_packages=(
-    libgtest-dev libgmock-dev libbenchmark-dev
+# In addition, to build and run the tests.
+test_packages=(libgtest-dev libgmock-dev libbenchmark-dev)
+
+# In addition, for the checks; formatting and lint depend on the version of clang.
+check_packages=(
     clang-14 clang-format-14 clang-tidy-14 libclang-rt-14-dev
 )
 

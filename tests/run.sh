@@ -272,10 +272,7 @@ check_tidy() {
 step "Packages"
 # shellcheck source=apps/install_packages.sh
 . "$root/apps/install_packages.sh"
-packages=("${build_packages[@]}" "${test_packages[@]}")
-[ $viewers = no ] || packages+=("${viewer_packages[@]}")
-install_packages "${packages[@]}"
-[ $viewers = no ] || fetch_paraview_python "$build/viewers/python"
+install_packages "${build_packages[@]}" "${test_packages[@]}"
 
 launcher=()
 if command -v ccache >/dev/null; then
@@ -284,8 +281,21 @@ fi
 
 with_clang=(-DCMAKE_C_COMPILER=clang-14 -DCMAKE_CXX_COMPILER=clang++-14)
 
+# What the release build does not need is installed beside it.
+later_packages=("${check_packages[@]}")
+[ $viewers = no ] || later_packages+=("${viewer_packages[@]}")
+mkdir -p "$build"
+{
+    install_packages "${later_packages[@]}"
+    [ $viewers = no ] || fetch_paraview_python "$build/viewers/python"
+} >"$build/packages.log" 2>&1 &
+installation=$!
+
 step "Build (release)"
 build "$root" "$build/test" -DCMAKE_BUILD_TYPE=Release -DDIFUSA_WARNINGS_AS_ERRORS=ON
+step "Packages for the checks"
+wait $installation || { cat "$build/packages.log" >&2; exit 4; }
+cat "$build/packages.log"
 step "Tests (release)"
 run_ctest "tests (release)" "$build/test"
 
@@ -305,7 +315,8 @@ fi
 if [ $sanitize = yes ]; then
     step "Build (clang, AddressSanitizer, UndefinedBehaviorSanitizer)"
     build "$root" "$build/sanitize" "${with_clang[@]}" -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG="-O1 -g1" \
-        -DDIFUSA_WARNINGS_AS_ERRORS=ON -DDIFUSA_SANITIZE=address,undefined
+        -DDIFUSA_WARNINGS_AS_ERRORS=ON -DDIFUSA_SANITIZE=address,undefined \
+        -DDIFUSA_TEST_OBJECTS="$build/test/tests/difusa_tests.objects"
     step "Tests (under the sanitizers)"
     run_ctest "tests (under the sanitizers)" "$build/sanitize"
 fi

@@ -37,6 +37,7 @@ const std::vector<Kept>& kept() {
         {"cornell_box", [](const Directory& d) { write_scene(cornell_box(), d, "cornell_box"); }},
         {"courtyard", [](const Directory& d) { write_off(courtyard(), d, "courtyard"); }},
         {"furnace_box", [](const Directory& d) { write_obj(furnace_box(), d, "furnace_box"); }},
+        {"mirror_room", [](const Directory& d) { write_scene(mirror_room(), d, "mirror_room"); }},
         {"room", [](const Directory& d) { write_off(room(), d, "room"); }},
         {"room_a", [](const Directory& d) { write_scene(room_a(), d, "room_a"); }},
         {"room_b", [](const Directory& d) { write_scene(room_b(), d, "room_b"); }},

@@ -22,6 +22,9 @@ Scene room_b();
 Scene room_c();
 Scene room_d();
 
+/// A room with a mirror on the wall, and one on a table that throws the sun onto the ceiling.
+Scene mirror_room();
+
 /// A colonnaded hall of some 300,000 triangles, most of them in its sixteen fluted columns.
 Scene hall();
 

@@ -22,6 +22,7 @@ struct Material {
     std::string name;
     Colour reflectance; ///< linear, 0 to 1
     Colour emission;    ///< emitted radiosity, W/m²
+    Colour mirror = {}; ///< specular reflectance
 };
 
 struct Face {

@@ -1,5 +1,6 @@
 #include "write_scene.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -96,10 +97,19 @@ void write_text(const std::string& content, const std::filesystem::path& file) {
 }
 
 void write_obj(const Surface& surface, const std::filesystem::path& directory, const std::string& name) {
-    std::string library = remarks(surface, "# ") + "# Kd: reflectance. Ke: emitted radiosity, W/m^2.\n";
+    const auto is_mirror = [](const Material& material) {
+        return material.mirror.r > 0.0 || material.mirror.g > 0.0 || material.mirror.b > 0.0;
+    };
+    std::string library = remarks(surface, "# ") + "# Kd: reflectance. Ke: emitted radiosity, W/m^2.";
+    library += std::any_of(surface.materials.begin(), surface.materials.end(), is_mirror)
+                   ? " Ks with illum 3: reflectance of a mirror.\n"
+                   : "\n";
     for (const Material& material : surface.materials) {
         library += "\nnewmtl " + material.name + "\nKd " + triple(material.reflectance) + "\nKe " +
                    triple(material.emission) + "\n";
+        if (is_mirror(material)) {
+            library += "Ks " + triple(material.mirror) + "\nillum 3\n";
+        }
     }
     write_text(library, directory / (name + ".mtl"));
 

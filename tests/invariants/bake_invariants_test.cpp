@@ -1,5 +1,7 @@
 // What holds for a whole bake, from file to fields: the same bits for any number of threads and in any power-of-two
 // unit of length, and refusals instead of wrong answers.
+#include "support/sanitized.h"
+
 #include <difusa/bake.h>
 #include <difusa/core/error.h>
 
@@ -149,11 +151,8 @@ TEST(Bake, RefusesTooFineAnOutputFirst) {
     EXPECT_EQ(journal.count_of("rays"), 0U);
 }
 
-#ifdef DIFUSA_SANITIZED // each bake takes ten times as long
-const std::vector<unsigned> thread_counts{3};
-#else
-const std::vector<unsigned> thread_counts{2, 3, 8};
-#endif
+const std::vector<unsigned> thread_counts =
+    test::sanitized() ? std::vector<unsigned>{3} : std::vector<unsigned>{2, 3, 8};
 
 TEST(Bake, HasTheSameBitsForAnyNumberOfThreads) {
     const ScratchDirectory directory;

@@ -1,5 +1,7 @@
 // A lit and a dark room over one floor: no light gets through the wall between, wherever it stands and however finely
 // floor and wall are cut, with any basis.
+#include "support/sanitized.h"
+
 #include <difusa/bake.h>
 #include <difusa/import/shapes.h>
 #include <difusa/mesh/surface_sampling.h>
@@ -109,11 +111,9 @@ double light_in_the_dark(const TwoRooms& rooms, const BakeResult& result, double
     return most;
 }
 
-#ifdef DIFUSA_SANITIZED // the same walls, met by fewer supports
-const std::vector<double> leak_spacings{0.23};
-#else
-const std::vector<double> leak_spacings{0.1, 0.23};
-#endif
+// Under the sanitizers the same walls, met by fewer supports.
+const std::vector<double> leak_spacings =
+    test::sanitized() ? std::vector<double>{0.23} : std::vector<double>{0.1, 0.23};
 
 class LightLeaks : public testing::TestWithParam<std::string> {};
 

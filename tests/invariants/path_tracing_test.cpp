@@ -1,4 +1,6 @@
 // Bakes against plain path tracing, which has nothing in common with them but the rays.
+#include "support/sanitized.h"
+
 #include <difusa/bake.h>
 #include <difusa/core/parallel.h>
 #include <difusa/import/shapes.h>
@@ -16,12 +18,8 @@
 namespace difusa::path_tracing_test {
 namespace {
 
-#ifdef DIFUSA_SANITIZED // ten times as slow: few paths, so a wide margin, and a coarse bake
-constexpr bool sanitized = true;
-#else
-constexpr bool sanitized = false;
-#endif
-constexpr std::size_t paths = sanitized ? 1024 : 65536;
+// Under the sanitizers few paths, so a wide margin, and a coarse bake.
+const std::size_t paths = test::sanitized() ? 1024 : 65536;
 
 /// The tracer itself: a floor under a lamp receives what Lambert says, and no more if all is black.
 TEST(PathTracer, AgreesWithLambert) {
@@ -60,7 +58,7 @@ TEST(PathTracer, AgreesWithTheFurnace) {
 TEST(PathTracing, TheCornellBoxByDefault) {
     BakeOptions options;
     options.error_points = 0;
-    if (sanitized) {
+    if (test::sanitized()) {
         options.sites = 400;
         options.rays = 64;
     }
@@ -98,7 +96,7 @@ TEST(PathTracing, TheCornellBoxByDefault) {
     const double deviation = std::sqrt(variance);
     RecordProperty("rms_error_percent", std::to_string(100.0 * std::sqrt(std::max(0.0, squares) / reflected)));
     RecordProperty("standard_error_percent", std::to_string(100.0 * std::sqrt(noise / reflected)));
-    const double limit = sanitized ? 0.05 : 0.005;
+    const double limit = test::sanitized() ? 0.05 : 0.005;
     EXPECT_LT(squares / reflected, limit * limit + 4.5 * deviation / reflected)
         << "standard error of the paths: " << 100.0 * std::sqrt(noise / reflected) << " %";
 }

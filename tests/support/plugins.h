@@ -3,6 +3,8 @@
 
 #include <difusa/plugin/registry.h>
 
+#include <cstdlib>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -12,6 +14,12 @@ namespace difusa::test {
 inline const Registry& registry() {
     static const Registry all = Registry::load();
     return all;
+}
+
+/// The module made of tests/plugins/`name`.cpp.
+inline std::filesystem::path test_module(const std::string& name) {
+    const char* directory = std::getenv("DIFUSA_TEST_PLUGINS"); // NOLINT(concurrency-mt-unsafe): nobody sets it
+    return std::filesystem::path(directory != nullptr ? directory : DIFUSA_TEST_PLUGINS) / (name + ".so");
 }
 
 /// The plugin "name" or "name:parameter=value,...".

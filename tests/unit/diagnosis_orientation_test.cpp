@@ -7,6 +7,7 @@
 #include "diagnosed.h"
 #include "meshes.h"
 #include "soups.h"
+#include "support/sanitized.h"
 
 namespace difusa::diagnosis_orientation_test {
 namespace {
@@ -122,11 +123,7 @@ TEST(Diagnosis, TouchingTipsAreNonManifoldVertices) {
 
 TEST(Diagnosis, ManyFacesAroundOneVertexOrEdge) {
     // Quadratic work would take hours here, and minutes under the sanitizers.
-#ifdef DIFUSA_SANITIZED
-    constexpr Index n = 30000;
-#else
-    constexpr Index n = 300000;
-#endif
+    const Index n = test::sanitized() ? 30000 : 300000;
     std::vector<Vec3> fan{{0, 0, 1}}, edge{{0, 0, 0}, {0, 0, 1}};
     std::vector<std::vector<Index>> fan_faces, edge_faces;
     for (Index i = 0; i < n; ++i) {

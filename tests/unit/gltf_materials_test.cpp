@@ -150,6 +150,27 @@ TEST(GltfReader, MetalOfATextureIsItsMean) {
     EXPECT_THAT(notes(soup), HasSubstr("metalness has a texture: 1"));
 }
 
+TEST(GltfReader, PolishedMetalsAreMirrors) {
+    const auto material = [](const std::string& pbr) {
+        const PolygonSoup soup = gltf("\"nodes\":[{\"mesh\":0}],\"materials\":[{\"pbrMetallicRoughness\":{" + pbr +
+                                      "}}]," + square_mesh + "," + square().embedded());
+        return std::pair(soup.materials[0], notes(soup));
+    };
+    const std::string colour = "\"baseColorFactor\":[0.5,0.25,1,1],";
+    const auto [mirror, quiet] = material(colour + "\"metallicFactor\":1,\"roughnessFactor\":0");
+    EXPECT_TRUE((mirror.mirror == Rgb(0.5, 0.25, 1.0)).all());
+    EXPECT_TRUE((mirror.reflectance == 0.0).all());
+    EXPECT_EQ(quiet, "");
+    const auto [half, also_quiet] = material(colour + "\"metallicFactor\":0.5,\"roughnessFactor\":0");
+    EXPECT_TRUE((half.mirror == Rgb(0.25, 0.125, 0.5)).all());
+    EXPECT_TRUE((half.reflectance == half.mirror).all());
+    const auto [rough, noted] = material(colour + "\"metallicFactor\":1,\"roughnessFactor\":0.1");
+    EXPECT_TRUE((rough.mirror == 0.0).all());
+    EXPECT_THAT(noted, HasSubstr("only those of roughness 0 are mirrors"));
+    const auto [paint, no_note] = material(colour + "\"metallicFactor\":0,\"roughnessFactor\":0");
+    EXPECT_TRUE((paint.mirror == 0.0).all());
+}
+
 /// Both colours of KHR_materials_pbrSpecularGlossiness, and that they take the place of the others.
 TEST(GltfReader, SpecularGlossiness) {
     const auto material = [](const std::string& gloss, const std::string& name, bool required) {

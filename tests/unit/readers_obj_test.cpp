@@ -332,11 +332,31 @@ TEST(MaterialLibrary, OptionsOfTextures) {
         text += note + "\n";
     }
     EXPECT_THAT(text, AllOf(HasSubstr("unsupported texture options: 2 (first at line 2: '-blendu')"),
-                            HasSubstr("materials that are mirrors (illum 3 with Ks): 1 (first at line 1)"),
-                            HasSubstr("mirrors are not computed")));
+                            HasSubstr("(mirrors, illum 3) add up to more than 1: 1 (first at line 1)"),
+                            HasSubstr("the mirror reflects what Kd leaves")));
     EXPECT_THROW(parse_material_library("newmtl a\nmap_Kd -clamp on\n", "a.mtl"), InputError);
     EXPECT_THROW(parse_material_library("newmtl a\nmap_Kd -s x.png\n", "a.mtl"), InputError);
     EXPECT_THROW(parse_material_library("map_Kd x.png\n", "a.mtl"), InputError);
+}
+
+TEST(MaterialLibrary, MirrorsAreThoseOfIllum3) {
+    const MaterialLibrary library = parse_material_library(
+        "newmtl a\nKd 0.25 0 0\nKs 0.5 0.25 0\nillum 3\nnewmtl b\nKd 0.5\nKs 0.5\nillum 2\nnewmtl c\nillum 3\nKd 0\n"
+        "Ks 0.75\nnewmtl d\nKd 0.5 0.25 0\nKs 0.75 0.5 2\nillum 3\nnewmtl e\nKd 0\nKs spectral x.rfl\nillum 3\n",
+        "a.mtl");
+    ASSERT_EQ(library.materials.size(), 5U);
+    const auto mirror = [&](std::size_t m) { return library.materials[m].mirror; };
+    EXPECT_TRUE((mirror(0) == Rgb(0.5, 0.25, 0.0)).all());
+    EXPECT_TRUE((library.materials[0].reflectance == Rgb(0.25, 0.0, 0.0)).all());
+    EXPECT_TRUE((mirror(1) == 0.0).all());
+    EXPECT_TRUE((mirror(2) == 0.75).all());
+    EXPECT_TRUE((mirror(3) == Rgb(0.5, 0.5, 1.0)).all()) << "what Kd leaves";
+    EXPECT_TRUE((mirror(4) == 0.0).all());
+    std::string text;
+    for (const std::string& note : library.notes) {
+        text += note + "\n";
+    }
+    EXPECT_THAT(text, HasSubstr("add up to more than 1: 1 (first at line 13)"));
 }
 
 } // namespace

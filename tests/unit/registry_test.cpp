@@ -1,3 +1,4 @@
+#include "support/plugins.h"
 #include <difusa/core/error.h>
 #include <difusa/plugin/module_file.h>
 #include <difusa/plugin/registry.h>
@@ -26,11 +27,6 @@ using testing::IsEmpty;
 using testing::Not;
 namespace fs = std::filesystem;
 
-/// The modules made of tests/plugins/*.cpp.
-fs::path module(const std::string& name) {
-    return fs::path(DIFUSA_TEST_PLUGINS) / (name + ".so");
-}
-
 std::string content(const fs::path& file) {
     std::ifstream stream(file, std::ios::binary);
     return {std::istreambuf_iterator<char>(stream), {}};
@@ -54,7 +50,7 @@ class Directory {
         return path_ / name;
     }
     fs::path copy(const std::string& name) const {
-        fs::copy_file(module(name), path_ / (name + ".so"));
+        fs::copy_file(test::test_module(name), path_ / (name + ".so"));
         return path_ / (name + ".so");
     }
     const fs::path& path() const { return path_; }
@@ -96,7 +92,7 @@ double form_factor(const Kernel& kernel, double area) {
 
 TEST(RegistryTest, MakesAPluginWithItsParameters) {
     Registry registry;
-    ASSERT_TRUE(registry.add(module("well_made")));
+    ASSERT_TRUE(registry.add(test::test_module("well_made")));
     EXPECT_EQ(form_factor(*registry.create<Kernel>("well-made"), 4.0), 2.0);
     EXPECT_EQ(form_factor(*registry.create<Kernel>("well_made:factor=0.25,times=3"), 4.0), 3.0);
     EXPECT_EQ(registry.describe("kernel", "well_made:times=2"), "well-made:factor=0.5,times=2");
@@ -109,7 +105,7 @@ TEST(RegistryTest, ObjectsOutliveTheRegistry) {
     std::shared_ptr<Kernel> kernel;
     {
         Registry registry;
-        ASSERT_TRUE(registry.add(module("well_made")));
+        ASSERT_TRUE(registry.add(test::test_module("well_made")));
         kernel = registry.create<Kernel>("well-made");
     }
     EXPECT_EQ(form_factor(*kernel, 2.0), 1.0);
@@ -117,7 +113,7 @@ TEST(RegistryTest, ObjectsOutliveTheRegistry) {
 
 TEST(RegistryTest, UnknownNameIsRefusedWithTheNearest) {
     Registry registry;
-    ASSERT_TRUE(registry.add(module("well_made")));
+    ASSERT_TRUE(registry.add(test::test_module("well_made")));
     EXPECT_THAT(usage_error(registry, "wel-made"), AllOf(HasSubstr("'wel-made'"), HasSubstr("mean 'well-made'?")));
     EXPECT_THAT(usage_error(registry, "hemisphere"), AllOf(Not(HasSubstr("mean")), HasSubstr("Known: well-made")));
     EXPECT_THAT(usage_error(registry, ""), HasSubstr("Known: well-made"));
@@ -128,7 +124,7 @@ TEST(RegistryTest, UnknownNameIsRefusedWithTheNearest) {
 
 TEST(RegistryTest, UnknownNameOfARefusedModuleIsExplained) {
     Registry registry;
-    ASSERT_FALSE(registry.add(module("wrong_version")));
+    ASSERT_FALSE(registry.add(test::test_module("wrong_version")));
     EXPECT_THAT(usage_error(registry, "wrong-version"), AllOf(HasSubstr("refused"), HasSubstr("999999")));
 
     const Directory directory;
@@ -141,19 +137,20 @@ TEST(RegistryTest, CodeOfARefusedModuleDoesNotRun) {
     const Directory directory;
     const fs::path marker = directory.path() / "marker";
     const EnvironmentVariable variable("DIFUSA_TEST_MARKER", marker.string());
-    EXPECT_THAT(refusal(module("wrong_version")),
+    EXPECT_THAT(refusal(test::test_module("wrong_version")),
                 AllOf(HasSubstr("interface tag is 999999"),
                       HasSubstr("expected " + std::to_string(DIFUSA_INTERFACE_VERSION)), HasSubstr("rebuild it")));
     EXPECT_FALSE(fs::exists(marker));
 }
 
 TEST(RegistryTest, RefusesModulesThatDoNotKeepTheContract) {
-    EXPECT_THAT(refusal(module("no_entry")), HasSubstr("no entry difusa_plugin_entry"));
-    EXPECT_THAT(refusal(module("throwing_entry")), HasSubstr("licence of this plugin has expired"));
-    EXPECT_THAT(refusal(module("other_name")), AllOf(HasSubstr("'delivered'"), HasSubstr("'promised'")));
-    EXPECT_THAT(refusal(module("unknown_kind")), AllOf(HasSubstr("'teapot'"), HasSubstr("basis, directions")));
-    EXPECT_THAT(refusal(module("bad_default")), AllOf(HasSubstr("'width'"), HasSubstr("from 0 to 1")));
-    EXPECT_THAT(refusal(module("not_a_plugin")), HasSubstr("not a difusa plugin"));
+    EXPECT_THAT(refusal(test::test_module("no_entry")), HasSubstr("no entry difusa_plugin_entry"));
+    EXPECT_THAT(refusal(test::test_module("throwing_entry")), HasSubstr("licence of this plugin has expired"));
+    EXPECT_THAT(refusal(test::test_module("other_name")), AllOf(HasSubstr("'delivered'"), HasSubstr("'promised'")));
+    EXPECT_THAT(refusal(test::test_module("unknown_kind")),
+                AllOf(HasSubstr("'teapot'"), HasSubstr("basis, directions")));
+    EXPECT_THAT(refusal(test::test_module("bad_default")), AllOf(HasSubstr("'width'"), HasSubstr("from 0 to 1")));
+    EXPECT_THAT(refusal(test::test_module("not_a_plugin")), HasSubstr("not a difusa plugin"));
 }
 
 TEST(RegistryTest, RefusesWhatIsNoModule) {
@@ -163,7 +160,7 @@ TEST(RegistryTest, RefusesWhatIsNoModule) {
     EXPECT_THAT(refusal(directory.path() / "missing.so"), HasSubstr("not a regular file"));
     EXPECT_THAT(refusal(directory.path()), HasSubstr("not a regular file"));
 
-    const std::string good = content(module("well_made"));
+    const std::string good = content(test::test_module("well_made"));
     std::string foreign = good;
     foreign[18] = static_cast<char>(foreign[18] ^ 0x7f); // e_machine
     EXPECT_THAT(refusal(directory.write("foreign.so", foreign)), HasSubstr("another processor"));
@@ -177,7 +174,7 @@ TEST(RegistryTest, RefusesWhatIsNoModule) {
 
 TEST(RegistryTest, RefusesEveryTruncation) {
     const Directory directory;
-    const std::string good = content(module("well_made"));
+    const std::string good = content(test::test_module("well_made"));
     const std::size_t step = std::max<std::size_t>(1, good.size() / 97);
     for (std::size_t length = 0; length < good.size(); length += step) {
         EXPECT_NE(refusal(directory.write("short.so", good.substr(0, length))), "") << length << " bytes";
@@ -187,7 +184,7 @@ TEST(RegistryTest, RefusesEveryTruncation) {
 
 TEST(RegistryTest, DamagedHeadersNeverCrashTheTagReader) {
     const Directory directory;
-    const std::string good = content(module("well_made"));
+    const std::string good = content(test::test_module("well_made"));
     // Each byte of the ELF header, set to each of a few values: refused with a reason, or harmless.
     for (std::size_t byte = 0; byte < 64; ++byte) {
         for (const char value : {'\0', '\x01', '\x7f', '\xff'}) {
@@ -218,8 +215,8 @@ TEST(RegistryTest, TagMustBeWhole) {
 
 TEST(RegistryTest, FirstOfTwoWithOneNameWins) {
     Registry registry;
-    ASSERT_TRUE(registry.add(module("well_made")));
-    ASSERT_FALSE(registry.add(module("same_name")));
+    ASSERT_TRUE(registry.add(test::test_module("well_made")));
+    ASSERT_FALSE(registry.add(test::test_module("same_name")));
     EXPECT_THAT(registry.refused().at(0).reason, AllOf(HasSubstr("already found"), HasSubstr("well_made.so")));
     EXPECT_EQ(form_factor(*registry.create<Kernel>("well_made"), 2.0), 1.0);
 }
@@ -255,7 +252,7 @@ TEST(RegistryTest, SearchesExtraThenEnvironmentThenItsOwnDirectory) {
     EXPECT_EQ(path[3], difusa::library_directory() / "difusa" / "plugins");
 
     first.copy("well_made");
-    fs::copy_file(module("same_name"), second.path() / "same_name.so");
+    fs::copy_file(test::test_module("same_name"), second.path() / "same_name.so");
     const Registry registry = Registry::load({first.path(), first.path()});
     EXPECT_EQ(registry.find("kernel", "well-made")->file, first.path() / "well_made.so");
     ASSERT_EQ(registry.refused().size(), 2U) << "a directory named twice is listed once";

@@ -192,6 +192,9 @@ TEST_F(SceneFile, ValuesOutOfRangeAreRefused) {
     EXPECT_THAT(refused_with("\"materials\": {\"a\": {\"emission\": [1, 2]}}"), HasSubstr("a number (grey) or a list"));
     EXPECT_THAT(refused_with("\"materials\": {\"a\": {\"emission\": \"1\"}}"), HasSubstr("a number (grey) or a list"));
     EXPECT_THAT(refused_with("\"materials\": {\"a\": {\"double_sided\": 1}}"), HasSubstr("true or false, not 1"));
+    EXPECT_THAT(refused_with("\"materials\": {\"a\": {\"mirror\": 1.5}}"), HasSubstr("\"mirror\" must be from 0"));
+    EXPECT_THAT(refused_with("\"materials\": {\"a\": {\"mirror\": 0.75, \"reflectance\": [0.5, 0, 0]}}"),
+                HasSubstr("add up to more than 1"));
     EXPECT_THAT(refused_with("\"materials\": {\"a\": {\"emission_texture\": \"x.png\"}}"), HasSubstr("\"emission\""));
     EXPECT_THAT(refused_with("\"materials\": {\"a\":\n\n{\"reflectance_texture\": \"x.png\"}}"),
                 AllOf(HasSubstr("scene.json:5: "), HasSubstr("x.png: cannot be opened")));

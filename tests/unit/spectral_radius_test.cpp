@@ -1,3 +1,5 @@
+#include "support/sanitized.h"
+
 #include <difusa/algebra/spectral_radius.h>
 
 #include <support/dense_operator.h>
@@ -9,11 +11,8 @@ namespace {
 
 using test::DenseOperator;
 
-#ifdef DIFUSA_SANITIZED // up to 92 rows: the subspace of 40 vectors is restarted in these too
-constexpr std::uint64_t matrices = 7;
-#else
-constexpr std::uint64_t matrices = 20;
-#endif
+// Under the sanitizers up to 92 rows: the subspace of 40 vectors is restarted in these too.
+const std::uint64_t matrices = test::sanitized() ? 7 : 20;
 
 TEST(SpectralRadius, IsThatOfTheDenseMatrix) {
     for (std::uint64_t seed = 0; seed < matrices; ++seed) {

@@ -1,3 +1,5 @@
+#include "support/sanitized.h"
+
 #include <difusa/discretisation/support_grid.h>
 
 #include <support/rooms.h>
@@ -56,11 +58,8 @@ void expect_complete(const Mesh& mesh, const SiteSet& sites, const std::vector<d
     EXPECT_EQ(unsorted, 0U);
 }
 
-#ifdef DIFUSA_SANITIZED // the same supports, asked at fewer points
-constexpr std::size_t random_probes = 200, special_probes = 300;
-#else
-constexpr std::size_t random_probes = 2000, special_probes = 3000;
-#endif
+// Under the sanitizers the same supports, asked at fewer points.
+const std::size_t random_probes = test::sanitized() ? 200 : 2000, special_probes = test::sanitized() ? 300 : 3000;
 
 TEST(SupportGrid, MissesNoSiteThatReachesAPoint) {
     for (const Case& c : cases()) {

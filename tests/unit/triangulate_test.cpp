@@ -9,6 +9,7 @@
 #include <set>
 
 #include "soups.h"
+#include "support/sanitized.h"
 
 namespace difusa::triangulate_test {
 namespace {
@@ -139,11 +140,8 @@ TEST(Triangulate, RegularAndStarPolygonsWithHundredsOfCorners) {
     }
 }
 
-#ifdef DIFUSA_SANITIZED // the others differ in their numbers only
-constexpr std::uint64_t random_polygons = 10;
-#else
-constexpr std::uint64_t random_polygons = 50;
-#endif
+// Left out under the sanitizers: those that differ in their numbers only.
+const std::uint64_t random_polygons = test::sanitized() ? 10 : 50;
 
 TEST(Triangulate, RandomStarShapedPolygons) {
     for (std::uint64_t i = 0; i < random_polygons; ++i) {

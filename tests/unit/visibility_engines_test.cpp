@@ -249,7 +249,7 @@ TEST(VisibilityEngines, AutoIsTheFirstThatIsThere) {
 
 TEST(VisibilityEngines, AutoPassesOverAnEngineThatCannotBeStarted) {
     Registry registry;
-    ASSERT_TRUE(registry.add(std::filesystem::path(DIFUSA_TEST_PLUGINS) / "idle_embree.so"));
+    ASSERT_TRUE(registry.add(test::test_module("idle_embree")));
     ASSERT_TRUE(registry.add(test::registry().find("visibility", "cgal")->file));
     std::vector<std::string> notes;
     EXPECT_EQ(choose_visibility(registry, "auto", notes), "cgal");
@@ -258,7 +258,7 @@ TEST(VisibilityEngines, AutoPassesOverAnEngineThatCannotBeStarted) {
     // Asked for by name it is a failure.
     EXPECT_THROW(registry.create<Visibility>("embree"), ResourceError);
     Registry alone;
-    ASSERT_TRUE(alone.add(std::filesystem::path(DIFUSA_TEST_PLUGINS) / "idle_embree.so"));
+    ASSERT_TRUE(alone.add(test::test_module("idle_embree")));
     EXPECT_THROW(choose_visibility(alone, "auto", notes), ResourceError);
 }
 

@@ -1,3 +1,5 @@
+#include "support/sanitized.h"
+
 #include <difusa/rays/brute_force.h>
 #include <difusa/rays/visibility.h>
 
@@ -190,11 +192,8 @@ void expect_watertight(const Mesh& mesh, const std::vector<Vec3>& eyes, std::siz
     }
 }
 
-#ifdef DIFUSA_SANITIZED // the same edges and vertices, seen from fewer points
-constexpr int random_eyes = 1, rays_per_triangle = 20;
-#else
-constexpr int random_eyes = 6, rays_per_triangle = 200;
-#endif
+// Under the sanitizers the same edges and vertices, seen from fewer points.
+const int random_eyes = test::sanitized() ? 1 : 6, rays_per_triangle = test::sanitized() ? 20 : 200;
 
 TEST(Visibility, NothingEscapesThroughEdgesAndVertices) {
     RandomStream random(3, "eyes");

@@ -89,6 +89,9 @@ void check_options(const BakeOptions& options) {
     if (!(options.solve.tolerance > 0.0) || options.solve.tolerance >= 1.0) {
         refuse("--tolerance", "must be above 0 and below 1");
     }
+    if (options.mirror_depth < 1 || options.mirror_depth > 1000) {
+        refuse("--mirror-depth", "must be from 1 to 1000");
+    }
     if (options.solve.max_iterations < 0) {
         refuse("--max-iterations", "must not be negative");
     }

@@ -34,6 +34,7 @@ BakeOptions complete_options(BakeOptions options, const BakeOptions& saved) {
     options.adaptive = saved.adaptive;
     options.neighbours = saved.neighbours;
     options.rays = saved.rays;
+    options.mirror_depth = saved.mirror_depth;
     options.target.reset(); // sites and rays are what they are
     options.seed = saved.seed;
     options.reflectance = options.reflectance ? options.reflectance : saved.reflectance;

@@ -79,6 +79,7 @@ struct BakeResult {
     Solution solution;
     double constant_error = 0.0; ///< rms by which the basis misses the function 1 at random surface points
     double mean_back = 0.0;      ///< share of the rays that hit the back of a face
+    double mean_cut_off = 0.0;   ///< share of the light from the gather points that is cut off between mirrors
     std::optional<ErrorEstimate> error;
     std::vector<Goal> goals;                  ///< those of BakeOptions::goals on this mesh
     std::vector<GoalEstimate> goal_estimates; ///< of each

@@ -7,6 +7,7 @@
 #include <difusa/import/file_content.h>
 #include <difusa/io/hdf5_file.h>
 #include <difusa/scene/sky_parts.h>
+#include <difusa/transport/mirrored.h>
 #include <difusa/transport/pairwise.h>
 #include <difusa/version.h>
 
@@ -133,6 +134,23 @@ void put_lists(const HitLists& lists, const std::string& path, Hdf5Writer& file)
         "columns");
 }
 
+void put_mirrored(const LightTransport& gathered, const ChannelRows& rows, const std::string& path, Hdf5Writer& file) {
+    const ChannelRows::Packed packed = rows.packed();
+    file.group(path);
+    file.attribute(path, "columns", static_cast<std::uint64_t>(packed.columns));
+    file.attribute(path, "channels", static_cast<std::uint64_t>(packed.channels));
+    put(file, path + "/row_entries", packed.row_entries, 1, "number of entries of each row");
+    put(file, path + "/column", packed.column, 1, "of each entry, row by row, ascending in each");
+    put(file, path + "/value", packed.value, static_cast<std::size_t>(packed.channels), "of each entry, by channel");
+    const auto flat = [](const Values& values) {
+        return std::vector<double>(values.data(), values.data() + values.size());
+    };
+    put(file, path + "/back", flat(gathered.back_in_mirrors), static_cast<std::size_t>(packed.channels),
+        "share of each gather point that ends on backs of faces after a mirror");
+    put(file, path + "/cut_off", flat(gathered.cut_off), static_cast<std::size_t>(packed.channels),
+        "share that is reflected more often than it is followed");
+}
+
 void put_transport(const SavedTransport& transport, Hdf5Writer& file) {
     const LightTransport& gathered = transport.gathered;
     const std::string path = "/transport";
@@ -144,12 +162,16 @@ void put_transport(const SavedTransport& transport, Hdf5Writer& file) {
     file.attribute(path, "discretisation_fingerprint", transport.discretisation);
     put(file, path + "/sky", gathered.sky, 1, "share of the hemisphere of each gather point that is sky");
     put(file, path + "/back", gathered.back, 1, "share that backs of faces take");
-    if (const auto* const lists = dynamic_cast<const HitLists*>(gathered.W.get())) {
+    const LinearOperator& plain = plain_part(*gathered.W);
+    if (const auto* const lists = dynamic_cast<const HitLists*>(&plain)) {
         put_lists(*lists, path + "/lists", file);
     } else {
-        const SparseRows* const rows = gathered.W->entries();
+        const SparseRows* const rows = plain.entries();
         DIFUSA_REQUIRE(rows != nullptr);
         put_rows(*rows, path + "/rows", file);
+    }
+    if (const std::shared_ptr<const ChannelRows> in_mirrors = part_in_mirrors(*gathered.W)) {
+        put_mirrored(gathered, *in_mirrors, path + "/in_mirrors", file);
     }
     if (transport.form_factors) {
         put_rows(*transport.form_factors, path + "/form_factors", file);
@@ -165,10 +187,14 @@ std::size_t size_of(const SparseRows& rows) {
 double SavedTransport::bytes_per_site() const {
     constexpr std::size_t site = 10 * sizeof(double) + 2 * sizeof(Index), share = 2 * sizeof(double);
     std::size_t sum = sites->size() * site + gathered.points() * share;
-    if (const auto* const lists = dynamic_cast<const HitLists*>(gathered.W.get())) {
+    const LinearOperator& plain = plain_part(*gathered.W);
+    if (const auto* const lists = dynamic_cast<const HitLists*>(&plain)) {
         sum += lists->code_bytes() + lists->rows() * sizeof(std::uint32_t);
-    } else if (const SparseRows* const rows = gathered.W->entries()) {
+    } else if (const SparseRows* const rows = plain.entries()) {
         sum += size_of(*rows);
+    }
+    if (const std::shared_ptr<const ChannelRows> in_mirrors = part_in_mirrors(*gathered.W)) {
+        sum += in_mirrors->bytes() + 2 * sizeof(double) * static_cast<std::size_t>(gathered.cut_off.size());
     }
     if (form_factors) {
         sum += size_of(*form_factors);
@@ -189,6 +215,15 @@ std::uint64_t geometry_fingerprint(const Mesh& mesh) {
         }
     }
     fingerprint.add(mesh.region);
+    if (mesh.mirrors.any()) {
+        for (Index t = 0; t < mesh.triangles.size(); ++t) {
+            if (const Index kind = mesh.mirrors.kind(t); kind != none) {
+                fingerprint.add(std::uint64_t{t});
+                add_vector(fingerprint, Vec3(mesh.mirrors.reflectance[kind]));
+            }
+        }
+        fingerprint.add(static_cast<std::uint64_t>(mesh.mirrors.most));
+    }
     return fingerprint.value();
 }
 

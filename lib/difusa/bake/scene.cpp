@@ -70,6 +70,13 @@ void check_scene(const Scene& scene, const std::string& name) {
                    " has a reflectance outside [0,1], or a negative or non-finite "
                    "emission");
         }
+        const Rgb both = material.reflectance + material.mirror;
+        if (!(material.mirror >= 0.0).all() || !(both <= 1.0 + 1e-9).all()) {
+            refuse("the material " + material.name +
+                   " reflects more than all of the light: reflectance and mirror "
+                   "add up to " +
+                   list(both));
+        }
         if (material.reflectance_texture &&
             !(material.reflectance_texture->brightest() * material.reflectance <= 1.0).all()) {
             refuse("the material " + material.name + " has a texture that makes its reflectance exceed 1");
@@ -119,6 +126,16 @@ void add_lights(BakeResult& result, const Execution& execution) {
     }
     options.sky = scene.sky;
     result.channels = scene.is_grey() ? 1 : 3;
+}
+
+/// Tells the surface of its mirrors, before anything is computed on it.
+void settle_surface_mirrors(BakeResult& result) {
+    settle_mirrors(*result.scene, result.options.mirror_depth);
+    if (result.scene->mesh.mirrors.any() && result.options.transport.rfind("pairwise", 0) == 0) {
+        throw UsageError("--transport " + result.options.transport + ": " + result.file +
+                         " has mirrors, and pairwise transport connects sites by straight lines: use --transport "
+                         "gather");
+    }
 }
 
 /// Upwards: what the file says; else the axis along which the scene has a floor, if there is just one among y and z;
@@ -217,6 +234,7 @@ void read_into(BakeResult& result, const Registry& registry, const std::filesyst
     if (change) {
         change(scene);
     }
+    settle_surface_mirrors(result);
     add_lights(result, execution);
 }
 
@@ -230,6 +248,7 @@ void adopt_into(BakeResult& result, Scene scene, const std::string& name, const 
     if (change) {
         change(*result.scene);
     }
+    settle_surface_mirrors(result);
     add_lights(result, execution);
 }
 

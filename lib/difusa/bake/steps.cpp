@@ -60,6 +60,14 @@ void check_coverage(BakeResult& result, const Discretisation& discretisation, co
     for (const double back : transport.back) {
         result.mean_back += back / static_cast<double>(transport.points());
     }
+    if (transport.cut_off.rows() > 0) {
+        result.mean_cut_off = transport.cut_off.mean();
+        if (result.mean_cut_off > 1e-3) {
+            execution.note(text_of(std::round(1000.0 * result.mean_cut_off) / 10.0) +
+                           " % of the light is lost between mirrors: it is followed over at most " +
+                           std::to_string(result.options.mirror_depth) + " reflections in a row (--mirror-depth)");
+        }
+    }
     if (result.mean_back > 0.1) {
         execution.note(text_of(std::round(100.0 * result.mean_back)) +
                        " % of the light paths end on back faces, which neither receive nor emit light: if the "

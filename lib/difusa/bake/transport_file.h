@@ -7,7 +7,7 @@
 namespace difusa {
 
 inline const SealKind& transport_seal() {
-    static const SealKind kind{"difusa transport", 1, "make it anew: bake_radiosity SCENE OUT --save-transport FILE"};
+    static const SealKind kind{"difusa transport", 2, "make it anew: bake_radiosity SCENE OUT --save-transport FILE"};
     return kind;
 }
 
@@ -31,6 +31,7 @@ template <class Options, class Visit> void for_saved_choices(Options& options, c
     visit("visibility", options.visibility);
     visit("solver", options.solver);
     visit("direct", options.direct);
+    visit("mirror_depth", options.mirror_depth);
     visit("tolerance", options.solve.tolerance);
     visit("max_iterations", options.solve.max_iterations);
 }

@@ -5,6 +5,7 @@
 #include <difusa/core/error.h>
 #include <difusa/io/hdf5_file.h>
 #include <difusa/scene/sky_parts.h>
+#include <difusa/transport/mirrored.h>
 
 #include <algorithm>
 #include <cmath>
@@ -161,6 +162,9 @@ class TransportReader {
             gathered.bytes = rows->bytes();
             gathered.W = rows;
         }
+        if (file_.has(path + "/in_mirrors")) {
+            read_mirrored(path + "/in_mirrors");
+        }
         constexpr std::size_t most_rays = std::size_t{1} << 25U; // of a point
         const std::size_t points = gathered.points();
         if (points < saved_.sites->size() || gathered.rays % points != 0 || gathered.rays / points > most_rays ||
@@ -199,6 +203,36 @@ class TransportReader {
         if (saved_.gathered.rays != packed.row_bytes.size() * packed.rays) {
             file_.refuse(path, "is not of as many rays as the transport");
         }
+    }
+
+    /// After the plain part.
+    void read_mirrored(const std::string& path) {
+        ChannelRows::Packed packed;
+        packed.columns = whole<std::size_t>(path, "columns", 1, none - 1);
+        packed.channels = whole<int>(path, "channels", 1, 3);
+        const auto channels = static_cast<std::size_t>(packed.channels);
+        packed.row_entries = file_.array<std::uint32_t>(path + "/row_entries", 1);
+        packed.column = file_.array<std::uint32_t>(path + "/column", 1);
+        packed.value = file_.array<double>(path + "/value", channels);
+        LightTransport& gathered = saved_.gathered;
+        std::shared_ptr<const ChannelRows> rows;
+        try {
+            rows = std::make_shared<ChannelRows>(packed);
+        } catch (const InputError& error) {
+            file_.refuse(path, std::string("is not sound: ") + error.what());
+        }
+        if (rows->rows() != gathered.W->rows() || rows->columns() != gathered.W->columns()) {
+            file_.refuse(path, "does not have the size of the transport");
+        }
+        const auto by_channel = [&](const std::string& name) {
+            const std::vector<double> values = finite(path + name, channels, rows->rows());
+            return Values(Eigen::Map<const Values>(values.data(), static_cast<Eigen::Index>(rows->rows()),
+                                                   static_cast<Eigen::Index>(channels)));
+        };
+        gathered.back_in_mirrors = by_channel("/back");
+        gathered.cut_off = by_channel("/cut_off");
+        gathered.bytes += rows->bytes();
+        gathered.W = std::make_shared<MirroredTransport>(gathered.W, std::move(rows));
     }
 
     std::shared_ptr<const SparseRows> read_rows(const std::string& path) const {

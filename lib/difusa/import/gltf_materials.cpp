@@ -119,7 +119,9 @@ double GltfMaterials::metallic(const JsonValue& pbr, const std::string& name) {
                     name);
         return 1.0;
     }
-    note_mirror(factor, name);
+    if (!is_polished(pbr, input_.number(pbr, "roughnessFactor", 1.0))) {
+        note_metal(factor, name);
+    }
     return factor;
 }
 
@@ -136,14 +138,18 @@ double GltfMaterials::specular(const JsonValue& gloss, const std::string& name) 
         }
         input_.note("materials whose specular colour has a texture", "its mean is used everywhere", name);
     }
-    note_mirror(largest, name);
+    note_metal(largest, name);
     return largest;
 }
 
-void GltfMaterials::note_mirror(double share, const std::string& name) {
+bool GltfMaterials::is_polished(const JsonValue& pbr, double roughness) {
+    return roughness == 0.0 && pbr.find("metallicRoughnessTexture") == nullptr;
+}
+
+void GltfMaterials::note_metal(double share, const std::string& name) {
     if (share == 1.0) {
-        input_.note("metallic materials", "they have no diffuse part and are black here; mirrors are not computed",
-                    name);
+        input_.note("metallic materials",
+                    "they have no diffuse part and are black here; only those of roughness 0 are mirrors", name);
     }
 }
 
@@ -173,13 +179,21 @@ GltfMaterials::Surface GltfMaterials::surface(const JsonValue& from, std::size_t
         material.reflectance = colour(*gloss, "diffuseFactor") * (1.0 - specular(*gloss, name));
         base_texture = gloss->find("diffuseTexture");
     } else {
-        material.reflectance = colour(pbr, "baseColorFactor") * (1.0 - metallic(pbr, name));
+        const Rgb base = colour(pbr, "baseColorFactor");
+        const double metal = metallic(pbr, name);
+        material.reflectance = base * (1.0 - metal);
+        material.mirror =
+            is_polished(pbr, input_.number(pbr, "roughnessFactor", 1.0)) ? Rgb(base * metal) : Rgb(Rgb::Zero());
         base_texture = pbr.find("baseColorTexture");
     }
     Map base_map, emission_map;
     if (base_texture != nullptr) {
         base_map = map(*base_texture);
         material.reflectance_texture = base_map.texture;
+        if (base_map.texture && (material.mirror > 0.0).any()) {
+            input_.note("mirrors whose colour has a texture", "its mean is used everywhere", name);
+            material.mirror *= base_map.texture->mean();
+        }
     }
     const JsonValue* strength = input_.extension(from, "KHR_materials_emissive_strength");
     const double luminance = strength == nullptr ? 1.0 : input_.number(*strength, "emissiveStrength", 1.0);

@@ -47,7 +47,9 @@ class GltfMaterials {
     /// The specular part of KHR_materials_pbrSpecularGlossiness, which is not diffuse: the largest channel of the
     /// specular colour. For a texture its mean is used.
     double specular(const JsonValue& gloss, const std::string& name);
-    void note_mirror(double share, const std::string& name);
+    void note_metal(double share, const std::string& name);
+    /// True if a surface of this metalness and roughness reflects like a mirror: roughness 0.
+    static bool is_polished(const JsonValue& pbr, double roughness);
     /// Four numbers, of which the last, opacity, is ignored.
     Rgb colour(const JsonValue& object, const char* member) const;
     Surface surface(const JsonValue& from, std::size_t index);

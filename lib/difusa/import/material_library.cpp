@@ -42,8 +42,7 @@ class Parser {
         } else if (word == "Ke") {
             has_ke_ = colour("Ke", current().emission);
         } else if (word == "Ks") {
-            Rgb ks = Rgb::Zero();
-            shines_ = lenient_colour(ks) && (ks > 0.0).any();
+            lenient_colour(specular_);
         } else if (word == "illum") {
             std::string_view token;
             mirrors_ = scanner_.next(token, Reach::line) && token == "3";
@@ -62,7 +61,8 @@ class Parser {
             scanner_.fail("newmtl has no name: write the name that the usemtl lines of the OBJ file use");
         }
         open_ = true;
-        has_kd_ = has_ke_ = translucent_here_ = shines_ = mirrors_ = false;
+        has_kd_ = has_ke_ = translucent_here_ = mirrors_ = false;
+        specular_ = Rgb::Zero();
         maps_ = {};
     }
 
@@ -82,8 +82,14 @@ class Parser {
         if (!has_ke_ && maps_[1]) {
             material_.emission = Rgb::Ones();
         }
-        if (mirrors_ && shines_) {
-            mirror_.add(line_);
+        if (mirrors_) {
+            material_.mirror = specular_.max(0.0).min(1.0);
+            // Of textures, the mesh is checked as a whole (repair/soup_check.h).
+            const Rgb left = (1.0 - material_.reflectance).max(0.0);
+            if ((material_.mirror > left).any()) {
+                too_bright_.add(line_);
+                material_.mirror = material_.mirror.min(left);
+            }
         }
         for (std::optional<TextureUse>& use : maps_) {
             if (use) {
@@ -131,14 +137,19 @@ class Parser {
         return true;
     }
 
-    /// An unsupported colour: the rest of the line is ignored.
-    bool lenient_colour(Rgb& value) {
+    /// A colour that most files hold without a meaning here: one in another notation is black.
+    void lenient_colour(Rgb& value) {
+        value = Rgb::Zero();
         std::string_view token;
         int k = 0;
-        while (k < 3 && scanner_.next(token, Reach::line) && parse_real(token, value[k])) {
+        while (k < 3 && scanner_.next(token, Reach::line) && parse_real(token, value[k]) && std::isfinite(value[k])) {
             ++k;
         }
-        return k > 0;
+        if (k == 1) {
+            value = Rgb::Constant(value[0]);
+        } else if (k != 3) {
+            value = Rgb::Zero();
+        }
     }
 
     /// Options, then the name of a file, which may contain blanks.
@@ -214,9 +225,9 @@ class Parser {
         const std::string materials = file_ + ": materials ";
         without_kd_.note(materials + "without Kd", "their reflectance is 0.5", notes);
         unread_.note(file_ + ": unsupported texture options", "they are ignored", notes);
-        mirror_.note(materials + "that are mirrors (illum 3 with Ks)", "mirrors are not computed, only Kd is used",
-                     notes);
         translucent_.note(materials + "that are not opaque", "transparency is ignored, every face is opaque", notes);
+        too_bright_.note(materials + "whose Kd and Ks (mirrors, illum 3) add up to more than 1",
+                         "the mirror reflects what Kd leaves", notes);
         foreign_.note(materials + "with a spectral or xyz colour", "it is ignored: write R G B instead", notes);
         repeated_.note(materials + "whose name was defined before", "the first definition is used", notes);
     }
@@ -228,9 +239,10 @@ class Parser {
     Material material_; ///< being read, if `open_`
     std::uint32_t line_ = 0;
     bool open_ = false, has_kd_ = false, has_ke_ = false, translucent_here_ = false;
-    bool shines_ = false, mirrors_ = false;         ///< Ks above 0, illum 3
+    bool mirrors_ = false;                          ///< illum 3
+    Rgb specular_ = Rgb::Zero();                    ///< Ks
     std::array<std::optional<TextureUse>, 2> maps_; ///< map_Kd, map_Ke
-    Tally without_kd_, unread_, mirror_, translucent_, foreign_, repeated_;
+    Tally without_kd_, unread_, too_bright_, translucent_, foreign_, repeated_;
 };
 
 } // namespace

@@ -29,7 +29,8 @@ class SceneChecks : public JsonChecks {
     Rgb light(const JsonValue& object, const std::string& what, const char* radiometric, const char* photometric,
               bool& is_photometric) const;
 
-    Rgb reflectance_of(const JsonValue& value) const;
+    /// `name`: of the member, for messages.
+    Rgb reflectance_of(const JsonValue& value, const std::string& name = "reflectance") const;
 
     double positive(const JsonValue& value, const std::string& what) const;
 

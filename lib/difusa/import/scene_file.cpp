@@ -90,8 +90,8 @@ class SceneFile {
         for (std::size_t i = 0; i < materials.names.size(); ++i) {
             const JsonValue& from = materials.items[i];
             checks_.members(from, "a material",
-                            {"reflectance", "reflectance_texture", "emission", "luminance", "emission_texture",
-                             "double_sided", "light_group"});
+                            {"reflectance", "reflectance_texture", "mirror", "emission", "luminance",
+                             "emission_texture", "double_sided", "light_group"});
             Material material;
             material.name = materials.names[i];
             const JsonValue *rho = from.find("reflectance"), *rho_texture = from.find("reflectance_texture");
@@ -104,6 +104,16 @@ class SceneFile {
                 if (!(material.reflectance * material.reflectance_texture->brightest() <= 1.0).all()) {
                     checks_.fail(*rho_texture, "the brightest pixel of \"reflectance_texture\" times \"reflectance\" "
                                                "is above 1: a surface cannot reflect more than all of the light");
+                }
+            }
+            if (const JsonValue* mirror = from.find("mirror")) {
+                material.mirror = checks_.reflectance_of(*mirror, "mirror");
+                if (rho == nullptr && rho_texture == nullptr) {
+                    material.reflectance = Rgb::Zero(); // nothing but a mirror
+                }
+                if (!(material.mirror + material.reflectance <= 1.0 + 1e-9).all()) {
+                    checks_.fail(*mirror, "\"mirror\" and \"reflectance\" add up to more than 1: a surface cannot "
+                                          "reflect more than all of the light");
                 }
             }
             if (emission != nullptr || from.find("luminance") != nullptr) {

@@ -71,6 +71,12 @@ DirectLight::DirectLight(const Scene& scene, const Tracer& tracer, LightSets set
                                     (points_below_.empty() ? 0.0 : points_below_.back()));
         }
     }
+    if (scene_.mesh.mirrors.any()) {
+        images_.emplace(scene_, tracer_, suns_, points_, triangles_of(scene_, area_light_materials_), sets_.material);
+        if (!images_->any()) {
+            images_.reset();
+        }
+    }
 }
 
 Segment DirectLight::shadow_ray(const SurfacePoint& from, const Vec3& direction, double length) const {
@@ -156,6 +162,9 @@ void DirectLight::irradiance(const SurfacePoint& x, std::size_t samples, RandomS
         H[worker.owner[k]] += worker.blocked[k] == 0 ? worker.light[k] : Rgb(Rgb::Zero());
     }
     area_lights_.irradiance(x, samples, stream, worker.area_lights, sets_.material, H);
+    if (images_) {
+        images_->irradiance(x, samples, stream, worker.images, H);
+    }
 }
 
 Rgb DirectLight::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker) const {
@@ -208,6 +217,11 @@ void DirectLight::sample(std::span<const SurfacePoint> x, RandomStream& stream, 
             if (from_outside != nullptr) {
                 *from_outside += worker.light[k];
             }
+        }
+    }
+    if (images_) {
+        for (std::size_t i = 0; i < x.size(); ++i) {
+            images_->sample(x[i], stream, worker.images, H.subspan(i * sets, sets), from_outside);
         }
     }
     if (area_lights_.count() == 0) {

@@ -1,12 +1,15 @@
 // Direct light of sources that cast sharp shadows: suns, point lights and area lights. It is evaluated exactly at the
-// point of interest, outside the linear system, so that no basis smooths its shadows (T chapter 8).
+// point of interest, outside the linear system, so that no basis smooths its shadows (T chapter 8). Direct is also what
+// mirrors show of such sources.
 #pragma once
 
 #include <difusa/core/progress.h>
 #include <difusa/lighting/area_lights.h>
+#include <difusa/lighting/mirror_images.h>
 #include <difusa/scene/light_groups.h>
 
 #include <algorithm>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -37,7 +40,8 @@ class DirectLight {
 
     /// Shadow rays that `irradiance` casts for a point if those of area lights settle at once.
     std::size_t rays_per_point(std::size_t samples) const {
-        return suns_.size() + points_.size() + (area_lights_.count() > 0 ? samples : 0);
+        return suns_.size() + points_.size() + (area_lights_.count() > 0 ? samples : 0) +
+               (images_ ? images_->rays_per_point(samples) : 0);
     }
 
     /// Those that `sample` casts for a point.
@@ -46,13 +50,18 @@ class DirectLight {
                (area_lights_.count() > 0 ? 1 : 0);
     }
 
+    /// What mirrors show of the sources; null if they show none.
+    const MirrorImages* images() const { return images_ ? &*images_ : nullptr; }
+
     struct Worker {
         AreaLights::Worker area_lights;
+        MirrorImages::Worker images;
         std::vector<Segment> segments;
         std::vector<std::uint8_t> blocked;
         std::vector<std::size_t> owner; ///< index into H
         std::vector<Rgb> light;
-        std::size_t cast = 0; ///< segments, excluding those of the area lights
+        std::size_t cast = 0; ///< segments, excluding those of the area lights and images
+        std::size_t total_cast() const { return cast + area_lights.cast + images.cast; }
     };
 
     /// Ray statistics, summed over threads.
@@ -60,7 +69,7 @@ class DirectLight {
         std::size_t segments = 0;
         std::size_t clear = 0; ///< points that needed no shadow rays to area lights (AreaLights::Worker::clear)
         void add(const Worker& worker) {
-            segments += worker.cast + worker.area_lights.cast;
+            segments += worker.total_cast();
             clear += worker.area_lights.clear;
         }
     };
@@ -108,6 +117,7 @@ class DirectLight {
     std::vector<char> area_light_materials_;
     std::shared_ptr<const Shafts> shafts_;
     AreaLights area_lights_;
+    std::optional<MirrorImages> images_;
 };
 
 } // namespace difusa

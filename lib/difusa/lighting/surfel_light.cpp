@@ -33,7 +33,7 @@ class Averages {
         : scene_(scene), surfels_(surfels), light_(light), channels_(channels),
           samples_(SurfelSamples::of(light.rays_per_sample())), H_(light.sets().count()) {}
 
-    std::size_t cast() const { return worker_.cast + worker_.area_lights.cast; }
+    std::size_t cast() const { return worker_.total_cast(); }
 
     void add(Index s, RandomStream stream, SurfelLight& result) {
         surfels_.pieces(s, pieces_);

@@ -195,6 +195,10 @@ Json transport_of(const BakeResult& result) {
         transport["bytes_of_averages"] = result.system->discretisation().averages->bytes();
         transport["largest_row_sum"] = result.system->transport().largest_row_sum({});
         transport["mean_share_on_backs"] = result.mean_back;
+        if (result.scene->mesh.mirrors.any()) {
+            transport["mirror_depth"] = result.options.mirror_depth;
+            transport["mean_share_cut_off_in_mirrors"] = result.mean_cut_off;
+        }
         transport["condition"] = result.system->discretisation().projection->condition();
         transport["constant_error"] = result.constant_error;
         transport["spectral_radius"] = result.solution.spectral_radius;
@@ -210,10 +214,12 @@ void add_outcome(const BakeResult& result, Json& report) {
                        {"residual", result.solution.solve.residual},
                        {"residual_history", result.solution.solve.residual_history}};
     const EnergyBalance& energy = result.solution.energy;
-    report["energy"] = {{"unit", "W, one number per channel"},          {"emitted", json_list(energy.emitted)},
-                        {"from_lights", json_list(energy.from_lights)}, {"from_sky", json_list(energy.from_sky)},
-                        {"absorbed", json_list(energy.absorbed)},       {"escaped", json_list(energy.escaped)},
-                        {"ended_on_backs", json_list(energy.blocked)},  {"imbalance", json_list(energy.imbalance)}};
+    report["energy"] = {
+        {"unit", "W, one number per channel"},          {"emitted", json_list(energy.emitted)},
+        {"from_lights", json_list(energy.from_lights)}, {"from_sky", json_list(energy.from_sky)},
+        {"absorbed", json_list(energy.absorbed)},       {"escaped", json_list(energy.escaped)},
+        {"ended_on_backs", json_list(energy.blocked)},  {"cut_off_in_mirrors", json_list(energy.cut_off)},
+        {"imbalance", json_list(energy.imbalance)}};
     report["not_needed"] = Json::array();
     for (const Saving& saving : result.journal.savings()) {
         report["not_needed"].push_back(

@@ -30,6 +30,59 @@ Values on_surfels(const Discretisation& discretisation, const Values& at_points,
     return means;
 }
 
+Values column(const std::vector<double>& share) {
+    return Eigen::Map<const Eigen::VectorXd>(share.data(), static_cast<Eigen::Index>(share.size()));
+}
+
+/// Shares of the light that leaves the gather points, means over the surfels, #surfels by 1 or #channels.
+struct LostShares {
+    Values sky, back, cut_off;
+    static Eigen::ArrayXd at(const Values& shares, Index s, Eigen::Index channels) {
+        return shares.cols() == 1 ? Eigen::ArrayXd(Eigen::ArrayXd::Constant(channels, shares(s, 0)))
+                                  : Eigen::ArrayXd(shares.row(s).transpose());
+    }
+};
+
+LostShares lost_shares(const Discretisation& discretisation, const LightTransport& transport,
+                       const Execution& execution) {
+    if (transport.cut_off.rows() == 0) {
+        return {on_surfels(discretisation, column(transport.sky), execution),
+                on_surfels(discretisation, column(transport.back), execution),
+                {}};
+    }
+    const Eigen::Index channels = transport.cut_off.cols();
+    const auto surfels = static_cast<Eigen::Index>(transport.surfels);
+    Values sky;
+    transport.gather(Values::Zero(surfels, channels),
+                     Values::Ones(static_cast<Eigen::Index>(transport.W->columns()) - surfels, channels), sky,
+                     execution);
+    return {on_surfels(discretisation, sky, execution),
+            on_surfels(discretisation, transport.back_in_mirrors + column(transport.back).replicate(1, channels),
+                       execution),
+            on_surfels(discretisation, transport.cut_off, execution)};
+}
+
+/// The mean specular reflectance of each surfel, #surfels by #channels; no rows without mirrors.
+Values mirrors_of(const Scene& scene, const Surfels& surfels, Eigen::Index channels) {
+    const Mirrors& mirrors = scene.mesh.mirrors;
+    Values mean;
+    if (!mirrors.any()) {
+        return mean;
+    }
+    mean.setZero(static_cast<Eigen::Index>(surfels.size()), channels);
+    std::vector<Surfels::Piece> pieces;
+    for (Index s = 0; s < surfels.size(); ++s) {
+        surfels.pieces(s, pieces);
+        for (const Surfels::Piece& piece : pieces) {
+            if (const Index kind = mirrors.kind(piece.triangle); kind != none && surfels.area(s) > 0.0) {
+                mean.row(s) +=
+                    piece.area / surfels.area(s) * mirrors.reflectance[kind].head(channels).matrix().transpose();
+            }
+        }
+    }
+    return mean;
+}
+
 } // namespace
 
 EnergyBalance energy_balance(const Scene& scene, const Discretisation& discretisation, const LightTransport& transport,
@@ -37,25 +90,28 @@ EnergyBalance energy_balance(const Scene& scene, const Discretisation& discretis
                              const Execution& execution) {
     const Eigen::Index channels = irradiance.cols();
     const Eigen::ArrayXd zero = Eigen::ArrayXd::Zero(channels);
-    EnergyBalance balance{emitted_power(scene, channels), zero, zero, zero, zero, zero, zero};
-    const auto column = [](const std::vector<double>& share) {
-        return Values(Eigen::Map<const Eigen::VectorXd>(share.data(), static_cast<Eigen::Index>(share.size())));
-    };
-    const Values sky = on_surfels(discretisation, column(transport.sky), execution);
-    const Values back = on_surfels(discretisation, column(transport.back), execution);
+    EnergyBalance balance{emitted_power(scene, channels), zero, zero, zero, zero, zero, zero, zero};
+    const LostShares lost = lost_shares(discretisation, transport, execution);
+    const Values mirrors = mirrors_of(scene, *discretisation.surfels, channels);
     const Values H_sky = on_surfels(discretisation, from_sky, execution);
     for (Index s = 0; s < discretisation.surfels->size(); ++s) {
         const double area = discretisation.surfels->area(s);
         const Eigen::ArrayXd rho = light.reflectance.row(s).transpose(), H = irradiance.row(s).transpose();
         const Eigen::ArrayXd B = light.all_emission.row(s).transpose().array() + rho * H;
-        balance.absorbed += area * (1.0 - rho) * H;
-        balance.from_sky += area * H_sky.row(s).transpose().array();
-        balance.escaped += area * sky(s, 0) * B;
-        balance.blocked += area * back(s, 0) * B;
-        balance.from_lights += area * light.from_outside.row(s).transpose().array();
+        const Eigen::ArrayXd kept =
+            mirrors.rows() > 0 ? Eigen::ArrayXd(1.0 - mirrors.row(s).transpose().array()) : Eigen::ArrayXd(1.0 - zero);
+        balance.absorbed += area * (kept - rho) * H;
+        balance.from_sky += area * kept * H_sky.row(s).transpose().array();
+        balance.escaped += area * LostShares::at(lost.sky, s, channels) * B;
+        balance.blocked += area * LostShares::at(lost.back, s, channels) * B;
+        if (lost.cut_off.rows() > 0) {
+            balance.cut_off += area * LostShares::at(lost.cut_off, s, channels) * B;
+        }
+        balance.from_lights += area * kept * light.from_outside.row(s).transpose().array();
     }
     const Eigen::ArrayXd in = balance.emitted + balance.from_lights + balance.from_sky;
-    balance.imbalance = (in > 0.0).select((in - balance.absorbed - balance.escaped - balance.blocked) / in, 0.0);
+    balance.imbalance =
+        (in > 0.0).select((in - balance.absorbed - balance.escaped - balance.blocked - balance.cut_off) / in, 0.0);
     return balance;
 }
 

@@ -12,12 +12,14 @@ namespace difusa {
 struct EnergyBalance {
     Eigen::ArrayXd emitted;     ///< ∫ E dA: exact; emission patterns by a second-degree rule on each triangle
     Eigen::ArrayXd from_lights; ///< incident directly from suns and point lights
-    Eigen::ArrayXd from_sky;    ///< incident directly from the sky
-    Eigen::ArrayXd absorbed;    ///< ∫ (1-rho) H dA
+    Eigen::ArrayXd from_sky;    ///< incident directly from the sky; both without what mirrors pass on, which counts
+                                ///< where it ends
+    Eigen::ArrayXd absorbed;    ///< ∫ (1-rho-mirror) H dA
     Eigen::ArrayXd escaped;     ///< leaves the scene
     Eigen::ArrayXd blocked;     ///< lost on the backs of faces
-    /// (in - absorbed - escaped - blocked) / in with in = emitted + from_lights + from_sky: the light lost (positive)
-    /// or created (negative) by the discretisation.
+    Eigen::ArrayXd cut_off;     ///< lost between mirrors, after Mirrors::most reflections in a row
+    /// (in - absorbed - escaped - blocked - cut_off) / in with in = emitted + from_lights + from_sky: the light lost
+    /// (positive) or created (negative) by the discretisation.
     Eigen::ArrayXd imbalance;
 };
 

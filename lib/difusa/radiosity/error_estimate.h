@@ -32,7 +32,7 @@ struct ErrorEstimate {
     RmsEstimate residual;    ///< r, with the noise of direct light
     RmsEstimate carried_rms; ///< p
 
-    double largest_reflectance = 0.0; ///< rho_max
+    double largest_reflectance = 0.0; ///< rho_max (function `largest_reflectance`)
     double noise = 0.0;               ///< rms over the area of a gathered output of its noise, W/m²; else 0
     double bound = 0.0; ///< residual.high / (1 - rho_max), W/m²; infinite if some surface absorbs nothing
 
@@ -52,7 +52,10 @@ ErrorEstimate estimate_error(const Solution& solution, std::size_t points, std::
 /// area, W/m²), all of which counts as error of the indirect light too.
 void judge_gathered(ErrorEstimate& estimate, double noise);
 
-/// The largest reflectance of the scene, over faces and channels.
+/// The largest diffuse reflectance of the scene, over faces and channels; that of a partial mirror counts as
+/// rho / (1 - mirror), so that it bounds the norm of transport over mirrors, too: if what is seen in a mirror sends
+/// back at most the share F, the mirror sends back at most rho + mirror F, which is F at most if F >= rho / (1 -
+/// mirror).
 double largest_reflectance(const Scene& scene, int channels);
 
 } // namespace difusa

@@ -52,10 +52,45 @@ class Gatherer {
                 of_set(indirect, set) += row_of(sharp_[set]);
             }
         }
+        colour_.clear();
         add_surface(direct, indirect);
+        if (scene_.mesh.mirrors.any()) {
+            add_mirrored(number, direct, indirect);
+        }
     }
 
   private:
+    /// What x sees in mirrors. Small bright places are not sampled through them: their light is that of the rays.
+    void add_mirrored(std::size_t number, Eigen::Ref<Eigen::RowVectorXd> direct,
+                      Eigen::Ref<Eigen::RowVectorXd> indirect) {
+        met_.clear();
+        weight_.clear();
+        Rgb sky = Rgb::Zero();
+        around_.for_each_in_mirrors(
+            [&](const Hit& hit, double weight, const Rgb& colour) {
+                met_.push_back(scene_.mesh.at(hit.face, hit.u, hit.v));
+                weight_.push_back(weight);
+                colour_.push_back(colour);
+            },
+            [&](const Vec3& direction, double weight, const Rgb& colour) {
+                sky += weight * colour * (std::numbers::pi * scene_.sky_radiance(direction));
+            },
+            [](double, const Rgb&, bool) {});
+        of_set(direct, sets_.sky) += row_of(sky);
+        if (parts_.bright) {
+            RandomStream stream(seed_, "bounce in mirrors", number);
+            light_.H.resize(met_.size() * sets_.count());
+            parts_.direct->sample(met_, stream, light_.H, light_.light);
+            for (std::size_t p = 0; p < met_.size(); ++p) {
+                const Rgb rho = weight_[p] * colour_[p] * scene_.reflectance(met_[p]);
+                for (Index set = 0; set < sets_.count(); ++set) {
+                    of_set(indirect, set) += row_of(rho * light_.H[p * sets_.count() + set]);
+                }
+            }
+        }
+        add_surface(direct, indirect);
+    }
+
     void add_surface(Eigen::Ref<Eigen::RowVectorXd> direct, Eigen::Ref<Eigen::RowVectorXd> indirect) {
         const std::vector<char>& evaluated = parts_.direct->area_light_materials();
         rows_.resize(std::max(rows_.size(), met_.size()));
@@ -67,13 +102,14 @@ class Gatherer {
             for (std::size_t k = 0; k < row.element.size(); ++k) {
                 H += row.weight[k] * parts_.smooth.row(static_cast<Eigen::Index>(row.element[k]));
             }
-            const Eigen::RowVectorXd rho = row_of(scene_.reflectance(met_[p]));
+            const Rgb colour = colour_.empty() ? Rgb(Rgb::Ones()) : colour_[p];
+            const Eigen::RowVectorXd rho = row_of(colour * scene_.reflectance(met_[p]));
             for (Index set = 0; set < sets_.count(); ++set) {
                 of_set(indirect, set) += weight_[p] * of_set(H, set).cwiseProduct(rho);
             }
             const Index material = scene_.mesh.material[met_[p].face];
             if (evaluated[material] == 0 && (scene_.materials[material].emission > 0.0).any()) {
-                of_set(direct, sets_.material[material]) += weight_[p] * row_of(scene_.emission(met_[p]));
+                of_set(direct, sets_.material[material]) += weight_[p] * row_of(colour * scene_.emission(met_[p]));
             }
         }
     }
@@ -87,6 +123,7 @@ class Gatherer {
     BrightSurfels::Worker light_;
     std::vector<SurfacePoint> met_;
     std::vector<double> weight_;
+    std::vector<Rgb> colour_; ///< of the mirrors on the way; empty: there are none
     std::vector<BasisRow> rows_;
     std::vector<Rgb> sharp_;
 };

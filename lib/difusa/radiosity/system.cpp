@@ -7,6 +7,7 @@
 #include <difusa/core/text.h>
 #include <difusa/radiosity/reflected_transport.h>
 #include <difusa/scene/sky_parts.h>
+#include <difusa/transport/mirrored.h>
 
 #include <algorithm>
 #include <cmath>
@@ -188,6 +189,12 @@ class Solving {
     /// The light arriving before any reflection (`soft_`, `sharp_`), and the first bounce of the latter.
     void direct_light() {
         execution_.phase("direct light");
+        if (sources_->images() != nullptr && !sources_->images()->is_complete()) {
+            execution_.note("images of lamps and suns are followed over at most " +
+                            std::to_string(sources_->images()->followed()) +
+                            " mirrors in a row: there would be too many of longer chains, and their light is left "
+                            "out");
+        }
         Values sky = Values::Zero(SkyParts::count, columns());
         if (scene_->has_sky()) {
             sky.middleCols(static_cast<Eigen::Index>(options_.sets.sky) * channels_, channels_) =
@@ -215,7 +222,7 @@ class Solving {
     /// D (rho ∘ H), with samples on bright surfels where these are few, unless the options leave it at the operator.
     Values first_bounce() {
         const Values reflected = result_.light.first_bounce();
-        const Rows rows(*transport_.W);
+        const Rows rows(plain_part(*transport_.W));
         Values h;
         const bool live = options_.first_bounce == FirstBounce::live && rows.any() && bright_->places(1) > 0;
         result_.first_bounce = live ? FirstBounce::live : FirstBounce::operator_only;
@@ -241,6 +248,13 @@ class Solving {
         });
         for (const std::size_t each : cast) {
             execution_.count("segments", each);
+        }
+        if (const std::shared_ptr<const ChannelRows> in_mirrors = part_in_mirrors(*transport_.W)) {
+            Values seen = Values::Zero(static_cast<Eigen::Index>(in_mirrors->columns()), reflected.cols());
+            seen.topRows(reflected.rows()) = reflected;
+            Values from_mirrors;
+            in_mirrors->apply(seen, from_mirrors, execution_);
+            h += from_mirrors;
         }
         return h;
     }

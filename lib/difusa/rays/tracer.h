@@ -1,4 +1,4 @@
-// Ray casting against a surface: the only code that queries the visibility engine.
+// Ray casting against a surface: the only code that queries the visibility engine, and that sends rays on from mirrors.
 #pragma once
 
 #include <difusa/mesh/mesh.h>
@@ -45,7 +45,19 @@ class Tracer {
     const Visibility* engine_;
 };
 
+/// What a ray meets that was reflected by one mirror or more.
+struct ReflectedHit {
+    Hit hit;                  ///< t is that of the last part of its way
+    Vec3 direction;           ///< of that part
+    double weight = 0.0;      ///< of the ray
+    Rgb colour = Rgb::Ones(); ///< product of the reflectances of the mirrors
+    bool cut_off = false;     ///< a mirror that should have reflected it once more than Mirrors::most
+};
+
 /// What a surface point sees: the rays of one hemisphere and their hits. Scratch of one thread; keeps references.
+///
+/// A ray that meets the front of a mirror goes on from there: `for_each` calls the mirror like any surface (it may also
+/// reflect diffusely, or emit), and `for_each_in_mirrors` what is seen in it.
 class Hemisphere {
   public:
     Hemisphere(const Tracer& tracer, const DirectionPool& pool)
@@ -70,12 +82,34 @@ class Hemisphere {
         }
     }
 
+    /// For each hit after a mirror calls `on_front(hit, weight, colour)`, `on_sky(direction, weight, colour)` or
+    /// `on_loss(weight, colour, cut_off)`, if it hits the back of a face or is cut off.
+    template <class OnFront, class OnSky, class OnLoss>
+    void for_each_in_mirrors(const OnFront& on_front, const OnSky& on_sky, const OnLoss& on_loss) const {
+        for (const ReflectedHit& each : reflected_) {
+            if (each.cut_off) {
+                on_loss(each.weight, each.colour, true);
+            } else if (each.hit.face == none) {
+                on_sky(each.direction, each.weight, each.colour);
+            } else if (each.hit.front) {
+                on_front(each.hit, each.weight, each.colour);
+            } else {
+                on_loss(each.weight, each.colour, false);
+            }
+        }
+    }
+
   private:
+    void follow_reflections();
+
     const Tracer tracer_;
     const DirectionPool& pool_;
     std::vector<Ray> rays_;
     std::vector<Hit> hits_;
     std::span<const double> weights_;
+    std::vector<ReflectedHit> reflected_;
+    std::vector<Ray> reflected_rays_; ///< of one generation
+    std::vector<Hit> reflected_hits_;
 };
 
 } // namespace difusa

@@ -6,6 +6,7 @@
 #include <difusa/core/random.h>
 #include <difusa/core/text.h>
 #include <difusa/mesh/smooth_sides.h>
+#include <difusa/mesh/surface_sampling.h>
 #include <difusa/plugin/parameters.h>
 #include <difusa/radiosity/error_map.h>
 #include <difusa/render/camera_rays.h>
@@ -59,9 +60,31 @@ Pixel pixel_of(const Rgb& c) {
     return {static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2])};
 }
 
+/// True for the light that leaves surfaces, which mirrors show.
+bool shows_in_mirrors(Quantity quantity) {
+    switch (quantity) {
+    case Quantity::radiosity:
+    case Quantity::direct:
+    case Quantity::indirect:
+    case Quantity::group:
+    case Quantity::luminance:
+    case Quantity::radiosity_weighted:
+        return true;
+    default:
+        return false;
+    }
+}
+
 /// True for quantities defined for the sky as well as for surfaces.
 bool meets_the_eye(Quantity quantity) {
     return quantity == Quantity::radiosity || quantity == Quantity::direct || quantity == Quantity::group;
+}
+
+void add_to(Pixel& pixel, const Rgb& c) {
+    const Pixel more = pixel_of(c);
+    for (std::size_t k = 0; k < 3; ++k) {
+        pixel[k] += more[k];
+    }
 }
 
 /// Maps the progress of part of a phase to that of the phase.
@@ -98,6 +121,30 @@ Hit follow(const Mesh& mesh, const Visibility& visibility, Ray ray, bool cull_ba
         ray.face = hit.face;
     }
     return {};
+}
+
+/// What a mirror shows, and the colour of the mirrors that it is seen in.
+struct Sight {
+    Hit hit;
+    Vec3 direction; ///< in which it is seen
+    Rgb colour = Rgb::Ones();
+};
+
+/// Goes on from what a ray from the eye has hit: all that is seen in one mirror after another.
+void look_into_mirrors(const Mesh& mesh, const Visibility& visibility, Hit hit, Vec3 direction,
+                       std::vector<Sight>& sights) {
+    Rgb colour = Rgb::Ones();
+    for (std::size_t depth = 0; depth < mesh.mirrors.most; ++depth) {
+        const Index kind = hit.face != none && hit.front ? mesh.mirrors.kind(hit.face) : none;
+        if (kind == none) {
+            return;
+        }
+        direction = mirrored(direction, mesh.normals[hit.face]);
+        colour *= mesh.mirrors.reflectance[kind];
+        const Ray next{inset(mesh, mesh.at(hit.face, hit.u, hit.v)).position, direction, hit.face};
+        visibility.first_hits(std::span(&next, 1), std::span(&hit, 1));
+        sights.push_back({hit, direction, colour});
+    }
 }
 
 /// Computes the samples of a view in batches.
@@ -145,6 +192,7 @@ class Look {
         const auto grid = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(per_pixel))));
         batch_.resize((end - first) * per_pixel);
         directions_.resize(batch_.size());
+        in_mirrors_.assign(scene_.mesh.mirrors.any() ? batch_.size() : 0, {});
         parallel_for(end - first, 256, execution_, [&](std::size_t begin, std::size_t stop, unsigned) {
             for (std::size_t pixel = first + begin; pixel < first + stop; ++pixel) {
                 RandomStream stream(options.seed, "picture", pixel);
@@ -153,8 +201,12 @@ class Look {
                 std::size_t sample = (pixel - first) * per_pixel;
                 for (const auto& [x, y] : jittered_places(grid, stream)) {
                     const Vec3 direction = camera_.direction(column + x, row + y);
-                    const Hit hit = follow(scene_.mesh, result_.system->tracer().engine(),
-                                           {camera_.eye(), direction, none}, options.cull_backs);
+                    const Visibility& engine = result_.system->tracer().engine();
+                    const Ray ray{camera_.eye(), direction, none};
+                    const Hit hit = follow(scene_.mesh, engine, ray, options.cull_backs);
+                    if (!in_mirrors_.empty()) {
+                        look_into_mirrors(scene_.mesh, engine, hit, direction, in_mirrors_[sample]);
+                    }
                     directions_[sample] = direction;
                     Seen& seen = view_.seen[offset + sample];
                     seen = hit.face == none ? Seen::nothing : hit.front ? Seen::surface : Seen::back;
@@ -174,6 +226,20 @@ class Look {
             if (const Seen seen = view_.seen[offset + i]; seen == Seen::surface || seen == Seen::lamp) {
                 points_.push_back(batch_[i]);
                 numbers_.push_back(i);
+            }
+        }
+        colours_.assign(points_.size(), Rgb::Ones());
+        seen_directly_ = points_.size();
+        for (std::size_t i = 0; i < in_mirrors_.size(); ++i) {
+            for (const Sight& sight : in_mirrors_[i]) {
+                if (sight.hit.face != none && sight.hit.front) {
+                    SurfacePoint point = scene_.mesh.at(sight.hit.face, sight.hit.u, sight.hit.v);
+                    point.normal =
+                        shading_normal(scene_.mesh, corner_normals_, sight.hit.face, sight.hit.u, sight.hit.v);
+                    points_.push_back(point);
+                    numbers_.push_back(i);
+                    colours_.push_back(sight.colour);
+                }
             }
         }
         offset_ = offset;
@@ -196,8 +262,11 @@ class Look {
             } else if (show.quantity == Quantity::error) {
                 add_error(light, values);
             } else {
-                for (std::size_t p = 0; p < points_.size(); ++p) {
+                for (std::size_t p = 0; p < seen_directly_; ++p) {
                     values[offset_ + numbers_[p]] = pixel_of(value_of(show, light, p));
+                }
+                for (std::size_t p = seen_directly_; p < points_.size() && shows_in_mirrors(show.quantity); ++p) {
+                    add_to(values[offset_ + numbers_[p]], colours_[p] * value_of(show, light, p));
                 }
             }
             if (meets_the_eye(show.quantity)) {
@@ -256,7 +325,7 @@ class Look {
         parallel_for(points_.size(), 1024, execution_, [&](std::size_t begin, std::size_t end, unsigned) {
             std::vector<BasisRow> rows(end - begin);
             basis_.evaluate(std::span(points_).subspan(begin, end - begin), rows);
-            for (std::size_t p = begin; p < end; ++p) {
+            for (std::size_t p = begin; p < std::min(end, seen_directly_); ++p) {
                 const BasisRow& row = rows[p - begin];
                 double sum = 0.0;
                 for (std::size_t i = 0; i < row.element.size(); ++i) {
@@ -272,7 +341,7 @@ class Look {
         const Values errors = view_.options.final_gather > 0
                                   ? errors_->gathered_at(points_, light.noise.rowwise().norm(), execution_).error
                                   : errors_->at(points_, execution_).error;
-        for (std::size_t p = 0; p < points_.size(); ++p) {
+        for (std::size_t p = 0; p < seen_directly_; ++p) {
             values[offset_ + numbers_[p]] = pixel_of(Rgb::Constant(errors(static_cast<Eigen::Index>(p), 0)));
         }
     }
@@ -284,6 +353,14 @@ class Look {
         for (std::size_t i = 0; i < batch_.size() && shines; ++i) {
             if (view_.seen[offset_ + i] == Seen::nothing) {
                 values[offset_ + i] = pixel_of(std::numbers::pi * scene_.sky_radiance(directions_[i]));
+            }
+        }
+        for (std::size_t i = 0; i < in_mirrors_.size() && shines; ++i) {
+            for (const Sight& sight : in_mirrors_[i]) {
+                if (sight.hit.face == none) {
+                    add_to(values[offset_ + i],
+                           sight.colour * (std::numbers::pi * scene_.sky_radiance(sight.direction)));
+                }
             }
         }
     }
@@ -304,8 +381,11 @@ class Look {
     std::size_t offset_ = 0; ///< number of its first sample
     std::vector<SurfacePoint> batch_;
     std::vector<Vec3> directions_;
-    std::vector<SurfacePoint> points_; ///< those on fronts
-    std::vector<std::size_t> numbers_; ///< their numbers in the batch
+    std::vector<SurfacePoint> points_;           ///< those on fronts
+    std::vector<std::size_t> numbers_;           ///< their numbers in the batch
+    std::vector<Rgb> colours_;                   ///< of the mirrors they are seen in
+    std::size_t seen_directly_ = 0;              ///< the first of them; the others are seen in mirrors
+    std::vector<std::vector<Sight>> in_mirrors_; ///< of each sample; empty if there are no mirrors
 };
 
 void check(const BakeResult& result, const ViewOptions& options, const std::vector<Show>& shows) {

@@ -54,6 +54,16 @@ void check_material(const PolygonSoup& soup, std::size_t face) {
             ", has the reflectance (" + channels(material.reflectance) +
             "). A surface reflects between none (0) and all (1) of the light in each channel: correct it.");
     }
+    if ((material.mirror > 0.0).any()) {
+        const Rgb both = material.mirror + (material.vertex_colours ? Rgb(Rgb::Zero()) : material.reflectance);
+        if (!(material.mirror >= 0.0).all() || !(both <= 1.0 + 1e-9).all()) {
+            throw InputError(file_prefix(soup, 0) + "material \"" + material.name + "\", used by " +
+                             face_name(soup, face) +
+                             ", is a mirror that reflects more than all of the light: diffuse "
+                             "and specular reflectance add up to (" +
+                             channels(both) + "), and must not exceed 1 in any channel: correct them.");
+        }
+    }
     if (material.reflectance_texture) {
         const Rgb most = (material.vertex_colours ? Rgb(Rgb::Ones()) : material.reflectance) *
                          material.reflectance_texture->brightest();

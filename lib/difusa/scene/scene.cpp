@@ -62,8 +62,8 @@ bool Scene::is_grey() const {
         const Material& material = materials[m];
         const bool rho_grey = (material.vertex_colours || equal_channels(material.reflectance)) &&
                               equal_channels(material.reflectance_texture.get());
-        if (used[m] != 0 &&
-            !(rho_grey && equal_channels(material.emission) && equal_channels(material.emission_texture.get()))) {
+        if (used[m] != 0 && !(rho_grey && equal_channels(material.mirror) && equal_channels(material.emission) &&
+                              equal_channels(material.emission_texture.get()))) {
             return false;
         }
     }
@@ -75,6 +75,30 @@ bool Scene::is_grey() const {
         }
     }
     return true;
+}
+
+void settle_mirrors(Scene& scene, std::size_t most) {
+    Mirrors& mirrors = scene.mesh.mirrors;
+    mirrors = {};
+    mirrors.most = most;
+    std::vector<Index> kind(scene.materials.size(), none);
+    for (Index t = 0; t < scene.mesh.triangles.size(); ++t) {
+        const Index m = scene.mesh.material[t];
+        const Rgb& share = scene.materials[m].mirror;
+        if (!(share > 0.0).any()) {
+            continue;
+        }
+        if (kind[m] == none) {
+            const auto same = std::find_if(mirrors.reflectance.begin(), mirrors.reflectance.end(),
+                                           [&](const Rgb& known) { return (known == share).all(); });
+            kind[m] = static_cast<Index>(same - mirrors.reflectance.begin());
+            if (same == mirrors.reflectance.end()) {
+                mirrors.reflectance.push_back(share);
+            }
+            mirrors.of_face.resize(scene.mesh.triangles.size(), none);
+        }
+        mirrors.of_face[t] = kind[m];
+    }
 }
 
 std::vector<char> emitting_materials(const Scene& scene) {

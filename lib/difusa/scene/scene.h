@@ -39,6 +39,9 @@ struct Scene {
     bool is_grey() const;
 };
 
+/// Sets the mirrors of the mesh from the materials; `most`: Mirrors::most.
+void settle_mirrors(Scene& scene, std::size_t most);
+
 /// Materials with positive emission in some channel.
 std::vector<char> emitting_materials(const Scene& scene);
 

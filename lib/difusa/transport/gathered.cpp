@@ -4,9 +4,11 @@
 #include <difusa/algebra/sparse_rows.h>
 #include <difusa/core/parallel.h>
 #include <difusa/scene/sky_parts.h>
+#include <difusa/transport/mirrored.h>
 
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <utility>
 
 namespace difusa {
@@ -17,6 +19,44 @@ namespace {
 struct Bins {
     std::vector<Index> bin;
     std::vector<double> weight;
+};
+
+/// What the points see in mirrors.
+class InMirrors {
+  public:
+    InMirrors(const Surfels& surfels, const Mirrors& mirrors, std::size_t points, LightTransport& transport)
+        : surfels_(surfels), channels_(mirrors.is_grey() ? 1 : 3), transport_(transport),
+          rows_(std::make_shared<ChannelRows>(points, surfels.size() + SkyParts::count, channels_)) {
+        const auto count = static_cast<Eigen::Index>(points);
+        transport.back_in_mirrors.setZero(count, channels_);
+        transport.cut_off.setZero(count, channels_);
+    }
+
+    /// Sets the row of point j to what `around` has seen; `entries` is scratch.
+    void set(std::size_t j, const Hemisphere& around, std::vector<std::pair<Index, Rgb>>& entries) {
+        entries.clear();
+        const auto first_sky = static_cast<Index>(surfels_.size());
+        around.for_each_in_mirrors(
+            [&](const Hit& hit, double weight, const Rgb& colour) {
+                entries.emplace_back(surfels_.at(hit.face, hit.u, hit.v), weight * colour);
+            },
+            [&](const Vec3& direction, double weight, const Rgb& colour) {
+                entries.emplace_back(first_sky + SkyParts::at(direction), weight * colour);
+            },
+            [&](double weight, const Rgb& colour, bool cut_off) {
+                Values& lost = cut_off ? transport_.cut_off : transport_.back_in_mirrors;
+                lost.row(static_cast<Eigen::Index>(j)) += (weight * colour.head(channels_)).matrix().transpose();
+            });
+        rows_->set(j, entries);
+    }
+
+    std::shared_ptr<const ChannelRows> rows() const { return rows_; }
+
+  private:
+    const Surfels& surfels_;
+    int channels_;
+    LightTransport& transport_;
+    std::shared_ptr<ChannelRows> rows_;
 };
 
 /// A row of weights by bin.
@@ -52,11 +92,17 @@ LightTransport gathered(const Tracer& tracer, std::span<const SurfacePoint> poin
     auto lists = pool.equal_weights() ? std::make_shared<HitLists>(points.size(), columns, pool.count(), grain)
                                       : std::shared_ptr<HitLists>();
     auto weighted = lists ? std::shared_ptr<SparseRows>() : std::make_shared<SparseRows>(points.size(), columns);
+    const Mirrors& mirrors = tracer.mesh().mirrors;
+    std::optional<InMirrors> in_mirrors;
+    if (mirrors.any()) {
+        in_mirrors.emplace(surfels, mirrors, points.size(), transport);
+    }
     const auto first_sky = static_cast<Index>(surfels.size());
     parallel_for(points.size(), grain, execution, [&](std::size_t begin, std::size_t end, unsigned) {
         Hemisphere around(tracer, pool);
         Bins bins;
         std::vector<std::pair<Index, double>> order;
+        std::vector<std::pair<Index, Rgb>> reflected;
         for (std::size_t j = begin; j < end; ++j) {
             around.look(points[j], j);
             bins.bin.clear();
@@ -80,6 +126,9 @@ LightTransport gathered(const Tracer& tracer, std::span<const SurfacePoint> poin
             } else {
                 put(bins, order, weighted->row(j));
             }
+            if (in_mirrors) {
+                in_mirrors->set(j, around, reflected);
+            }
         }
         if (lists) {
             lists->close_block(begin);
@@ -87,6 +136,10 @@ LightTransport gathered(const Tracer& tracer, std::span<const SurfacePoint> poin
     });
     transport.bytes = lists ? lists->bytes() : weighted->bytes();
     transport.W = lists ? std::static_pointer_cast<const LinearOperator>(lists) : weighted;
+    if (in_mirrors) {
+        transport.bytes += in_mirrors->rows()->bytes();
+        transport.W = std::make_shared<MirroredTransport>(transport.W, in_mirrors->rows());
+    }
     return transport;
 }
 

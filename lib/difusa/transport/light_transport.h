@@ -12,14 +12,18 @@ namespace difusa {
 /// With the radiosity b of the surfels and pi times the radiance of the sky's parts (scene/sky_parts.h), the irradiance
 /// at the points is
 ///     h = W [b; sky] = D b + Y sky.
-/// D_js is the form factor from point j to surfel s, Y_jp that from point j to part p of the sky. W is identical to the
-/// bit whatever the reflectances and lights.
+/// D_js is the form factor from point j to surfel s, Y_jp that from point j to part p of the sky: directly, and in
+/// mirrors, where it is multiplied by their reflectances and may differ by channel. W is identical to the bit whatever
+/// the diffuse reflectances and lights.
 struct LightTransport {
     std::shared_ptr<const LinearOperator> W; ///< #points by #surfels + #parts of the sky
     std::size_t surfels = 0;
     std::vector<double> sky;  ///< #points: cosine-weighted share of the hemisphere that escapes
     std::vector<double> back; ///< #points: the share that hits the back of a face, which sends no light
-    std::size_t rays = 0;     ///< first-hit rays cast
+    /// #points by #channels of the mirrors: the share that, after a mirror, hits the back of a face, and the share that
+    /// is cut off (Mirrors::most). No rows: there are no mirrors.
+    Values back_in_mirrors, cut_off;
+    std::size_t rays = 0;     ///< first-hit rays cast, not counting those that go on from mirrors
     std::size_t segments = 0; ///< visibility segments cast
     std::size_t bytes = 0;    ///< size of W
 

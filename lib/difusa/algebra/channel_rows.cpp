@@ -1,0 +1,129 @@
+#include <difusa/algebra/channel_rows.h>
+
+#include <difusa/algebra/transpose_sum.h>
+#include <difusa/core/error.h>
+#include <difusa/core/parallel.h>
+
+#include <algorithm>
+#include <functional>
+#include <string>
+
+namespace difusa {
+
+ChannelRows::ChannelRows(const Packed& packed)
+    : rows_(packed.row_entries.size()), columns_(packed.columns), channels_(packed.channels) {
+    if (channels_ != 1 && channels_ != 3) {
+        throw InputError("there are neither one nor three channels");
+    }
+    const auto width = static_cast<std::size_t>(channels_);
+    std::size_t sum = 0;
+    for (const std::uint32_t entries : packed.row_entries) {
+        sum += entries;
+    }
+    if (sum != packed.column.size() || sum * width != packed.value.size()) {
+        throw InputError("the lengths of the rows do not add up to their entries");
+    }
+    auto column = packed.column.begin();
+    auto value = packed.value.begin();
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+        const auto entries = static_cast<std::ptrdiff_t>(packed.row_entries[i]);
+        rows_[i].column.assign(column, column + entries);
+        rows_[i].value.assign(value, value + entries * channels_);
+        column += entries;
+        value += entries * channels_;
+        const std::vector<Index>& own = rows_[i].column;
+        if (std::adjacent_find(own.begin(), own.end(), std::greater_equal<>()) != own.end() ||
+            (!own.empty() && own.back() >= columns_) ||
+            !std::all_of(rows_[i].value.begin(), rows_[i].value.end(),
+                         [](double v) { return v >= 0.0 && v <= 1.0 + 1e-9; })) {
+            throw InputError("row " + std::to_string(i) +
+                             " has columns that do not ascend or do not exist, or values that are not from 0 to 1");
+        }
+    }
+}
+
+ChannelRows::Packed ChannelRows::packed() const {
+    Packed packed;
+    packed.columns = columns_;
+    packed.channels = channels_;
+    for (const Row& row : rows_) {
+        packed.row_entries.push_back(static_cast<std::uint32_t>(row.column.size()));
+        packed.column.insert(packed.column.end(), row.column.begin(), row.column.end());
+        packed.value.insert(packed.value.end(), row.value.begin(), row.value.end());
+    }
+    return packed;
+}
+
+void ChannelRows::set(std::size_t i, std::vector<std::pair<Index, Rgb>>& entries) {
+    std::stable_sort(entries.begin(), entries.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    Row& row = rows_[i];
+    row = {};
+    for (const auto& [column, colour] : entries) {
+        if (row.column.empty() || row.column.back() != column) {
+            row.column.push_back(column);
+            row.value.resize(row.value.size() + static_cast<std::size_t>(channels_), 0.0);
+        }
+        for (int c = 0; c < channels_; ++c) {
+            row.value[row.value.size() - static_cast<std::size_t>(channels_ - c)] += colour[c];
+        }
+    }
+    row.column.shrink_to_fit();
+    row.value.shrink_to_fit();
+}
+
+std::size_t ChannelRows::bytes() const {
+    std::size_t sum = rows_.size() * sizeof(Row);
+    for (const Row& row : rows_) {
+        sum += row.column.size() * sizeof(Index) + row.value.size() * sizeof(double);
+    }
+    return sum;
+}
+
+void ChannelRows::check_width(const Values& x) const {
+    DIFUSA_REQUIRE(channels_ == 1 || x.cols() == 1 || x.cols() % channels_ == 0);
+}
+
+template <class Act>
+void ChannelRows::for_each_factor(const Row& row, std::size_t k, Eigen::Index width, const Act& act) const {
+    const double* const value = row.value.data() + k * static_cast<std::size_t>(channels_);
+    if (channels_ == 3 && width == 1) {
+        act(0, std::max({value[0], value[1], value[2]}));
+        return;
+    }
+    for (Eigen::Index c = 0; c < width; ++c) {
+        act(c, value[c % channels_]);
+    }
+}
+
+void ChannelRows::apply(const Values& x, Values& y, const Execution& execution) const {
+    DIFUSA_REQUIRE(static_cast<std::size_t>(x.rows()) == columns_);
+    check_width(x);
+    const Eigen::Index width = x.cols();
+    y.resize(static_cast<Eigen::Index>(rows()), width);
+    parallel_for(rows(), 64, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const Row& row = rows_[i];
+            auto out = y.row(static_cast<Eigen::Index>(i));
+            out.setZero();
+            for (std::size_t k = 0; k < row.column.size(); ++k) {
+                const auto source = x.row(static_cast<Eigen::Index>(row.column[k]));
+                for_each_factor(row, k, width, [&](Eigen::Index c, double factor) { out[c] += factor * source[c]; });
+            }
+        }
+    });
+}
+
+void ChannelRows::apply_transpose(const Values& x, Values& y, const Execution& execution) const {
+    DIFUSA_REQUIRE(static_cast<std::size_t>(x.rows()) == rows());
+    check_width(x);
+    sum_transposed(rows(), columns_, x.cols(), y, execution, [&](std::size_t i, Values& sum) {
+        const Row& row = rows_[i];
+        const auto source = x.row(static_cast<Eigen::Index>(i));
+        for (std::size_t k = 0; k < row.column.size(); ++k) {
+            auto out = sum.row(static_cast<Eigen::Index>(row.column[k]));
+            for_each_factor(row, k, x.cols(), [&](Eigen::Index c, double factor) { out[c] += factor * source[c]; });
+        }
+    });
+}
+
+} // namespace difusa

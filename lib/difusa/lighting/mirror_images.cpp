@@ -1,0 +1,451 @@
+#include <difusa/lighting/mirror_images.h>
+
+#include <difusa/core/even_sequence.h>
+#include <difusa/lighting/area_lights.h>
+#include <difusa/lighting/lambert.h>
+#include <difusa/mesh/surface_sampling.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <tuple>
+
+namespace difusa {
+
+namespace {
+
+/// Up to this many faces of a plane, parts of an image are clipped to each of them.
+constexpr std::size_t few_faces = 64;
+
+/// The part of a convex polygon where normal·p >= offset.
+void clip_to_front(const std::vector<Vec3>& polygon, const Vec3& normal, double offset, std::vector<Vec3>& result) {
+    result.clear();
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+        const Vec3 &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+        const double at_a = normal.dot(a) - offset, at_b = normal.dot(b) - offset;
+        if (at_a >= 0.0) {
+            result.push_back(a);
+        }
+        if ((at_a > 0.0 && at_b < 0.0) || (at_a < 0.0 && at_b > 0.0)) {
+            result.push_back(a + at_a / (at_a - at_b) * (b - a));
+        }
+    }
+}
+
+/// A plane by the rounded direction of its normal and its rounded offset.
+std::tuple<std::int64_t, std::int64_t, std::int64_t, std::int64_t> key_of(const Vec3& normal, double offset,
+                                                                          double magnitude) {
+    const auto whole = [](double value) { return static_cast<std::int64_t>(std::llround(value * 0x1p32)); };
+    return {whole(normal.x()), whole(normal.y()), whole(normal.z()), whole(offset / std::max(magnitude, 1e-300))};
+}
+
+} // namespace
+
+MirrorImages::MirrorImages(const Scene& scene, const Tracer& tracer, std::span<const std::pair<Sun, Index>> suns,
+                           std::span<const std::pair<PointLight, Index>> points, std::span<const Index> lamps,
+                           std::span<const Index> set_of_material)
+    : scene_(scene), tracer_(tracer), suns_(suns.begin(), suns.end()), point_lights_(points.begin(), points.end()),
+      lamp_triangles_(lamps.begin(), lamps.end()), set_of_material_(set_of_material.begin(), set_of_material.end()),
+      reach_(2.0 * scene.mesh.diameter()), rounding_(0x1p-44 * scene.mesh.magnitude()) {
+    if (scene.mesh.mirrors.any() && !(suns_.empty() && point_lights_.empty() && lamp_triangles_.empty())) {
+        find_planes();
+        follow_sources();
+    }
+}
+
+void MirrorImages::find_planes() {
+    const Mesh& mesh = scene_.mesh;
+    plane_of_face_.assign(mesh.triangles.size(), none);
+    std::map<std::tuple<std::int64_t, std::int64_t, std::int64_t, std::int64_t>, Index> known;
+    for (Index t = 0; t < mesh.triangles.size(); ++t) {
+        if (mesh.mirrors.kind(t) == none) {
+            continue;
+        }
+        const Vec3& n = mesh.normals[t];
+        const double offset = n.dot(mesh.corner(t, 0));
+        const auto [place, is_new] =
+            known.try_emplace(key_of(n, offset, mesh.magnitude()), static_cast<Index>(planes_.size()));
+        if (is_new) {
+            Plane plane;
+            plane.normal = n;
+            plane.offset = offset;
+            planes_.push_back(std::move(plane));
+        }
+        plane_of_face_[t] = place->second;
+        planes_[place->second].faces.push_back(t);
+    }
+    for (Plane& plane : planes_) {
+        Eigen::AlignedBox3d box;
+        double area = 0.0;
+        for (const Index t : plane.faces) {
+            box.extend(mesh.box(t));
+            area += mesh.areas[t];
+            plane.colour += mesh.areas[t] * mesh.mirrors.reflectance[mesh.mirrors.kind(t)];
+        }
+        // A plane of one kind has its colour to the bit.
+        const Rgb first = mesh.mirrors.reflectance[mesh.mirrors.kind(plane.faces.front())];
+        const bool even = std::all_of(plane.faces.begin(), plane.faces.end(), [&](Index t) {
+            return (mesh.mirrors.reflectance[mesh.mirrors.kind(t)] == first).all();
+        });
+        plane.colour = even ? first : Rgb(plane.colour / area);
+        plane.centre = box.center();
+        plane.radius = 0.5 * box.diagonal().norm();
+    }
+}
+
+/// False only if no part of one is in front of the other.
+bool MirrorImages::see_each_other(const Plane& a, const Plane& b) const {
+    return a.height(b.centre) + b.radius > rounding_ && b.height(a.centre) + a.radius > rounding_;
+}
+
+MirrorImages::Chain MirrorImages::before(Index plane, const Chain& chain) const {
+    const Vec3& n = planes_[plane].normal;
+    const Eigen::Matrix3d reflection = Eigen::Matrix3d::Identity() - 2.0 * n * n.transpose();
+    Chain result;
+    result.planes.push_back(plane);
+    result.planes.insert(result.planes.end(), chain.planes.begin(), chain.planes.end());
+    result.colour = planes_[plane].colour * chain.colour;
+    result.linear = reflection * chain.linear;
+    result.offset = reflection * chain.offset + 2.0 * planes_[plane].offset * n;
+    return result;
+}
+
+bool MirrorImages::extend_point(PointImage& image, Index plane) const {
+    const Plane& mirror = planes_[plane];
+    const double height = image.is_sun ? mirror.normal.dot(image.at) : mirror.height(image.at);
+    if (!(height > (image.is_sun ? 0x1p-40 : rounding_))) {
+        return false;
+    }
+    image.chain = before(plane, image.chain);
+    image.at -= 2.0 * height * mirror.normal;
+    return true;
+}
+
+bool MirrorImages::extend_lamp(LampImage& image, Index plane) const {
+    const Plane& mirror = planes_[plane];
+    std::vector<Vec3> front;
+    clip_to_front(image.polygon, mirror.normal, mirror.offset + rounding_, front);
+    if (front.size() < 3) {
+        return false;
+    }
+    image.chain = before(plane, image.chain);
+    Eigen::AlignedBox3d box;
+    for (Vec3& corner : front) {
+        corner -= 2.0 * mirror.height(corner) * mirror.normal;
+        box.extend(corner);
+    }
+    std::reverse(front.begin(), front.end()); // a reflection turns it over
+    image.polygon = std::move(front);
+    image.centre = box.center();
+    image.radius = 0.5 * box.diagonal().norm();
+    return true;
+}
+
+/// One generation of chains after another, each as a whole.
+template <class Image, class Extend> void MirrorImages::add_images(std::vector<Image>& images, const Extend& extend) {
+    std::vector<Image> generation = std::move(images), next;
+    images.clear();
+    for (std::size_t length = 1; length <= scene_.mesh.mirrors.most; ++length) {
+        next.clear();
+        for (const Image& image : generation) {
+            for (Index plane = 0; plane < planes_.size(); ++plane) {
+                if (!image.chain.planes.empty() &&
+                    (plane == image.chain.planes.front() ||
+                     !see_each_other(planes_[plane], planes_[image.chain.planes.front()]))) {
+                    continue;
+                }
+                Image longer = image;
+                if (extend(longer, plane)) {
+                    next.push_back(std::move(longer));
+                }
+            }
+            if (length > 1 && images.size() + next.size() > most_images) {
+                complete_ = false;
+                followed_ = followed_ == 0 ? length - 1 : std::min(followed_, length - 1);
+                return;
+            }
+        }
+        if (next.empty()) {
+            break;
+        }
+        images.insert(images.end(), next.begin(), next.end());
+        std::swap(generation, next);
+    }
+}
+
+void MirrorImages::follow_sources() {
+    for (Index i = 0; i < suns_.size(); ++i) {
+        points_.push_back({{}, suns_[i].first.towards, i, true});
+    }
+    for (Index i = 0; i < point_lights_.size(); ++i) {
+        points_.push_back({{}, point_lights_[i].first.position, i, false});
+    }
+    for (const Index t : lamp_triangles_) {
+        LampImage lamp;
+        for (int k = 0; k < 3; ++k) {
+            lamp.polygon.push_back(scene_.mesh.corner(t, k));
+        }
+        lamp.triangle = t;
+        lamps_.push_back(std::move(lamp));
+    }
+    add_images(points_, [&](PointImage& image, Index plane) { return extend_point(image, plane); });
+    add_images(lamps_, [&](LampImage& image, Index plane) { return extend_lamp(image, plane); });
+    for (LampImage& image : lamps_) {
+        add_windows(image);
+    }
+}
+
+void MirrorImages::add_windows(LampImage& image) const {
+    Chain seen; // over the mirrors before each
+    for (const Index plane : image.chain.planes) {
+        std::vector<std::array<Vec3, 3>> window;
+        if (planes_[plane].faces.size() <= few_faces) {
+            for (const Index t : planes_[plane].faces) {
+                const Mesh& mesh = scene_.mesh;
+                window.push_back({seen(mesh.corner(t, 0)), seen(mesh.corner(t, 1)), seen(mesh.corner(t, 2))});
+            }
+        }
+        image.windows.push_back(std::move(window));
+        // The next mirror is seen in this one as this one is seen: the reflection in it comes first.
+        const Vec3& n = planes_[plane].normal;
+        const Eigen::Matrix3d reflection = Eigen::Matrix3d::Identity() - 2.0 * n * n.transpose();
+        seen.offset += seen.linear * (2.0 * planes_[plane].offset * n);
+        seen.linear = seen.linear * reflection;
+    }
+}
+
+/// False only if no straight line from x to a place within `radius` of the target passes through the plane's ball.
+bool MirrorImages::may_show(const Plane& plane, const Vec3& x, const Vec3& target, double radius) const {
+    if (!(plane.height(x) > 0.0)) {
+        return false;
+    }
+    const Vec3 to_mirror = plane.centre - x, to_target = target - x;
+    const double a = to_mirror.norm(), b = to_target.norm();
+    if (a <= plane.radius || b <= radius) {
+        return true;
+    }
+    const double angle = std::acos(std::clamp(to_mirror.dot(to_target) / (a * b), -1.0, 1.0));
+    return angle <= std::asin(plane.radius / a) + std::asin(radius / b) + 1e-6;
+}
+
+/// The same for one place: whether the line meets the plane within the ball.
+bool MirrorImages::shows_place(const Plane& plane, const Vec3& x, const Vec3& way, bool endless) const {
+    const double height = plane.height(x), sinks = -plane.normal.dot(way);
+    if (!(height > 0.0 && sinks > 0.0) || (!endless && height > sinks)) {
+        return false;
+    }
+    const double slack = plane.radius * (1.0 + 1e-6) + rounding_;
+    return (x + height / sinks * way - plane.centre).squaredNorm() <= slack * slack;
+}
+
+Rgb MirrorImages::follow(const SurfacePoint& from, const Chain& chain, const Vec3& target, const Vec3* source,
+                         Index source_face, Vec3& last, Worker& worker) const {
+    const Mesh& mesh = scene_.mesh;
+    Rgb colour = Rgb::Ones();
+    SurfacePoint at = from;
+    Vec3 way = source == nullptr ? target : Vec3(target - from.position);
+    for (const Index plane : chain.planes) {
+        const Ray ray{at.position, way, at.face};
+        Hit hit;
+        tracer_.first_hits({&ray, 1}, {&hit, 1});
+        ++worker.cast;
+        if (hit.face == none || !hit.front || plane_of_face_[hit.face] != plane) {
+            return Rgb::Zero();
+        }
+        colour *= mesh.mirrors.reflectance[mesh.mirrors.kind(hit.face)];
+        at = inset(mesh, mesh.at(hit.face, hit.u, hit.v));
+        way = mirrored(source == nullptr ? way : Vec3((1.0 - hit.t) * way), planes_[plane].normal);
+    }
+    Segment segment{at.position, at.position + reach_ * way, at.face, none};
+    if (source != nullptr) {
+        const Vec3 rest = *source - at.position;
+        const double length = rest.norm();
+        // A light may lie on a face that, by rounding, ends up in front of it.
+        const double part = source_face == none ? std::max(0.0, 1.0 - 0x1p-40 - rounding_ / length) : 1.0;
+        segment = {at.position, at.position + part * rest, at.face, source_face};
+        way = rest;
+    }
+    last = way;
+    std::uint8_t blocked = 0;
+    worker.cast += tracer_.occluded({&segment, 1}, {&blocked, 1});
+    return blocked != 0 ? Rgb(Rgb::Zero()) : colour;
+}
+
+Rgb MirrorImages::light_of(const PointImage& image, const SurfacePoint& x, const SurfacePoint& from,
+                           Worker& worker) const {
+    const Vec3 way = image.is_sun ? image.at : Vec3(image.at - x.position);
+    const double distance = way.norm(), cosine = x.normal.dot(way) / distance;
+    if (!(cosine > 0.0) || !shows_place(planes_[image.chain.planes.front()], x.position, way, image.is_sun)) {
+        return Rgb::Zero();
+    }
+    Vec3 last;
+    if (image.is_sun) {
+        return cosine * suns_[image.source].first.irradiance *
+               follow(from, image.chain, way, nullptr, none, last, worker);
+    }
+    const PointLight& light = point_lights_[image.source].first;
+    const Rgb colour = follow(from, image.chain, image.at, &light.position, none, last, worker);
+    return (colour > 0.0).any()
+               ? Rgb(cosine * light.falloff(-last.normalized()) / (distance * distance) * colour * light.intensity)
+               : Rgb(Rgb::Zero());
+}
+
+void MirrorImages::add_points(const SurfacePoint& x, Worker& worker, std::span<Rgb> H, Rgb* from_outside) const {
+    const SurfacePoint from = inset(scene_.mesh, x);
+    for (const PointImage& image : points_) {
+        const Rgb light = light_of(image, x, from, worker);
+        H[image.is_sun ? suns_[image.source].second : point_lights_[image.source].second] += light;
+        if (from_outside != nullptr) {
+            *from_outside += light;
+        }
+    }
+}
+
+/// Adds a convex polygon, counterclockwise seen from its front and relative to nothing, as triangles.
+void MirrorImages::add_part(const std::vector<Vec3>& polygon, Index lamp, const SurfacePoint& x, Worker& worker) const {
+    for (std::size_t k = 2; k < polygon.size(); ++k) {
+        Part part{{polygon[0], polygon[k - 1], polygon[k]}, 0.0, 0.0, lamp};
+        part.form_factor = lambert_form_factor(x.position, x.normal, part.corner[0], part.corner[1], part.corner[2]);
+        const double mean = light(lamps_[lamp]).mean();
+        if (part.form_factor > 0x1p-48 && mean > 0.0) {
+            part.below = (worker.parts.empty() ? 0.0 : worker.parts.back().below) + part.form_factor * mean;
+            worker.parts.push_back(part);
+        }
+    }
+}
+
+/// Clips what is left of an image to the faces of one mirror after another, as x sees them.
+void MirrorImages::look_through(const LampImage& image, std::size_t window, Index lamp, const SurfacePoint& x,
+                                const std::vector<Vec3>& polygon, Worker& worker) const {
+    if (window == image.windows.size()) {
+        add_part(polygon, lamp, x, worker);
+        return;
+    }
+    if (image.windows[window].empty()) {
+        look_through(image, window + 1, lamp, x, polygon, worker);
+        return;
+    }
+    std::vector<Vec3> left, next;
+    for (const std::array<Vec3, 3>& face : image.windows[window]) {
+        const std::array<Vec3, 3> w{face[0] - x.position, face[1] - x.position, face[2] - x.position};
+        const double side = w[0].cross(w[1]).dot(w[2]) > 0.0 ? 1.0 : -1.0;
+        left = polygon;
+        for (std::size_t k = 0; k < 3 && left.size() >= 3; ++k) {
+            const Vec3 normal = side * w[k].cross(w[(k + 1) % 3]);
+            clip_to_front(left, normal, normal.dot(x.position), next);
+            std::swap(left, next);
+        }
+        if (left.size() >= 3) {
+            look_through(image, window + 1, lamp, x, left, worker);
+        }
+    }
+}
+
+void MirrorImages::collect(const SurfacePoint& x, Worker& worker) const {
+    worker.parts.clear();
+    for (Index lamp = 0; lamp < lamps_.size(); ++lamp) {
+        const LampImage& image = lamps_[lamp];
+        if (may_show(planes_[image.chain.planes.front()], x.position, image.centre, image.radius)) {
+            look_through(image, 0, lamp, x, image.polygon, worker);
+        }
+    }
+}
+
+/// A point of a part, uniform by area.
+MirrorImages::Sampled MirrorImages::sample_part(const Part& part, const SurfacePoint& x, const SurfacePoint& from,
+                                                double u, double v, Worker& worker) const {
+    const LampImage& image = lamps_[part.lamp];
+    const double root = std::sqrt(u);
+    const Vec3 edge_b = part.corner[1] - part.corner[0], edge_c = part.corner[2] - part.corner[0];
+    const Vec3 y = part.corner[0] + root * (1.0 - v) * edge_b + root * v * edge_c;
+    const Vec3 normal = edge_b.cross(edge_c); // twice the area long
+    const Vec3 way = y - x.position;
+    const double r2 = way.squaredNorm(), cosines = x.normal.dot(way) * -normal.dot(way) * 0.5;
+    if (!(x.normal.dot(way) > 0.0) || !(cosines > 0.0)) {
+        return {};
+    }
+    Sampled sampled;
+    const double kernel = cosines / (std::numbers::pi * r2 * r2);
+    sampled.unblocked = kernel * light(image);
+    // Back over the mirrors: the inverse of a reflection followed by others is its transpose.
+    const Vec3 source = image.chain.linear.transpose() * (y - image.chain.offset);
+    Vec3 last;
+    sampled.seen = kernel * emission(image) * follow(from, image.chain, y, &source, image.triangle, last, worker);
+    return sampled;
+}
+
+void MirrorImages::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
+                              std::span<Rgb> H) const {
+    add_points(x, worker, H, nullptr);
+    collect(x, worker);
+    if (worker.parts.empty()) {
+        return;
+    }
+    const SurfacePoint from = inset(scene_.mesh, x);
+    const std::size_t sets = H.size(), each = samples_per_round(samples);
+    worker.unblocked.assign(sets, Rgb::Zero());
+    worker.sampled.assign(sets, Rgb::Zero());
+    worker.seen.assign(sets, Rgb::Zero());
+    for (const Part& part : worker.parts) {
+        worker.unblocked[set_of(lamps_[part.lamp])] += part.form_factor * light(lamps_[part.lamp]);
+    }
+    constexpr double golden = 0.6180339887498949; // rounds divide the strata evenly
+    const double start = stream.uniform(), whole = worker.parts.back().below;
+    const std::array<double, 2> shift{stream.uniform(), stream.uniform()};
+    double sum = 0.0, squares = 0.0;
+    for (std::size_t round = 0; round < AreaLights::most_rounds; ++round) {
+        const double along = fraction(start + static_cast<double>(round) * golden);
+        double all = 0.0, seen = 0.0;
+        auto part = worker.parts.begin();
+        for (std::size_t s = 0; s < each; ++s) {
+            const double share = whole * (static_cast<double>(s) + along) / static_cast<double>(each);
+            while (part + 1 != worker.parts.end() && part->below <= share) {
+                ++part;
+            }
+            const auto [u, v] = even_point<2>(round * each + s, shift);
+            const LampImage& lamp = lamps_[part->lamp];
+            const Sampled sampled = sample_part(*part, x, from, u, v, worker);
+            // Parts are chosen by their share of the mean irradiance.
+            const double factor = 1.0 / (part->form_factor * light(lamp).mean());
+            worker.sampled[set_of(lamp)] += factor * sampled.unblocked;
+            worker.seen[set_of(lamp)] += factor * sampled.seen;
+            all += factor * sampled.unblocked.sum();
+            seen += factor * sampled.seen.sum();
+        }
+        const double share = all > 0.0 ? seen / all : 0.0;
+        sum += share;
+        squares += share * share;
+        const auto n = static_cast<double>(round + 1);
+        if (round > 0 && (squares - sum * sum / n) / (n * (n - 1.0)) <= AreaLights::settled * AreaLights::settled) {
+            break;
+        }
+    }
+    for (std::size_t set = 0; set < sets; ++set) {
+        H[set] += (worker.sampled[set] > 0.0)
+                      .select(worker.unblocked[set] * worker.seen[set] /
+                                  worker.sampled[set].max(std::numeric_limits<double>::min()),
+                              0.0);
+    }
+}
+
+void MirrorImages::sample(const SurfacePoint& x, RandomStream& stream, Worker& worker, std::span<Rgb> H,
+                          Rgb* from_outside) const {
+    add_points(x, worker, H, from_outside);
+    if (lamps_.empty()) {
+        return;
+    }
+    const double choice = stream.uniform(), u = stream.uniform(), v = stream.uniform();
+    collect(x, worker);
+    if (worker.parts.empty()) {
+        return;
+    }
+    const double whole = worker.parts.back().below;
+    const auto part = std::find_if(worker.parts.begin(), worker.parts.end() - 1,
+                                   [&](const Part& each) { return choice * whole < each.below; });
+    const LampImage& lamp = lamps_[part->lamp];
+    const Sampled sampled = sample_part(*part, x, inset(scene_.mesh, x), u, v, worker);
+    H[set_of(lamp)] += whole / (part->form_factor * light(lamp).mean()) * sampled.seen;
+}
+
+} // namespace difusa

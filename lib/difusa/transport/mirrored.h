@@ -1,0 +1,38 @@
+// Transport with mirrors: what a point sees directly, and what it sees in mirrors.
+#pragma once
+
+#include <difusa/algebra/channel_rows.h>
+#include <difusa/algebra/linear_operator.h>
+
+#include <memory>
+#include <utility>
+
+namespace difusa {
+
+/// W = plain + in_mirrors. Values have the channels in turn (algebra/channel_rows.h) if the mirrors are coloured.
+class MirroredTransport final : public LinearOperator {
+  public:
+    MirroredTransport(std::shared_ptr<const LinearOperator> plain, std::shared_ptr<const ChannelRows> in_mirrors)
+        : plain_(std::move(plain)), in_mirrors_(std::move(in_mirrors)) {}
+
+    const std::shared_ptr<const LinearOperator>& plain() const { return plain_; }
+    const std::shared_ptr<const ChannelRows>& in_mirrors() const { return in_mirrors_; }
+
+    std::size_t rows() const override { return plain_->rows(); }
+    std::size_t columns() const override { return plain_->columns(); }
+
+    void apply(const Values& x, Values& y, const Execution& execution) const override;
+    void apply_transpose(const Values& x, Values& y, const Execution& execution) const override;
+
+  private:
+    std::shared_ptr<const LinearOperator> plain_;
+    std::shared_ptr<const ChannelRows> in_mirrors_;
+};
+
+/// The part of W that does not go over mirrors: W itself if there are none.
+const LinearOperator& plain_part(const LinearOperator& W);
+
+/// The other part; null if there are no mirrors.
+std::shared_ptr<const ChannelRows> part_in_mirrors(const LinearOperator& W);
+
+} // namespace difusa
