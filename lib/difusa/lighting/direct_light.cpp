@@ -220,9 +220,7 @@ void DirectLight::sample(std::span<const SurfacePoint> x, RandomStream& stream, 
         }
     }
     if (images_) {
-        for (std::size_t i = 0; i < x.size(); ++i) {
-            images_->sample(x[i], stream, worker.images, H.subspan(i * sets, sets), from_outside);
-        }
+        images_->sample(x, stream, worker.images, H, from_outside);
     }
     if (area_lights_.count() == 0) {
         return;

@@ -18,6 +18,9 @@ namespace {
 /// Up to this many faces of a plane, parts of an image are clipped to each of them.
 constexpr std::size_t few_faces = 64;
 
+/// At most this many pairs of an image and a mirror are looked at to find longer chains: a second or so.
+constexpr std::size_t most_pairs = std::size_t{1} << 25U;
+
 /// The part of a convex polygon where normal·p >= offset.
 void clip_to_front(const std::vector<Vec3>& polygon, const Vec3& normal, double offset, std::vector<Vec3>& result) {
     result.clear();
@@ -94,9 +97,17 @@ void MirrorImages::find_planes() {
     }
 }
 
-/// False only if no part of one is in front of the other.
+/// Whether some part of one is in front of the other: not so between the faces of a convex body.
 bool MirrorImages::see_each_other(const Plane& a, const Plane& b) const {
-    return a.height(b.centre) + b.radius > rounding_ && b.height(a.centre) + a.radius > rounding_;
+    const Mesh& mesh = scene_.mesh;
+    const auto reaches = [&](const Plane& plane, const Plane& other) {
+        return plane.height(other.centre) + other.radius > rounding_ &&
+               std::any_of(other.faces.begin(), other.faces.end(), [&](Index t) {
+                   return std::max({plane.height(mesh.corner(t, 0)), plane.height(mesh.corner(t, 1)),
+                                    plane.height(mesh.corner(t, 2))}) > 16.0 * rounding_;
+               });
+    };
+    return reaches(a, b) && reaches(b, a);
 }
 
 MirrorImages::Chain MirrorImages::before(Index plane, const Chain& chain) const {
@@ -146,8 +157,16 @@ bool MirrorImages::extend_lamp(LampImage& image, Index plane) const {
 template <class Image, class Extend> void MirrorImages::add_images(std::vector<Image>& images, const Extend& extend) {
     std::vector<Image> generation = std::move(images), next;
     images.clear();
+    const auto give_up = [&](std::size_t length) {
+        complete_ = false;
+        followed_ = followed_ == 0 ? length - 1 : std::min(followed_, length - 1);
+    };
     for (std::size_t length = 1; length <= scene_.mesh.mirrors.most; ++length) {
         next.clear();
+        if (length > 1 && generation.size() * planes_.size() > most_pairs) {
+            give_up(length);
+            return;
+        }
         for (const Image& image : generation) {
             for (Index plane = 0; plane < planes_.size(); ++plane) {
                 if (!image.chain.planes.empty() &&
@@ -161,8 +180,7 @@ template <class Image, class Extend> void MirrorImages::add_images(std::vector<I
                 }
             }
             if (length > 1 && images.size() + next.size() > most_images) {
-                complete_ = false;
-                followed_ = followed_ == 0 ? length - 1 : std::min(followed_, length - 1);
+                give_up(length);
                 return;
             }
         }
@@ -215,18 +233,21 @@ void MirrorImages::add_windows(LampImage& image) const {
     }
 }
 
-/// False only if no straight line from x to a place within `radius` of the target passes through the plane's ball.
-bool MirrorImages::may_show(const Plane& plane, const Vec3& x, const Vec3& target, double radius) const {
-    if (!(plane.height(x) > 0.0)) {
+/// False only if no straight line from a place within `spread` of x to one within `radius` of the target passes through
+/// the plane's ball: moving x is moving both balls.
+bool MirrorImages::may_show(const Plane& plane, const Vec3& x, double spread, const Vec3& target, double radius) const {
+    if (!(plane.height(x) + spread > 0.0)) {
         return false;
     }
     const Vec3 to_mirror = plane.centre - x, to_target = target - x;
     const double a = to_mirror.norm(), b = to_target.norm();
-    if (a <= plane.radius || b <= radius) {
+    const double sine_a = (plane.radius + spread) / a, sine_b = (radius + spread) / b;
+    if (!(sine_a < 1.0 && sine_b < 1.0)) {
         return true;
     }
-    const double angle = std::acos(std::clamp(to_mirror.dot(to_target) / (a * b), -1.0, 1.0));
-    return angle <= std::asin(plane.radius / a) + std::asin(radius / b) + 1e-6;
+    // The angle between the centres against the sum of the angles of the balls, which is less than pi.
+    const double cosine_a = std::sqrt(1.0 - sine_a * sine_a), cosine_b = std::sqrt(1.0 - sine_b * sine_b);
+    return to_mirror.dot(to_target) >= (cosine_a * cosine_b - sine_a * sine_b - 1e-9) * a * b;
 }
 
 /// The same for one place: whether the line meets the plane within the ball.
@@ -342,11 +363,22 @@ void MirrorImages::look_through(const LampImage& image, std::size_t window, Inde
     }
 }
 
-void MirrorImages::collect(const SurfacePoint& x, Worker& worker) const {
-    worker.parts.clear();
+/// The images that places within `spread` of x may see.
+void MirrorImages::find_candidates(const Vec3& x, double spread, Worker& worker) const {
+    worker.candidates.clear();
     for (Index lamp = 0; lamp < lamps_.size(); ++lamp) {
         const LampImage& image = lamps_[lamp];
-        if (may_show(planes_[image.chain.planes.front()], x.position, image.centre, image.radius)) {
+        if (may_show(planes_[image.chain.planes.front()], x, spread, image.centre, image.radius)) {
+            worker.candidates.push_back(lamp);
+        }
+    }
+}
+
+void MirrorImages::collect(const SurfacePoint& x, Worker& worker) const {
+    worker.parts.clear();
+    for (const Index lamp : worker.candidates) {
+        const LampImage& image = lamps_[lamp];
+        if (may_show(planes_[image.chain.planes.front()], x.position, 0.0, image.centre, image.radius)) {
             look_through(image, 0, lamp, x, image.polygon, worker);
         }
     }
@@ -378,6 +410,7 @@ MirrorImages::Sampled MirrorImages::sample_part(const Part& part, const SurfaceP
 void MirrorImages::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
                               std::span<Rgb> H) const {
     add_points(x, worker, H, nullptr);
+    find_candidates(x.position, 0.0, worker);
     collect(x, worker);
     if (worker.parts.empty()) {
         return;
@@ -429,12 +462,27 @@ void MirrorImages::irradiance(const SurfacePoint& x, std::size_t samples, Random
     }
 }
 
-void MirrorImages::sample(const SurfacePoint& x, RandomStream& stream, Worker& worker, std::span<Rgb> H,
+void MirrorImages::sample(std::span<const SurfacePoint> x, RandomStream& stream, Worker& worker, std::span<Rgb> H,
                           Rgb* from_outside) const {
-    add_points(x, worker, H, from_outside);
-    if (lamps_.empty()) {
+    if (x.empty()) {
         return;
     }
+    Eigen::AlignedBox3d box;
+    for (const SurfacePoint& each : x) {
+        box.extend(each.position);
+    }
+    find_candidates(box.center(), 0.5 * box.diagonal().norm(), worker);
+    const std::size_t sets = H.size() / x.size();
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        const std::span<Rgb> own = H.subspan(i * sets, sets);
+        add_points(x[i], worker, own, from_outside);
+        if (!lamps_.empty()) {
+            sample_lamps(x[i], stream, worker, own);
+        }
+    }
+}
+
+void MirrorImages::sample_lamps(const SurfacePoint& x, RandomStream& stream, Worker& worker, std::span<Rgb> H) const {
     const double choice = stream.uniform(), u = stream.uniform(), v = stream.uniform();
     collect(x, worker);
     if (worker.parts.empty()) {

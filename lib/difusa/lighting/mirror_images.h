@@ -45,6 +45,7 @@ class MirrorImages {
         Index lamp = none;
     };
     struct Worker {
+        std::vector<Index> candidates; ///< images of area lights that may be seen
         std::vector<Part> parts;
         std::vector<Vec3> polygon, clipped;
         std::vector<Rgb> unblocked, sampled, seen; ///< by set
@@ -57,9 +58,11 @@ class MirrorImages {
     void irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
                     std::span<Rgb> H) const;
 
-    /// Unbiased estimates of the same, with one path for each image of a sun or point light and one for all images of
-    /// area lights. The contribution of suns and point lights is also added to `from_outside`, if not null.
-    void sample(const SurfacePoint& x, RandomStream& stream, Worker& worker, std::span<Rgb> H, Rgb* from_outside) const;
+    /// Unbiased estimates of the same at each x, H[i #sets + set], with one path for each image of a sun or point light
+    /// and one for all images of area lights. The contribution of suns and point lights is also added to
+    /// `from_outside`, if not null. Quickest for places close to each other.
+    void sample(std::span<const SurfacePoint> x, RandomStream& stream, Worker& worker, std::span<Rgb> H,
+                Rgb* from_outside) const;
 
   private:
     /// The faces of mirrors that lie in one plane, n·p = offset, and a ball around them.
@@ -107,7 +110,7 @@ class MirrorImages {
     bool extend_lamp(LampImage& image, Index plane) const;
     void add_windows(LampImage& image) const;
 
-    bool may_show(const Plane& plane, const Vec3& x, const Vec3& target, double radius) const;
+    bool may_show(const Plane& plane, const Vec3& x, double spread, const Vec3& target, double radius) const;
     bool shows_place(const Plane& plane, const Vec3& x, const Vec3& way, bool endless) const;
     /// The colour of the mirrors on the way from `from` to the image `target` (a direction if `source` is null), zero
     /// if it is blocked. `last`: the direction of its last part.
@@ -115,7 +118,9 @@ class MirrorImages {
                Vec3& last, Worker& worker) const;
     Rgb light_of(const PointImage& image, const SurfacePoint& x, const SurfacePoint& from, Worker& worker) const;
     void add_points(const SurfacePoint& x, Worker& worker, std::span<Rgb> H, Rgb* from_outside) const;
+    void find_candidates(const Vec3& x, double spread, Worker& worker) const;
     void collect(const SurfacePoint& x, Worker& worker) const;
+    void sample_lamps(const SurfacePoint& x, RandomStream& stream, Worker& worker, std::span<Rgb> H) const;
     void look_through(const LampImage& image, std::size_t window, Index lamp, const SurfacePoint& x,
                       const std::vector<Vec3>& polygon, Worker& worker) const;
     void add_part(const std::vector<Vec3>& polygon, Index lamp, const SurfacePoint& x, Worker& worker) const;
