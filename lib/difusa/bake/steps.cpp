@@ -160,6 +160,8 @@ LightingOptions lighting_options(const BakeResult& result, const Choices& choice
     options.sets = result.options.light_groups ? light_groups(*result.scene) : all_lights(*result.scene);
     options.direct_in_basis = choices.direct_in_basis;
     options.solve = result.options.solve;
+    options.solve.stop = choices.stop_by_change ? StopBy::change : StopBy::residual;
+    options.keep_iterates = result.options.keep_iterates;
     options.may_be_dark = choices.may_be_dark;
     options.first_bounce = choices.operator_bounce ? FirstBounce::operator_only : FirstBounce::live;
     return options;
