@@ -268,12 +268,16 @@ void add_mirror_arguments(CLI::App& app, BakeOptions& options, const std::string
 }
 
 void add_solver_arguments(CLI::App& app, BakeOptions& options, const std::string& group) {
-    add_name(app, "--solver", options.solver, "krylov or jacobi", group);
+    add_name(app, "--solver", options.solver, "krylov, jacobi, gauss-seidel:relaxation=1.1, southwell, progressive",
+             group);
     add_parsed(app, "--tolerance", options.solve.tolerance,
-               "largest residual, relative to the light before any reflection", parse_positive)
+               "largest residual, relative to the light before any reflection (or change: --stop)", parse_positive)
         ->group(group)
         ->type_name("T")
         ->default_str(shown(options.solve.tolerance));
+    add_name(app, "--stop", options.stop,
+             "what the tolerance limits: residual (the largest that is left) or change (the largest in an iteration)",
+             group);
     add_whole(app, "--max-iterations", options.solve.max_iterations, 0, "give up after this many")
         ->group(group)
         ->type_name("N")

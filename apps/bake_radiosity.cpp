@@ -3,6 +3,8 @@
 #include "run_bake.h"
 
 #include <difusa/bake.h>
+#include <difusa/import/text_scanner.h>
+#include <difusa/output/series_files.h>
 #include <difusa/rays/visibility_choice.h>
 
 #include <algorithm>
@@ -40,6 +42,7 @@ struct Arguments {
     std::filesystem::path mesh;
     difusa::BakeArguments bake;
     difusa::RunArguments run;
+    std::filesystem::path convergence;
     bool list_plugins = false, dry_run = false, verbose = false;
 };
 
@@ -52,6 +55,12 @@ void declare(CLI::App& app, Arguments& a) {
                    "the rays again; puts sites on all surfaces, also on those that these lights do not reach")
         ->group("Output")
         ->type_name("FILE");
+
+    app.add_option("--convergence", a.convergence,
+                   "also write what the solver passes through on its way, as a series that ParaView plays, and a .vtp "
+                   "for each; --solver progressive shows most")
+        ->group("Output")
+        ->type_name("FILE.pvd");
 
     add_run_arguments(app, a.run, a.bake.options.seed, "the result does not depend");
     const std::string run = difusa::run_group;
@@ -105,6 +114,18 @@ void list_plugins(const difusa::Registry& registry) {
     }
 }
 
+/// The series of --convergence, and the members that it may have.
+std::vector<difusa::OutputName> series_of(const Arguments& a) {
+    std::vector<difusa::OutputName> files;
+    if (!a.convergence.empty()) {
+        files.push_back({a.convergence, false});
+        for (std::size_t i = 0; i < difusa::most_iterates; ++i) {
+            files.push_back({difusa::series_member(a.convergence, i), true});
+        }
+    }
+    return files;
+}
+
 void check_files(const Arguments& a) {
     if (a.mesh.empty()) {
         throw UsageError("a mesh file is expected: bake_radiosity mesh.off out.vtp (--help)");
@@ -112,7 +133,16 @@ void check_files(const Arguments& a) {
     if (a.bake.files.field.empty() && !a.dry_run) {
         throw UsageError("an output file is expected: bake_radiosity " + a.mesh.string() + " out.vtp (--help)");
     }
-    check_bake_outputs(a.bake, {}, {{a.mesh, "the mesh"}});
+    if (!a.convergence.empty()) {
+        if (difusa::lower_case(a.convergence.extension().string()) != ".pvd") {
+            throw UsageError("--convergence " + a.convergence.string() +
+                             ": must end in .pvd (a series that ParaView plays)");
+        }
+        if (a.bake.error) {
+            throw UsageError("--convergence: is of one bake, and --error takes several; omit one of them");
+        }
+    }
+    check_bake_outputs(a.bake, series_of(a), {{a.mesh, "the mesh"}});
 }
 
 void run(const Arguments& a) {
@@ -128,10 +158,26 @@ void run(const Arguments& a) {
     if (a.dry_run) {
         files = {.report = files.report};
     }
+    options.keep_iterates = !a.convergence.empty();
+    for (const difusa::OutputName& member : series_of(a)) {
+        options.outputs.push_back(member.file);
+    }
+    difusa::SeriesWriter series(a.convergence, {});
     run_bake(files, a.run, a.verbose, [&](const difusa::Execution& execution) {
-        return a.dry_run ? difusa::dry_run(registry, a.mesh, options, execution)
-                         : difusa::bake(registry, a.mesh, options, execution);
+        if (a.dry_run) {
+            return difusa::dry_run(registry, a.mesh, options, execution);
+        }
+        difusa::BakeResult result = difusa::bake(registry, a.mesh, options, execution);
+        series.add_iterates(result, execution);
+        return result;
     });
+    if (series.size() > 0) {
+        const std::size_t count = series.size();
+        series.commit();
+        if (!a.run.quiet) {
+            std::cout << "written: " << a.convergence.string() << " (" << count << " iterates)\n";
+        }
+    }
 }
 
 } // namespace bake_radiosity

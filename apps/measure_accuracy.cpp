@@ -9,6 +9,7 @@
 #include <difusa/rays/visibility_choice.h>
 #include <difusa/study/estimate_study.h>
 #include <difusa/study/ring_curves.h>
+#include <difusa/study/solver_study.h>
 #include <difusa/study/study.h>
 
 #include <algorithm>
@@ -16,8 +17,10 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
+#include <iterator>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace measure_accuracy {
@@ -44,6 +47,9 @@ Examples:
   measure_accuracy --output study --estimate 20 --error 1% --scene data/cornell_box.obj
       whether an accuracy that is ordered is reached, and what it takes
 
+  measure_accuracy --output study --solver krylov --solver jacobi --solver progressive --scene data/room_a.json
+      what solvers need, on the same system: iterations, matrix entries, time
+
 Cases: %CASES%.
 
 Exit codes: 0 done, 1 usage, 3 not converged, 4 resources, 5 internal, 130 interrupted.
@@ -57,6 +63,9 @@ struct Arguments {
     std::size_t estimate = 0; ///< bakes
     std::vector<std::string> scenes;
     std::optional<double> error; ///< target of those bakes
+    std::vector<std::string> solvers;
+    std::vector<double> albedos;
+    std::optional<std::size_t> sites; ///< of those systems
     difusa::RunArguments run;
 };
 
@@ -90,8 +99,21 @@ void declare(CLI::App& app, Arguments& a) {
     add_whole<std::size_t>(app, "--estimate", a.estimate, 1,
                            "bakes of each case and scene instead, to judge the error estimate")
         ->type_name("N");
-    difusa::add_repeated(app, "--scene", a.scenes, "mesh or scene file to bake with --estimate (may be repeated)")
+    difusa::add_repeated(app, "--scene", a.scenes,
+                         "mesh or scene file to bake with --estimate or --solver (may be repeated)")
         ->type_name("FILE");
+    difusa::add_repeated(app, "--solver", a.solvers,
+                         "solvers instead, against each other on each --scene (may be repeated)")
+        ->type_name("NAME");
+    difusa::add_repeated(app, "--albedo", a.albedos,
+                         "reflectance of all surfaces for --solver (may be repeated; default: 0.5, 0.9, 0.99)",
+                         difusa::parse_positive)
+        ->type_name("R");
+    difusa::add_parsed(app, "--sites", a.sites, "sites of those systems, if no --spacing is given (default: 2000)",
+                       [](const std::string& option, const std::string& text) {
+                           return difusa::parse_whole<std::size_t>(option, text, 1);
+                       })
+        ->type_name("N");
 
     app.add_flag("--adaptive", a.plan.common.adaptive, "graded sites: as many as at the spacing, but where they help");
     difusa::add_parsed(app, "--error", a.error,
@@ -154,13 +176,13 @@ void study(Arguments& a, const difusa::Registry& registry, const difusa::Executi
     }
 }
 
-/// The options that the plan gives for the bakes of --estimate: one of each.
-difusa::BakeOptions estimate_options(const Arguments& a) {
+/// The options that the plan gives for the bakes of --estimate or --solver: one of each.
+difusa::BakeOptions bake_of(const Arguments& a, const std::string& study) {
     const difusa::StudyPlan& plan = a.plan;
     difusa::BakeOptions options = plan.common;
-    const auto one = [](const auto& given, auto& target, const std::string& name) {
+    const auto one = [&](const auto& given, auto& target, const std::string& name) {
         if (given.size() > 1) {
-            throw UsageError("--estimate takes a single " + name);
+            throw UsageError(study + " takes a single " + name);
         }
         if (!given.empty()) {
             target = given.front();
@@ -171,6 +193,12 @@ difusa::BakeOptions estimate_options(const Arguments& a) {
     one(plan.transports, options.transport, "--transport");
     one(plan.spacings, options.spacing, "--spacing");
     one(plan.rays, options.rays, "--rays");
+    return options;
+}
+
+difusa::BakeOptions estimate_options(const Arguments& a) {
+    const difusa::StudyPlan& plan = a.plan;
+    difusa::BakeOptions options = bake_of(a, "--estimate");
     if (!plan.final_gathers.empty()) {
         throw UsageError("--estimate judges the field as the basis represents it: it does not take --final-gather");
     }
@@ -226,6 +254,76 @@ void estimate(Arguments& a, const difusa::Registry& registry, const difusa::Exec
     }
     write(a.output / "estimate.md", table);
     write(a.output / "estimate.csv", csv);
+}
+
+void compare_solvers(Arguments& a, const difusa::Registry& registry, const difusa::Execution& execution) {
+    fill(a.albedos, {0.5, 0.9, 0.99});
+    difusa::SolverPlan plan{a.solvers, a.albedos, {1e-2, 1e-6}, bake_of(a, "--solver")};
+    if (a.plan.bases.empty()) {
+        plan.bake.basis = "normalized-radial"; // whose bounces die out whatever the albedo
+    }
+    if (a.plan.spacings.empty()) {
+        plan.bake.sites = a.sites.value_or(2000);
+    } else if (a.sites) {
+        throw UsageError("--sites: --spacing says how many there are; omit one of them");
+    }
+    std::string table = difusa::solver_header(), csv = difusa::solver_csv_header();
+    if (!a.run.quiet) {
+        std::cout << table << std::flush;
+    }
+    for (const std::string& file : a.scenes) {
+        const auto trials = difusa::try_solvers(registry, file, plan, execution, [&](const difusa::SolverTrial& trial) {
+            const std::string row = difusa::solver_row(trial);
+            if (!a.run.quiet) {
+                std::cout << row << std::flush;
+            }
+            table += row;
+            csv += difusa::solver_csv_rows(trial);
+        });
+        for (const double albedo : a.albedos) {
+            std::vector<difusa::SolverTrial> lines; // to the smallest residual
+            std::copy_if(trials.begin(), trials.end(), std::back_inserter(lines),
+                         [&](const difusa::SolverTrial& trial) {
+                             return trial.albedo == albedo && trial.tolerance == plan.tolerances.back();
+                         });
+            const std::string name = lines.front().scene + "_albedo_" + difusa::text_of(albedo);
+            for (const auto& [axis, what] : {std::pair(difusa::SolverAxis::iterations, "iterations.svg"),
+                                             std::pair(difusa::SolverAxis::entries, "entries.svg"),
+                                             std::pair(difusa::SolverAxis::seconds, "seconds.svg")}) {
+                write(a.output / (name + "_residual_against_" + what), residual_chart(lines, axis));
+                write(a.output / (name + "_error_against_" + what), error_chart(lines, axis));
+            }
+        }
+    }
+    write(a.output / "solvers.md", table);
+    write(a.output / "solvers.csv", csv);
+}
+
+/// What --solver needs, and does not take.
+void check_solvers(const Arguments& a, const difusa::Registry& registry) {
+    if (a.solvers.empty() && (!a.albedos.empty() || a.sites)) {
+        throw UsageError("--albedo and --sites are for the comparison of solvers: name them, --solver krylov "
+                         "--solver jacobi");
+    }
+    if (a.solvers.empty()) {
+        return;
+    }
+    for (const std::string& solver : a.solvers) {
+        registry.describe("solver", solver);
+    }
+    if (a.scenes.empty()) {
+        throw UsageError("--solver: needs a scene whose system is to be solved, --scene data/room_a.json");
+    }
+    const std::vector<std::pair<bool, std::string>> given{{!a.plan.cases.empty(), "--case"},
+                                                          {!a.plan.final_gathers.empty(), "--final-gather"},
+                                                          {a.repeats > 1, "--repeat"},
+                                                          {a.chapter7, "--chapter7"},
+                                                          {a.estimate > 0, "--estimate"}};
+    for (const auto& [is, name] : given) {
+        if (is) {
+            throw UsageError("--solver does not take " + name);
+        }
+    }
 }
 
 /// Root mean square of the differences between two curves, over that of the second.
@@ -329,8 +427,9 @@ void run(Arguments& a) {
     if (a.chapter7) {
         refuse_for_chapter7(a);
     }
-    if (!a.scenes.empty() && a.estimate == 0) {
-        throw UsageError("--scene is for --estimate only: other studies need a known solution (--case)");
+    check_solvers(a, registry);
+    if (!a.scenes.empty() && a.estimate == 0 && a.solvers.empty()) {
+        throw UsageError("--scene is for --estimate and --solver only: other studies need a known solution (--case)");
     }
     if (a.error && a.estimate == 0) {
         throw UsageError("--error is for the bakes of --estimate");
@@ -354,6 +453,8 @@ void run(Arguments& a) {
     const difusa::Execution execution{a.run.threads, &progress};
     if (a.chapter7) {
         chapter7(a, registry, execution);
+    } else if (!a.solvers.empty()) {
+        compare_solvers(a, registry, execution);
     } else if (a.estimate > 0) {
         estimate(a, registry, execution);
     } else {

@@ -21,6 +21,11 @@ namespace {
 
 /// Builds the engine, and settles which sides are fronts.
 void build_visibility(BakeResult& result, const Registry& registry, Choices& choices, const Execution& execution) {
+    if (result.scene->mesh.mirrors.any() && choices.solver->needs_factors()) {
+        throw UsageError("--solver " + result.options.solver + ": " + result.file +
+                         " has mirrors, and relaxing one unknown after the other needs rows that do not go over "
+                         "mirrors; use krylov or jacobi");
+    }
     execution.phase("build visibility");
     choices.engine->build(result.scene->mesh);
     if (settle_fronts(result, choices, execution)) {

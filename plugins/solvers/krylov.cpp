@@ -99,7 +99,8 @@ class Space {
 class Column {
   public:
     Column(Vector g, const difusa::SolveOptions& options, std::size_t restart, const difusa::Execution& execution)
-        : g_(std::move(g)), h_(g_), light_(largest(g_)), options_(options), restart_(restart), execution_(execution) {
+        : g_(std::move(g)), h_(g_), before_(g_), light_(largest(g_)), options_(options), restart_(restart),
+          execution_(execution) {
         // Starts from g: better than zero, and its residual is the first bounce.
         if (light_ == 0.0) {
             history_.push_back(0.0);
@@ -114,6 +115,16 @@ class Column {
     int iterations() const { return iterations_; }
     SolveSummary::Reason reason() const { return reason_; }
 
+    /// The best solution so far.
+    Vector estimate() const {
+        Vector h = h_;
+        if (!space_.empty()) {
+            space_.front().add_to(h);
+        }
+        return h;
+    }
+    double change() const { return change_; } ///< by the last iteration, relative; if it is to stop the iteration
+
     void take(const Vector& A_operand) {
         if (space_.empty()) {
             restart(g_ - A_operand); // the true residual, free of the recurrence's drift
@@ -126,8 +137,14 @@ class Column {
         if (space.size() > before) {
             history_.push_back(largest(space.residual()) / light_);
         }
-        if (!more || history_.back() <= 0.5 * options_.tolerance || space.size() >= restart_ ||
-            iterations_ >= options_.max_iterations) {
+        bool enough = history_.back() <= 0.5 * options_.tolerance;
+        if (options_.stop == difusa::StopBy::change) {
+            Vector h = estimate();
+            change_ = largest(h - before_) / light_;
+            before_ = std::move(h);
+            enough = change_ <= options_.tolerance;
+        }
+        if (!more || enough || space.size() >= restart_ || iterations_ >= options_.max_iterations) {
             space.add_to(h_);
             space_.clear();
         }
@@ -145,7 +162,9 @@ class Column {
         }
         using Reason = SolveSummary::Reason;
         done_ = true;
-        if (now <= options_.tolerance || difusa::is_rounding(largest(r), largest(h_))) {
+        const bool enough = options_.stop == difusa::StopBy::residual ? now <= options_.tolerance
+                                                                      : !first && change_ <= options_.tolerance;
+        if (enough || difusa::is_rounding(largest(r), largest(h_))) {
             reason_ = Reason::converged;
         } else if (!std::isfinite(now)) {
             reason_ = Reason::diverged;
@@ -160,8 +179,8 @@ class Column {
         }
     }
 
-    Vector g_, h_;
-    double light_;
+    Vector g_, h_, before_; ///< before_: the estimate after the last iteration, if its change is to stop them
+    double light_, change_ = 0.0;
     const difusa::SolveOptions& options_;
     std::size_t restart_;
     const difusa::Execution& execution_;
@@ -185,6 +204,8 @@ class Krylov final : public difusa::Solver {
             columns.emplace_back(problem.g.col(c), options, restart_, execution);
         }
         Values x = Values::Zero(problem.g.rows(), problem.g.cols()), Tx;
+        difusa::Showing showing(options);
+        SolveSummary summary;
         while (!std::all_of(columns.begin(), columns.end(), [](const Column& column) { return column.done(); })) {
             execution.check();
             for (std::size_t c = 0; c < columns.size(); ++c) {
@@ -193,30 +214,55 @@ class Krylov final : public difusa::Solver {
                 }
             }
             problem.T->apply(x, Tx, execution);
+            summary.entries_touched += problem.T->entry_count() * static_cast<std::size_t>(x.cols());
             for (std::size_t c = 0; c < columns.size(); ++c) {
                 if (!columns[c].done()) {
                     const auto column = static_cast<Eigen::Index>(c);
                     columns[c].take(x.col(column) - Tx.col(column));
                 }
             }
+            show(columns, summary.entries_touched, showing);
         }
-        SolveSummary summary;
         summary.h.resize(problem.g.rows(), problem.g.cols());
         for (std::size_t c = 0; c < columns.size(); ++c) {
             const Column& column = columns[c];
             summary.h.col(static_cast<Eigen::Index>(c)) = column.h();
             const double residual = column.history().back();
-            summary.residual = residual <= summary.residual ? summary.residual : residual; // NaN counts as largest
+            summary.residual = difusa::larger(summary.residual, residual);
             summary.residual_history.push_back(column.history());
             summary.iterations = std::max(summary.iterations, column.iterations());
             if (column.reason() != SolveSummary::Reason::converged) {
                 summary.reason = column.reason();
             }
+            if (options.stop == difusa::StopBy::change) {
+                summary.change = difusa::larger(summary.change.value_or(0.0), column.change());
+            }
         }
+        showing.show({static_cast<std::size_t>(summary.iterations) * static_cast<std::size_t>(summary.h.rows()),
+                      summary.entries_touched, summary.residual, summary.h});
         return summary;
     }
 
   private:
+    /// The estimates of all columns, if that is due.
+    static void show(const std::vector<Column>& columns, std::size_t entries, difusa::Showing& showing) {
+        std::size_t relaxations = 0;
+        double residual = 0.0;
+        for (const Column& column : columns) {
+            relaxations = std::max(relaxations, static_cast<std::size_t>(column.iterations()) *
+                                                    static_cast<std::size_t>(column.h().size()));
+            residual = difusa::larger(residual, column.history().back());
+        }
+        if (!showing.is_due(relaxations)) {
+            return;
+        }
+        Values h(columns.front().h().size(), static_cast<Eigen::Index>(columns.size()));
+        for (std::size_t c = 0; c < columns.size(); ++c) {
+            h.col(static_cast<Eigen::Index>(c)) = columns[c].estimate();
+        }
+        showing.show({relaxations, entries, residual, h});
+    }
+
     std::size_t restart_;
 };
 

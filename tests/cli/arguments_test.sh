@@ -19,6 +19,17 @@ usage "unknown option --neighbors, did you mean --neighbours?" "$box" out.vtp --
 usage "did you mean 'shepard'?" "$box" out.vtp --basis shepherd
 usage "did you mean 'embree'?" "$box" out.vtp --visibility embre
 usage "did you mean 'krylov'?" "$box" out.vtp --solver krilov
+usage "did you mean 'gauss-seidel'?" "$box" out.vtp --solver gauss-siedel
+usage "no parameter 'ambient'" "$box" out.vtp --solver southwell:ambient=no
+usage "must be a number from 0.05 to 1.95" "$box" out.vtp --solver gauss-seidel:relaxation=2
+usage "unknown stop, did you mean change?" "$box" out.vtp --stop chance
+for solver in gauss-seidel southwell progressive; do
+    usage "--solver $solver: relaxes one unknown after the other" "$box" out.vtp --solver $solver --projection galerkin
+    usage "use --solver krylov or jacobi" "$box" out.vtp --solver $solver --basis radial
+done
+usage "must end in .pvd" "$box" out.vtp --convergence steps.vtp
+usage "two outputs have this name" "$box" steps_0003.vtp --convergence steps.pvd
+usage "omit one of them" "$box" out.vtp --convergence steps.pvd --error 5%
 usage "did you mean 'poisson-disk'?" "$box" out.vtp --sampler poison_disk
 usage "did you mean 'low-discrepancy'?" "$box" out.vtp --directions low-discrepancies
 usage "did you mean 'disc'?" "$box" out.vtp --kernel disk --transport pairwise

@@ -69,7 +69,7 @@ for transport in gather pairwise; do
     done
     [ "$solved" -ge 1 ] || fail "the radial basis solves next to nothing with $transport transport"
 done
-for solver in krylov krylov:restart=2 jacobi; do
+for solver in krylov krylov:restart=2 jacobi gauss-seidel:relaxation=1.1 southwell progressive; do
     for transport in gather pairwise; do
         converged "--transport $transport --solver $solver"
         expect_text report.json "\"solver\": \"${solver%%:*}"

@@ -29,3 +29,31 @@ expect_exit 0 "$measure" --output chapter --chapter7 --basis shepard --spacing 8
 [ "$(find chapter -name '*.svg' | wc -l)" = 12 ] || fail "two transports of six curves were expected"
 expect_text chapter/chapter7.md "| pairwise | shepard | 8 |" "disc, indirect"
 [ "$(wc -l <chapter/chapter7.csv)" = 1201 ] || fail "twelve curves of a hundred places and a header were expected"
+
+# Solvers on one system.
+expect_refusal 1 "did you mean 'southwell'?" "$measure" --output study --solver soutwell --scene "$box"
+expect_refusal 1 "needs a scene" "$measure" --output study --solver krylov
+expect_refusal 1 "name them" "$measure" --output study --albedo 0.5
+expect_refusal 1 "does not take --case" "$measure" --output study --solver krylov --scene "$box" --case sphere
+expect_exit 1 "$measure" --output solvers --solver krylov --scene "$box" --albedo 1
+expect_text stderr "--albedo 1: must be above 0 and below 1"
+expect_exit 0 "$measure" --output solvers --solver krylov --solver gauss-seidel --solver progressive --scene "$box" \
+    --albedo 0.5 --sites 100 --rays 16
+expect_text stdout "| cornell_box | 0.5 | 0.01 | krylov |" "written: solvers"
+expect_text solvers/solvers.md "| cornell_box | 0.5 | 1e-06 | gauss-seidel |"
+for chart in residual_against_iterations residual_against_entries residual_against_seconds error_against_iterations; do
+    expect_text solvers/cornell_box_albedo_0.5_$chart.svg "<svg" progressive "</svg>"
+done
+awk -F, 'NR > 1 && $4 == "progressive" { last = $10 } END { exit !(last <= 1e-6) }' solvers/solvers.csv ||
+    fail "the last residual is above the tolerance"
+
+# A series of what the solver passes through: the last is the result.
+expect_exit 0 "$bake" "$box" out.vtp $small --solver progressive --convergence steps.pvd --error-points 0
+expect_text stdout "written: steps.pvd ("
+expect_text steps.pvd 'type="Collection"' 'timestep="0" part="0" file="steps_0000.vtp"'
+[ "$(grep -c DataSet steps.pvd)" = "$(ls steps_*.vtp | wc -l)" ] || fail "not all members are listed"
+radiosity_of() {
+    awk '/Name="radiosity"/ { getline; print }' "$1"
+}
+[ -n "$(radiosity_of out.vtp)" ] && [ "$(radiosity_of out.vtp)" = "$(radiosity_of "$(ls steps_*.vtp | tail -1)")" ] ||
+    fail "the last member is not the result"

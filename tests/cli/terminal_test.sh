@@ -81,14 +81,14 @@ for option in --help -h; do
     [ "$(grep -n -m 1 '^Examples' stdout | cut -d: -f1)" -lt "$(grep -n -m 1 -e --basis.*elements -e --sampler stdout | cut -d: -f1)" ] ||
         fail "the examples are not first"
     expect_text stdout --basis --sampler --spacing --sites --neighbours --transport --directions --rays --kernel \
-        --visibility --solver --tolerance --max-iterations --reflectance --sky --output-spacing --sites-output --report \
+        --visibility --solver --tolerance --stop --max-iterations --convergence --reflectance --sky --output-spacing --sites-output --report \
         --seed --threads --plugin-path --quiet --verbose --version --dry-run --list-plugins "Exit codes:"
 done
 expect_exit 0 "$bake" --version
 expect_text stdout "bake_radiosity " "CGAL " "Eigen " "OpenMesh " "VTK "
 expect_exit 0 "$bake" --list-plugins
 expect_text stdout basis directions kernel reader sampler solver visibility normalized-radial shepard poisson-disk \
-    view-driven low-discrepancy disc point cgal krylov jacobi "profile=gaussian" .so
+    view-driven low-discrepancy disc point cgal krylov jacobi gauss-seidel southwell progressive "profile=gaussian" .so
 expect_no_text stdout refused
 
 # A damaged module is told about and passed over.

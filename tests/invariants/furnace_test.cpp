@@ -66,10 +66,14 @@ void expect_furnace(const Furnace& furnace, const LightTransport& transport, dou
     const double exact = E / (1.0 - rho);
     for (const std::string& name : test::plugin_names<Solver>()) {
         SCOPED_TRACE(name);
+        const auto solver = test::plugin<Solver>(name);
+        if (solver->needs_factors() && !T.factors({})) {
+            continue; // refused: the coefficients are solved for
+        }
         const SolveProblem problem{&T, light};
         SolveOptions options;
         options.tolerance = 1e-13;
-        const SolveSummary summary = test::plugin<Solver>(name)->solve(problem, options, Execution{});
+        const SolveSummary summary = solver->solve(problem, options, Execution{});
         ASSERT_TRUE(summary.converged()) << summary.sentence();
         const double bound =
             (light_closure * E + rho * exact * closure + summary.residual * light.maxCoeff()) / (1.0 - rho * norm);

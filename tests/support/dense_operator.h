@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include <memory>
 #include <utility>
 
 namespace difusa::test {
@@ -25,6 +26,10 @@ class DenseOperator final : public LinearOperator {
     void apply_transpose(const Values& x, Values& y, const Execution& /*execution*/) const override {
         y = reflected(K_.transpose() * x);
     }
+    std::size_t entry_count() const override { return static_cast<std::size_t>(K_.size()); }
+
+    /// A = K, Q = diag(rho); each unknown stands for an area of 1.
+    std::shared_ptr<const Factors> factors(const Execution& execution) const override;
     const Eigen::MatrixXd& matrix() const { return K_; }
     const Values& rho() const { return rho_; }
 

@@ -357,6 +357,16 @@ TEST(MaterialLibrary, MirrorsAreThoseOfIllum3) {
         text += note + "\n";
     }
     EXPECT_THAT(text, HasSubstr("add up to more than 1: 1 (first at line 13)"));
+    const MaterialLibrary exported =
+        parse_material_library("newmtl a\nKd 0.1\nKs 0.5\nNs 250\nillum 3\nnewmtl b\nKd 0.1\nKs 0.5\nNs 1000\nillum 3\n"
+                               "newmtl c\nKs 0.5\nillum 3\n",
+                               "a.mtl");
+    EXPECT_TRUE((exported.materials[0].mirror == 0.0).all()) << "glossy";
+    EXPECT_TRUE((exported.materials[1].mirror == 0.5).all());
+    EXPECT_TRUE((exported.materials[2].mirror == 0.5).all());
+    EXPECT_TRUE((exported.materials[2].reflectance == 0.0).all()) << "nothing but a mirror";
+    ASSERT_EQ(exported.notes.size(), 1U);
+    EXPECT_THAT(exported.notes[0], HasSubstr("with illum 3 and an Ns below 900: 1 (first at line 1)"));
 }
 
 } // namespace

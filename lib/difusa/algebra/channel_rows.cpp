@@ -79,6 +79,14 @@ std::size_t ChannelRows::bytes() const {
     return sum;
 }
 
+std::size_t ChannelRows::entry_count() const {
+    std::size_t sum = 0;
+    for (const Row& row : rows_) {
+        sum += row.column.size();
+    }
+    return sum;
+}
+
 void ChannelRows::check_width(const Values& x) const {
     DIFUSA_REQUIRE(channels_ == 1 || x.cols() == 1 || x.cols() % channels_ == 0);
 }

@@ -49,6 +49,7 @@ class ChannelRows final : public LinearOperator {
 
     /// Size in bytes.
     std::size_t bytes() const;
+    std::size_t entry_count() const override;
 
     /// Throws InternalError unless x has one column or, if there are three channels, a multiple of three.
     void apply(const Values& x, Values& y, const Execution& execution) const override;

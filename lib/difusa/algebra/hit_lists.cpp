@@ -243,6 +243,16 @@ std::size_t HitLists::bytes() const {
     return sum;
 }
 
+std::size_t HitLists::entry_count() const {
+    std::size_t sum = 0;
+    for (std::size_t j = 0; j < rows_; ++j) {
+        std::uint32_t count = 0;
+        std::memcpy(&count, codes_of(j), sizeof count);
+        sum += count;
+    }
+    return sum;
+}
+
 std::size_t HitLists::code_bytes() const {
     std::size_t sum = 0;
     for (const Block& block : blocks_) {

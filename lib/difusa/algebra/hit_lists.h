@@ -52,6 +52,7 @@ class HitLists final : public LinearOperator {
 
     void apply(const Values& x, Values& y, const Execution& execution) const override;
     void apply_transpose(const Values& x, Values& y, const Execution& execution) const override;
+    std::size_t entry_count() const override;
 
   private:
     struct Block {

@@ -5,10 +5,12 @@
 #include <difusa/core/types.h>
 
 #include <cstddef>
+#include <memory>
 
 namespace difusa {
 
 class SparseRows;
+struct Factors;
 
 class LinearOperator {
   public:
@@ -25,6 +27,13 @@ class LinearOperator {
 
     /// The entries, for callers that need rows or columns; null if they are compressed, composed or elsewhere.
     virtual const SparseRows* entries() const { return nullptr; }
+
+    /// The operator as a product of stored matrices (algebra/factors.h), for methods that relax one unknown after the
+    /// other; null if it has none. Made anew by each call. Throws ResourceError if memory does not suffice.
+    virtual std::shared_ptr<const Factors> factors(const Execution& /*execution*/) const { return nullptr; }
+
+    /// How many stored entries a product with one column multiplies; those of the factors of a product add up.
+    virtual std::size_t entry_count() const = 0;
 };
 
 } // namespace difusa

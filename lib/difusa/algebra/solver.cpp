@@ -1,5 +1,7 @@
 #include <difusa/algebra/solver.h>
 
+#include <difusa/core/error.h>
+
 #include <sstream>
 
 namespace difusa {
@@ -22,7 +24,20 @@ std::string SolveSummary::sentence() const {
     }
     text << " after " << iterations << (iterations == 1 ? " iteration" : " iterations") << ", relative residual "
          << residual;
+    if (change) {
+        text << ", relative change " << *change;
+    }
     return text.str();
+}
+
+std::shared_ptr<const Factors> factors_for(const char* solver, const LinearOperator& T, const Execution& execution) {
+    std::shared_ptr<const Factors> factors = T.factors(execution);
+    if (!factors) {
+        throw UsageError(std::string("--solver ") + solver +
+                         ": relaxes one unknown after the other, and needs rows and columns that this operator does "
+                         "not have; use krylov or jacobi");
+    }
+    return factors;
 }
 
 std::vector<double> relative_residual(const SolveProblem& problem, const Values& h, Values& residual,

@@ -45,6 +45,7 @@ class SparseRows final : public LinearOperator {
     void apply(const Values& x, Values& y, const Execution& execution) const override;
     void apply_transpose(const Values& x, Values& y, const Execution& execution) const override;
     const SparseRows* entries() const override { return this; }
+    std::size_t entry_count() const override { return nonzeros(); }
 
   private:
     std::vector<Row> rows_;

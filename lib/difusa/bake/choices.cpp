@@ -16,6 +16,16 @@ ElementChoice make_elements(const Registry& registry, const std::string& basis, 
     return elements;
 }
 
+/// Throws UsageError if the solver relaxes single unknowns, and all coefficients follow from all values.
+void check_solver(const Solver& solver, const std::string& choice, const ElementChoice& elements) {
+    if (solver.needs_factors() && !is_local(elements.projection, *elements.basis)) {
+        throw UsageError("--solver " + choice + ": relaxes one unknown after the other, but with --basis " +
+                         elements.basis_text + " and --projection " + elements.projection_text +
+                         " all coefficients follow from all values; use --solver krylov or jacobi, or --projection "
+                         "natural or corrected:in=equation with a basis that allows it");
+    }
+}
+
 } // namespace
 
 Choices make_choices(const Registry& registry, const BakeOptions& options) {
@@ -40,6 +50,7 @@ Choices make_choices(const Registry& registry, const BakeOptions& options) {
         parse_choice("direct", options.direct, {{"exact", {}}, {"interpolated", {}}}).name == "interpolated";
     choices.operator_bounce =
         parse_choice("first bounce", options.first_bounce, {{"live", {}}, {"operator", {}}}).name == "operator";
+    choices.stop_by_change = parse_choice("stop", options.stop, {{"residual", {}}, {"change", {}}}).name == "change";
     choices.sensor = parse_choice("sensor", options.sensor,
                                   {{"planar", {}}, {"horizontal", {}}, {"spherical", {}}, {"cylindrical", {}}})
                          .name;
@@ -62,6 +73,10 @@ Choices make_choices(const Registry& registry, const BakeOptions& options) {
     make(choices.engine, choices.visibility);
     make(choices.directions, options.directions);
     make(choices.solver, options.solver);
+    check_solver(*choices.solver, options.solver, choices.elements);
+    if (choices.fallback) {
+        check_solver(*choices.solver, options.solver, *choices.fallback);
+    }
     if (choices.pairwise) {
         make(choices.kernel, options.kernel.empty() ? "disc" : options.kernel);
     } else if (!options.kernel.empty()) {

@@ -40,6 +40,7 @@ struct Choices {
     bool neighbour_areas = false; ///< for pairwise transport
     bool direct_in_basis = false; ///< BakeOptions::direct is "interpolated"
     bool operator_bounce = false; ///< BakeOptions::first_bounce is "operator"
+    bool stop_by_change = false;  ///< BakeOptions::stop is "change"
     bool may_be_dark = false;     ///< LightingOptions::may_be_dark
     Flip flip = Flip::certain;
     std::string sensor;                                       ///< BakeOptions::sensor

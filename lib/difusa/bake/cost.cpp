@@ -51,6 +51,23 @@ double surfels_of(const Mesh& mesh, double edge) {
     return in_grids + std::min(small, 3.0 * small_area / (edge * edge) + 1.0);
 }
 
+/// What a solver stores of the transport beside it, in bytes; an upper estimate.
+double solver_bytes(const Solver& solver, const ElementChoice& elements, const BakeOptions& options, double surfels,
+                    double stored_entries) {
+    if (!solver.needs_factors()) {
+        return 0.0;
+    }
+    // Basis functions over a surfel; those that a correction mixes reach further by their radius with each sweep.
+    double reach = 1.0;
+    if (elements.projection.kind == ProjectionKind::corrected && elements.projection.in_equation) {
+        reach += elements.projection.sweeps;
+    }
+    const double entries = surfels * (options.neighbours + 1) * reach * reach;
+    const double channels = 3.0;
+    return entries * 2.0 * (sizeof(Index) + channels * sizeof(double)) +
+           (solver.needs_columns() ? stored_entries * (sizeof(Index) + sizeof(double)) : 0.0);
+}
+
 /// Visibility segments of a bake up to its field.
 std::size_t segments_for(std::size_t sites, const BakeResult& result, const Choices& choices, const DirectLight& lights,
                          const ShadowRays& needed) {
@@ -109,6 +126,10 @@ BakeEstimate estimate_cost(const BakeResult& result, const Choices& choices, con
         // Lists of mutually visible sites, then the matrix.
         estimate.transport_bytes += n * n * (2.0 * sizeof(Index) + sizeof(double));
     }
+    const double stored_entries = choices.pairwise ? n * n : static_cast<double>(points) * rays;
+    estimate.transport_bytes += solver_bytes(
+        *choices.solver, choices.elements, result.options,
+        surfels_of(result.scene->mesh, Discretisation::surfel_edge(result.options.spacing)), stored_entries);
     // Directions are pooled; each thread holds the rays and hits of one site.
     const double scratch =
         rays * (pooled_directions * 4.0 * sizeof(double) + execution.threads * (sizeof(Ray) + sizeof(Hit)));

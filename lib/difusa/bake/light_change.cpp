@@ -81,6 +81,10 @@ void set_reflectance(Material& material, const Rgb& reflectance) {
         throw UsageError("--reflectance " + material.name + ": must be from 0 to 1" +
                          (textured ? ", also times its texture" : ""));
     }
+    if (!material.reflects_at_most_all(brightest)) {
+        throw UsageError("--reflectance " + material.name +
+                         ": with what this mirror reflects specularly, more than all of the light would be reflected");
+    }
     material.reflectance = reflectance;
     material.vertex_colours = false;
 }

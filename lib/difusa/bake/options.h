@@ -80,9 +80,11 @@ struct BakeOptions {
     std::optional<ErrorTarget> target;                            ///< determines sites and rays, and starts with few
     double most_memory = std::numeric_limits<double>::infinity(); ///< bytes for the whole process, as estimated before
                                                                   ///< each step that takes much
-    SolveOptions solve;                                           ///< tolerance, iterations
-    std::size_t mirror_depth = 32;                                ///< reflections in a row in mirrors (Mirrors::most)
-    std::size_t final_gather = 0;            ///< rays from each output vertex; 0: the basis is evaluated
+    SolveOptions solve;            ///< tolerance, iterations; what stops them is said by `stop`
+    std::string stop = "residual"; ///< what the tolerance limits: "residual", or the "change" in an iteration (StopBy)
+    bool keep_iterates = false;    ///< Solution::iterates
+    std::size_t mirror_depth = 32; ///< reflections in a row in mirrors (Mirrors::most)
+    std::size_t final_gather = 0;  ///< rays from each output vertex; 0: the basis is evaluated
     std::optional<std::size_t> error_points; ///< of the error estimate; 0: none; absent: #S / 8 in 128..4096
     std::optional<Rgb> reflectance;          ///< of faces without a colour; absent: what the scene says, or else 0.5
     std::optional<Rgb> sky; ///< irradiance of an unshaded surface, W/m²; absent: 1 if there is no other light, else 0

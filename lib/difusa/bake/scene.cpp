@@ -59,6 +59,11 @@ void check_scene(const Scene& scene, const std::string& name) {
             if (!((colour >= 0.0) && (colour <= 1.0)).all()) {
                 refuse("triangle " + std::to_string(t) + " has a vertex colour outside [0,1]: " + list(colour));
             }
+            const Material& material = scene.materials[mesh.material[t]];
+            if (material.vertex_colours && !material.reflects_at_most_all(colour)) {
+                refuse("triangle " + std::to_string(t) + " is a mirror, and with its vertex colour " + list(colour) +
+                       " reflects more than all of the light");
+            }
         }
     }
     if (!is_light(scene.sky)) {
@@ -70,12 +75,11 @@ void check_scene(const Scene& scene, const std::string& name) {
                    " has a reflectance outside [0,1], or a negative or non-finite "
                    "emission");
         }
-        const Rgb both = material.reflectance + material.mirror;
-        if (!(material.mirror >= 0.0).all() || !(both <= 1.0 + 1e-9).all()) {
+        if (!(material.mirror >= 0.0).all() ||
+            !material.reflects_at_most_all(material.vertex_colours ? Rgb(Rgb::Zero())
+                                                                   : material.brightest_reflectance())) {
             refuse("the material " + material.name +
-                   " reflects more than all of the light: reflectance and mirror "
-                   "add up to " +
-                   list(both));
+                   " reflects more than all of the light, diffusely and as a mirror together");
         }
         if (material.reflectance_texture &&
             !(material.reflectance_texture->brightest() * material.reflectance <= 1.0).all()) {

@@ -61,11 +61,13 @@ void check_coverage(BakeResult& result, const Discretisation& discretisation, co
         result.mean_back += back / static_cast<double>(transport.points());
     }
     if (transport.cut_off.rows() > 0) {
+        result.mean_back += transport.back_in_mirrors.mean();
         result.mean_cut_off = transport.cut_off.mean();
         if (result.mean_cut_off > 1e-3) {
-            execution.note(text_of(std::round(1000.0 * result.mean_cut_off) / 10.0) +
-                           " % of the light is lost between mirrors: it is followed over at most " +
-                           std::to_string(result.options.mirror_depth) + " reflections in a row (--mirror-depth)");
+            execution.note(
+                text_of(std::round(1000.0 * result.mean_cut_off) / 10.0) +
+                " % of the light that leaves the surface is lost between mirrors: it is followed over at most " +
+                std::to_string(result.options.mirror_depth) + " reflections in a row (--mirror-depth)");
         }
     }
     if (result.mean_back > 0.1) {
@@ -168,6 +170,8 @@ LightingOptions lighting_options(const BakeResult& result, const Choices& choice
     options.sets = result.options.light_groups ? light_groups(*result.scene) : all_lights(*result.scene);
     options.direct_in_basis = choices.direct_in_basis;
     options.solve = result.options.solve;
+    options.solve.stop = choices.stop_by_change ? StopBy::change : StopBy::residual;
+    options.keep_iterates = result.options.keep_iterates;
     options.may_be_dark = choices.may_be_dark;
     options.first_bounce = choices.operator_bounce ? FirstBounce::operator_only : FirstBounce::live;
     return options;

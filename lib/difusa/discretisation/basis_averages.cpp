@@ -124,6 +124,14 @@ BasisAverages::BasisAverages(const Basis& basis, const Surfels& surfels, const E
     }
 }
 
+void BasisAverages::row(Index s, BasisRow& row) const {
+    row.clear();
+    for (std::size_t k = first_[s]; k < first_[s + 1]; ++k) {
+        row.element.push_back(entries_[k].site());
+        row.weight.push_back(entries_[k].weight());
+    }
+}
+
 void BasisAverages::apply(const Values& x, Values& y, const Execution& execution) const {
     DIFUSA_REQUIRE(static_cast<std::size_t>(x.rows()) == columns_);
     const Eigen::Index width = x.cols();

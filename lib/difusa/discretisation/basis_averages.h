@@ -27,11 +27,15 @@ class BasisAverages final : public LinearOperator {
     /// True if no basis function is nonzero on the surfel.
     bool is_empty(Index s) const { return first_[s] == first_[s + 1]; }
 
+    /// P_si of one surfel, by ascending site.
+    void row(Index s, BasisRow& row) const;
+
     /// Size in bytes.
     std::size_t bytes() const { return first_.size() * sizeof(std::uint32_t) + entries_.size() * sizeof(Entry); }
 
     void apply(const Values& x, Values& y, const Execution& execution) const override;
     void apply_transpose(const Values& x, Values& y, const Execution& execution) const override;
+    std::size_t entry_count() const override { return entries_.size(); }
 
   private:
     /// 26 bits of the site, then 22 of the weight in units of 2^-18, in two's complement.

@@ -25,6 +25,8 @@ struct Projection::Map {
     virtual Values transposed(const Values& coefficients) const = 0;
     virtual bool is_identity() const { return false; }
     virtual double condition() const { return 1.0; }
+    virtual std::optional<SparseRows> matrix() const { return {}; }
+    virtual std::size_t entry_count() const = 0;
 
     struct Identity;
     struct Inverse;
@@ -149,6 +151,7 @@ struct Projection::Map::Identity final : Map {
     Values apply(const Values& values, const Execution& /*execution*/) const override { return values; }
     Values transposed(const Values& coefficients) const override { return coefficients; }
     bool is_identity() const override { return true; }
+    std::size_t entry_count() const override { return 0; }
 };
 
 /// P = Z⁻¹.
@@ -174,6 +177,7 @@ struct Projection::Map::Inverse final : Map {
         return by_columns(coefficients, [&](const Eigen::VectorXd& x) { return solve_transposed(x); });
     }
     double condition() const override { return condition_number; }
+    std::size_t entry_count() const override { return static_cast<std::size_t>(lu.nnzL() + lu.nnzU()); }
 };
 
 /// P = sum_{k=0..sweeps} (I - Z)^k, in Horner's form.
@@ -207,6 +211,27 @@ struct Projection::Map::Correction final : Map {
         }
         return w;
     }
+    std::optional<SparseRows> matrix() const override {
+        RowMatrix one(Z.rows(), Z.cols());
+        one.setIdentity();
+        const RowMatrix missed = one - Z;
+        RowMatrix sum = one;
+        for (int k = 0; k < sweeps; ++k) {
+            sum = RowMatrix(one + RowMatrix(missed * sum));
+        }
+        SparseRows rows(static_cast<std::size_t>(sum.rows()), static_cast<std::size_t>(sum.cols()));
+        for (Eigen::Index i = 0; i < sum.rows(); ++i) {
+            SparseRows::Row& row = rows.row(static_cast<std::size_t>(i));
+            for (RowMatrix::InnerIterator entry(sum, i); entry; ++entry) {
+                row.column.push_back(static_cast<Index>(entry.col()));
+                row.value.push_back(entry.value());
+            }
+        }
+        return rows;
+    }
+    std::size_t entry_count() const override {
+        return static_cast<std::size_t>(sweeps) * static_cast<std::size_t>(Z.nonZeros());
+    }
 };
 
 /// P = (ZᵀWZ)⁻¹ ZᵀW.
@@ -236,6 +261,9 @@ struct Projection::Map::LeastSquares final : Map {
         });
     }
     double condition() const override { return condition_number; }
+    std::size_t entry_count() const override {
+        return static_cast<std::size_t>(ZtW.nonZeros() + 2 * factor.matrixL().nestedExpression().nonZeros());
+    }
 };
 
 ProjectionChoice parse_projection(std::string_view choice, std::string& text) {
@@ -294,6 +322,11 @@ ProjectionChoice projection_for(const Basis& basis, std::string_view choice, std
     return result;
 }
 
+bool is_local(const ProjectionChoice& choice, const Basis& basis) {
+    return choice.kind == ProjectionKind::corrected ||
+           (choice.kind == ProjectionKind::natural && basis.coefficients_are_values());
+}
+
 std::vector<SurfacePoint> projection_points(const ProjectionChoice& choice, const Mesh& mesh, const SiteSet& sites,
                                             std::uint64_t seed) {
     std::vector<SurfacePoint> points = sites.points;
@@ -343,6 +376,14 @@ Values Projection::coefficients(const Values& values, const Execution& execution
 
 Values Projection::transposed(const Values& x) const {
     return map_->transposed(x);
+}
+
+std::optional<SparseRows> Projection::matrix() const {
+    return map_->matrix();
+}
+
+std::size_t Projection::entry_count() const {
+    return map_->entry_count();
 }
 
 Values limited(const Basis& basis, const SiteSet& sites, const Values& values, Values coefficients,

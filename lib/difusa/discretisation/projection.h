@@ -1,12 +1,14 @@
 // From the values of a function at points to its coefficients in a basis (T 3.2).
 #pragma once
 
+#include <difusa/algebra/sparse_rows.h>
 #include <difusa/core/types.h>
 #include <difusa/discretisation/basis.h>
 #include <difusa/plugin/choice.h>
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -38,6 +40,9 @@ ProjectionChoice parse_projection(std::string_view choice, std::string& text);
 /// The same for a basis; empty: `corrected` where it is a quasi-interpolant that does not interpolate, else `natural`.
 /// Throws UsageError for `corrected` where there is no residual to put back.
 ProjectionChoice projection_for(const Basis& basis, std::string_view choice, std::string& text);
+
+/// Whether each coefficient follows from a few values nearby; else all do from all, by the solution of a system.
+bool is_local(const ProjectionChoice& choice, const Basis& basis);
 
 /// The points whose values `choice` projects: the sites, first, and for least_squares and galerkin
 /// (points - 1) #S more, spread evenly over the surface.
@@ -84,6 +89,12 @@ class Projection {
 
     /// Πᵀ x: #S by any number of columns to #points by the same.
     Values transposed(const Values& x) const;
+
+    /// Π as a matrix, #S by #points, with all entries that may differ from 0; none if it is the identity or not local.
+    std::optional<SparseRows> matrix() const;
+
+    /// How many stored entries a product with one column multiplies.
+    std::size_t entry_count() const;
 
     /// Estimate of ‖M‖₁ ‖M⁻¹‖₁ (Hager 1984), a lower bound, for the matrix M that is inverted; 1 if none is.
     double condition() const { return condition_; }

@@ -20,18 +20,18 @@ double distance_squared(const Vec3& point, const Cell& cell) {
 }
 
 /// A part of a triangle, in units of the cells' size.
-struct Piece {
+struct TrianglePiece {
     Vec3 a, b, c;
 };
 
 /// Halves a piece at its longest edge. One much narrower than the cells' margin is that edge, as good as: halved as a
 /// triangle, a needle n cells long would become n^1.6 pieces, side by side.
-void halve(Piece piece, std::vector<Piece>& pieces) {
+void halve(TrianglePiece piece, std::vector<TrianglePiece>& pieces) {
     constexpr double narrow = 1e-7;
     const double ab = (piece.b - piece.a).squaredNorm(), bc = (piece.c - piece.b).squaredNorm(),
                  ca = (piece.a - piece.c).squaredNorm();
     if (!(ab >= bc && ab >= ca)) { // the longest edge comes first
-        piece = bc >= ca ? Piece{piece.b, piece.c, piece.a} : Piece{piece.c, piece.a, piece.b};
+        piece = bc >= ca ? TrianglePiece{piece.b, piece.c, piece.a} : TrianglePiece{piece.c, piece.a, piece.b};
     }
     const Vec3 middle = 0.5 * (piece.a + piece.b);
     const bool thin = (piece.b - piece.a).cross(piece.c - piece.a).squaredNorm() <
@@ -171,14 +171,14 @@ void SupportGrid::mark(const Mesh& mesh) {
         }
         occupied_[block].cells |= std::uint64_t{1} << bit_of(cell);
     };
-    std::vector<Piece> pieces;
+    std::vector<TrianglePiece> pieces;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         const auto place = [&](int k) -> Vec3 {
             return (mesh.corner(static_cast<Index>(t), k) - origin_) * inverse_size_;
         };
         pieces.push_back({place(0), place(1), place(2)});
         while (!pieces.empty()) {
-            const Piece piece = pieces.back();
+            const TrianglePiece piece = pieces.back();
             pieces.pop_back();
             const Vec3 low = piece.a.cwiseMin(piece.b).cwiseMin(piece.c).array() - margin;
             const Vec3 high = piece.a.cwiseMax(piece.b).cwiseMax(piece.c).array() + margin;

@@ -112,7 +112,7 @@ double GltfMaterials::metallic(const JsonValue& pbr, const std::string& name) {
             factor *= std::min(sum / static_cast<double>(picture->pixels.size()), 1.0);
         }
         input_.note("materials whose metalness has a texture", "its mean is used everywhere", name);
-    } else if (pbr.find("metallicFactor") == nullptr) {
+    } else if (pbr.find("metallicFactor") == nullptr && !is_polished(pbr, input_.number(pbr, "roughnessFactor", 1.0))) {
         input_.note("materials without \"metallicFactor\"",
                     "glTF then implies metal, which has no diffuse part and is black here; for paint export "
                     "\"metallicFactor\": 0",
@@ -149,7 +149,9 @@ bool GltfMaterials::is_polished(const JsonValue& pbr, double roughness) {
 void GltfMaterials::note_metal(double share, const std::string& name) {
     if (share == 1.0) {
         input_.note("metallic materials",
-                    "they have no diffuse part and are black here; only those of roughness 0 are mirrors", name);
+                    "they have no diffuse part and are black here; only metallic-roughness materials of roughness 0 "
+                    "are mirrors",
+                    name);
     }
 }
 

@@ -48,7 +48,7 @@ class GltfMaterials {
     /// specular colour. For a texture its mean is used.
     double specular(const JsonValue& gloss, const std::string& name);
     void note_metal(double share, const std::string& name);
-    /// True if a surface of this metalness and roughness reflects like a mirror: roughness 0.
+    /// True if a surface of this roughness reflects like a mirror: roughness 0, without a texture.
     static bool is_polished(const JsonValue& pbr, double roughness);
     /// Four numbers, of which the last, opacity, is ignored.
     Rgb colour(const JsonValue& object, const char* member) const;

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <unordered_set>
 
@@ -15,6 +16,9 @@ namespace difusa {
 namespace {
 
 using Reach = TextScanner::Reach;
+
+/// The least Ns of a mirror. Exporters write 900 or 1000 for a surface without any roughness.
+constexpr double polished = 900.0;
 
 class Parser {
   public:
@@ -45,7 +49,13 @@ class Parser {
             lenient_colour(specular_);
         } else if (word == "illum") {
             std::string_view token;
-            mirrors_ = scanner_.next(token, Reach::line) && token == "3";
+            has_illum_3_ = scanner_.next(token, Reach::line) && token == "3";
+        } else if (word == "Ns") {
+            std::string_view token;
+            double value = 0.0;
+            if (scanner_.next(token, Reach::line) && parse_real(token, value)) {
+                exponent_ = value;
+            }
         } else if (word == "map_Kd" || word == "map_Ke") {
             texture(word == "map_Ke");
         } else if (word == "d" || word == "Tr") {
@@ -61,7 +71,8 @@ class Parser {
             scanner_.fail("newmtl has no name: write the name that the usemtl lines of the OBJ file use");
         }
         open_ = true;
-        has_kd_ = has_ke_ = translucent_here_ = mirrors_ = false;
+        has_kd_ = has_ke_ = translucent_here_ = has_illum_3_ = false;
+        exponent_ = std::numeric_limits<double>::infinity();
         specular_ = Rgb::Zero();
         maps_ = {};
     }
@@ -76,15 +87,18 @@ class Parser {
         }
         if (!has_kd_ && maps_[0]) {
             material_.reflectance = Rgb::Ones();
+        } else if (!has_kd_ && has_illum_3_ && (specular_ > 0.0).any()) {
+            material_.reflectance = Rgb::Zero(); // nothing but a mirror
         } else if (!has_kd_) {
             without_kd_.add(line_);
         }
         if (!has_ke_ && maps_[1]) {
             material_.emission = Rgb::Ones();
         }
-        if (mirrors_) {
+        if (has_illum_3_ && exponent_ < polished) {
+            glossy_.add(line_);
+        } else if (has_illum_3_) {
             material_.mirror = specular_.max(0.0).min(1.0);
-            // Of textures, the mesh is checked as a whole (repair/soup_check.h).
             const Rgb left = (1.0 - material_.reflectance).max(0.0);
             if ((material_.mirror > left).any()) {
                 too_bright_.add(line_);
@@ -226,6 +240,8 @@ class Parser {
         without_kd_.note(materials + "without Kd", "their reflectance is 0.5", notes);
         unread_.note(file_ + ": unsupported texture options", "they are ignored", notes);
         translucent_.note(materials + "that are not opaque", "transparency is ignored, every face is opaque", notes);
+        glossy_.note(materials + "with illum 3 and an Ns below 900",
+                     "they are glossy, not mirrors: gloss is not computed, only Kd is used", notes);
         too_bright_.note(materials + "whose Kd and Ks (mirrors, illum 3) add up to more than 1",
                          "the mirror reflects what Kd leaves", notes);
         foreign_.note(materials + "with a spectral or xyz colour", "it is ignored: write R G B instead", notes);
@@ -239,10 +255,11 @@ class Parser {
     Material material_; ///< being read, if `open_`
     std::uint32_t line_ = 0;
     bool open_ = false, has_kd_ = false, has_ke_ = false, translucent_here_ = false;
-    bool mirrors_ = false;                          ///< illum 3
+    bool has_illum_3_ = false;
+    double exponent_ = 0.0;                         ///< Ns; infinite if not given
     Rgb specular_ = Rgb::Zero();                    ///< Ks
     std::array<std::optional<TextureUse>, 2> maps_; ///< map_Kd, map_Ke
-    Tally without_kd_, unread_, too_bright_, translucent_, foreign_, repeated_;
+    Tally without_kd_, unread_, glossy_, too_bright_, translucent_, foreign_, repeated_;
 };
 
 } // namespace

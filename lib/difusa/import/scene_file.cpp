@@ -111,9 +111,12 @@ class SceneFile {
                 if (rho == nullptr && rho_texture == nullptr) {
                     material.reflectance = Rgb::Zero(); // nothing but a mirror
                 }
-                if (!(material.mirror + material.reflectance <= 1.0 + 1e-9).all()) {
-                    checks_.fail(*mirror, "\"mirror\" and \"reflectance\" add up to more than 1: a surface cannot "
-                                          "reflect more than all of the light");
+                if (!material.reflects_at_most_all(material.brightest_reflectance())) {
+                    checks_.fail(*mirror, std::string("\"mirror\" and ") +
+                                              (rho_texture != nullptr ? "the brightest pixel of the reflectance"
+                                                                      : "\"reflectance\"") +
+                                              " add up to more than 1: a surface cannot reflect more than all of the "
+                                              "light");
                 }
             }
             if (emission != nullptr || from.find("luminance") != nullptr) {

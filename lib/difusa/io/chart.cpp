@@ -14,8 +14,8 @@ namespace difusa {
 namespace {
 
 // Okabe and Ito's palette, without its yellow.
-constexpr std::array<const char*, 7> palette{"#0072b2", "#d55e00", "#009e73", "#cc79a7",
-                                             "#e69f00", "#56b4e9", "#7f7f7f"};
+constexpr std::array<const char*, chart_colours> palette{"#0072b2", "#d55e00", "#009e73", "#cc79a7",
+                                                         "#e69f00", "#56b4e9", "#7f7f7f"};
 
 std::string fixed(double value) {
     std::array<char, 32> text{};

@@ -1,10 +1,14 @@
 // Line charts as SVG.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
 namespace difusa {
+
+/// Colours that differ.
+inline constexpr std::size_t chart_colours = 7;
 
 struct ChartSeries {
     std::string name; ///< in the legend; empty: omitted

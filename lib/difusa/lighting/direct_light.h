@@ -47,7 +47,7 @@ class DirectLight {
     /// Those that `sample` casts for a point.
     std::size_t rays_per_sample() const {
         return std::min(suns_.size(), most_sampled) + std::min(points_.size(), most_sampled) +
-               (area_lights_.count() > 0 ? 1 : 0);
+               (area_lights_.count() > 0 ? 1 : 0) + (images_ ? images_->rays_per_sample() : 0);
     }
 
     /// What mirrors show of the sources; null if they show none.

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <tuple>
@@ -36,10 +37,11 @@ void clip_to_front(const std::vector<Vec3>& polygon, const Vec3& normal, double 
     }
 }
 
-/// A plane by the rounded direction of its normal and its rounded offset.
+/// A plane by the rounded direction of its normal and its rounded offset: coordinates in files have six digits, and the
+/// triangles of a flat mirror must not become mirrors of their own.
 std::tuple<std::int64_t, std::int64_t, std::int64_t, std::int64_t> key_of(const Vec3& normal, double offset,
                                                                           double magnitude) {
-    const auto whole = [](double value) { return static_cast<std::int64_t>(std::llround(value * 0x1p32)); };
+    const auto whole = [](double value) { return static_cast<std::int64_t>(std::llround(value * 0x1p17)); };
     return {whole(normal.x()), whole(normal.y()), whole(normal.z()), whole(offset / std::max(magnitude, 1e-300))};
 }
 
@@ -122,25 +124,28 @@ MirrorImages::Chain MirrorImages::before(Index plane, const Chain& chain) const 
     return result;
 }
 
-bool MirrorImages::extend_point(PointImage& image, Index plane) const {
+std::optional<MirrorImages::PointImage> MirrorImages::in_mirror(const PointImage& source, Index plane) const {
     const Plane& mirror = planes_[plane];
+    PointImage image = source;
     const double height = image.is_sun ? mirror.normal.dot(image.at) : mirror.height(image.at);
     if (!(height > (image.is_sun ? 0x1p-40 : rounding_))) {
-        return false;
+        return std::nullopt;
     }
-    image.chain = before(plane, image.chain);
+    image.chain = before(plane, source.chain);
     image.at -= 2.0 * height * mirror.normal;
-    return true;
+    return image;
 }
 
-bool MirrorImages::extend_lamp(LampImage& image, Index plane) const {
+std::optional<MirrorImages::LampImage> MirrorImages::in_mirror(const LampImage& source, Index plane) const {
     const Plane& mirror = planes_[plane];
     std::vector<Vec3> front;
-    clip_to_front(image.polygon, mirror.normal, mirror.offset + rounding_, front);
+    clip_to_front(source.polygon, mirror.normal, mirror.offset + rounding_, front);
     if (front.size() < 3) {
-        return false;
+        return std::nullopt;
     }
-    image.chain = before(plane, image.chain);
+    LampImage image;
+    image.triangle = source.triangle;
+    image.chain = before(plane, source.chain);
     Eigen::AlignedBox3d box;
     for (Vec3& corner : front) {
         corner -= 2.0 * mirror.height(corner) * mirror.normal;
@@ -150,11 +155,11 @@ bool MirrorImages::extend_lamp(LampImage& image, Index plane) const {
     image.polygon = std::move(front);
     image.centre = box.center();
     image.radius = 0.5 * box.diagonal().norm();
-    return true;
+    return image;
 }
 
 /// One generation of chains after another, each as a whole.
-template <class Image, class Extend> void MirrorImages::add_images(std::vector<Image>& images, const Extend& extend) {
+template <class Image> void MirrorImages::add_images(std::vector<Image>& images) {
     std::vector<Image> generation = std::move(images), next;
     images.clear();
     const auto give_up = [&](std::size_t length) {
@@ -174,9 +179,8 @@ template <class Image, class Extend> void MirrorImages::add_images(std::vector<I
                      !see_each_other(planes_[plane], planes_[image.chain.planes.front()]))) {
                     continue;
                 }
-                Image longer = image;
-                if (extend(longer, plane)) {
-                    next.push_back(std::move(longer));
+                if (std::optional<Image> longer = in_mirror(image, plane)) {
+                    next.push_back(std::move(*longer));
                 }
             }
             if (length > 1 && images.size() + next.size() > most_images) {
@@ -207,8 +211,8 @@ void MirrorImages::follow_sources() {
         lamp.triangle = t;
         lamps_.push_back(std::move(lamp));
     }
-    add_images(points_, [&](PointImage& image, Index plane) { return extend_point(image, plane); });
-    add_images(lamps_, [&](LampImage& image, Index plane) { return extend_lamp(image, plane); });
+    add_images(points_);
+    add_images(lamps_);
     for (LampImage& image : lamps_) {
         add_windows(image);
     }
@@ -224,6 +228,7 @@ void MirrorImages::add_windows(LampImage& image) const {
                 window.push_back({seen(mesh.corner(t, 0)), seen(mesh.corner(t, 1)), seen(mesh.corner(t, 2))});
             }
         }
+        image.has_all_windows = image.has_all_windows && !window.empty();
         image.windows.push_back(std::move(window));
         // The next mirror is seen in this one as this one is seen: the reflection in it comes first.
         const Vec3& n = planes_[plane].normal;
@@ -248,6 +253,17 @@ bool MirrorImages::may_show(const Plane& plane, const Vec3& x, double spread, co
     // The angle between the centres against the sum of the angles of the balls, which is less than pi.
     const double cosine_a = std::sqrt(1.0 - sine_a * sine_a), cosine_b = std::sqrt(1.0 - sine_b * sine_b);
     return to_mirror.dot(to_target) >= (cosine_a * cosine_b - sine_a * sine_b - 1e-9) * a * b;
+}
+
+/// The same for a sun or point light.
+bool MirrorImages::may_show(const PointImage& image, const Vec3& x, double spread) const {
+    const Plane& plane = planes_[image.chain.planes.front()];
+    if (!image.is_sun) {
+        return may_show(plane, x, spread, image.at, 0.0);
+    }
+    const Vec3 to_mirror = plane.centre - x;
+    const double along = to_mirror.dot(image.at), reach = plane.radius + spread;
+    return plane.height(x) + spread > 0.0 && along > -reach && to_mirror.squaredNorm() - along * along <= reach * reach;
 }
 
 /// The same for one place: whether the line meets the plane within the ball.
@@ -427,6 +443,10 @@ void MirrorImages::irradiance(const SurfacePoint& x, std::size_t samples, Random
     const double start = stream.uniform(), whole = worker.parts.back().below;
     const std::array<double, 2> shift{stream.uniform(), stream.uniform()};
     double sum = 0.0, squares = 0.0;
+    // Where no window is known, few samples may get through.
+    const bool sure = std::all_of(worker.parts.begin(), worker.parts.end(),
+                                  [&](const Part& part) { return lamps_[part.lamp].has_all_windows; });
+    const std::size_t least_rounds = sure ? 1 : 7;
     for (std::size_t round = 0; round < AreaLights::most_rounds; ++round) {
         const double along = fraction(start + static_cast<double>(round) * golden);
         double all = 0.0, seen = 0.0;
@@ -446,19 +466,26 @@ void MirrorImages::irradiance(const SurfacePoint& x, std::size_t samples, Random
             all += factor * sampled.unblocked.sum();
             seen += factor * sampled.seen.sum();
         }
-        const double share = all > 0.0 ? seen / all : 0.0;
+        const double share = all > 0.0 ? seen / all : 1.0;
         sum += share;
         squares += share * share;
         const auto n = static_cast<double>(round + 1);
-        if (round > 0 && (squares - sum * sum / n) / (n * (n - 1.0)) <= AreaLights::settled * AreaLights::settled) {
+        if (round >= least_rounds &&
+            (squares - sum * sum / n) / (n * (n - 1.0)) <= AreaLights::settled * AreaLights::settled) {
             break;
         }
     }
+    Rgb seen = Rgb::Zero(), sampled = Rgb::Zero();
     for (std::size_t set = 0; set < sets; ++set) {
-        H[set] += (worker.sampled[set] > 0.0)
-                      .select(worker.unblocked[set] * worker.seen[set] /
-                                  worker.sampled[set].max(std::numeric_limits<double>::min()),
-                              0.0);
+        seen += worker.seen[set];
+        sampled += worker.sampled[set];
+    }
+    constexpr double least = std::numeric_limits<double>::min();
+    // A set without samples is assumed as visible as the others.
+    const Rgb mean = (sampled > 0.0).select(seen / sampled.max(least), Rgb::Ones());
+    for (std::size_t set = 0; set < sets; ++set) {
+        H[set] += worker.unblocked[set] *
+                  (worker.sampled[set] > 0.0).select(worker.seen[set] / worker.sampled[set].max(least), mean);
     }
 }
 
@@ -471,7 +498,11 @@ void MirrorImages::sample(std::span<const SurfacePoint> x, RandomStream& stream,
     for (const SurfacePoint& each : x) {
         box.extend(each.position);
     }
-    find_candidates(box.center(), 0.5 * box.diagonal().norm(), worker);
+    const double spread = 0.5 * box.diagonal().norm();
+    find_candidates(box.center(), spread, worker);
+    worker.near = !worker.candidates.empty() ||
+                  std::any_of(points_.begin(), points_.end(),
+                              [&](const PointImage& image) { return may_show(image, box.center(), spread); });
     const std::size_t sets = H.size() / x.size();
     for (std::size_t i = 0; i < x.size(); ++i) {
         const std::span<Rgb> own = H.subspan(i * sets, sets);

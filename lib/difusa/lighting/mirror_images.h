@@ -8,6 +8,7 @@
 #include <difusa/scene/scene.h>
 
 #include <array>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -16,8 +17,8 @@ namespace difusa {
 
 class MirrorImages {
   public:
-    /// The images of all sources are followed over chains of equal length, up to Mirrors::most and no longer than these
-    /// many images in all; those over one mirror always.
+    /// All sources are followed over chains of mirrors to the same length: at most Mirrors::most, and while there are
+    /// no more than this many images of suns and point lights, and of area lights. Over one mirror they always are.
     static constexpr std::size_t most_images = 8192;
 
     /// Suns and point lights with the numbers of their sets; `lamps`: triangles of area lights. Keeps references to the
@@ -33,6 +34,9 @@ class MirrorImages {
     std::size_t followed() const { return followed_; }
     bool is_complete() const { return complete_; }
 
+    /// About as many rays as `sample` casts for a place that sees all images.
+    std::size_t rays_per_sample() const { return 2 * (points_.size() + (lamps_.empty() ? 0 : 1)); }
+
     /// An upper bound on the rays that `irradiance` casts for a point if the images of area lights settle at once.
     std::size_t rays_per_point(std::size_t samples) const {
         return 2 * (points_.size() + (lamps_.empty() ? 0 : 2 * samples_per_round(samples)));
@@ -47,9 +51,9 @@ class MirrorImages {
     struct Worker {
         std::vector<Index> candidates; ///< images of area lights that may be seen
         std::vector<Part> parts;
-        std::vector<Vec3> polygon, clipped;
         std::vector<Rgb> unblocked, sampled, seen; ///< by set
         std::size_t cast = 0;
+        bool near = false; ///< `sample`: places among or between the last ones may see images, whether these do or not
     };
 
     /// Adds what x receives from all images, in W/m², to H[set]: suns and point lights by one path each, area lights by
@@ -97,6 +101,7 @@ class MirrorImages {
         /// The faces of each plane of the chain as they are seen, corner by corner; none where they are too many, and
         /// paths alone decide.
         std::vector<std::vector<std::array<Vec3, 3>>> windows;
+        bool has_all_windows = true;
     };
 
     static std::size_t samples_per_round(std::size_t samples) { return std::max<std::size_t>(8, samples / 4); }
@@ -105,12 +110,14 @@ class MirrorImages {
     bool see_each_other(const Plane& a, const Plane& b) const;
     Chain before(Index plane, const Chain& chain) const;
     void follow_sources();
-    template <class Image, class Extend> void add_images(std::vector<Image>& images, const Extend& extend);
-    bool extend_point(PointImage& image, Index plane) const;
-    bool extend_lamp(LampImage& image, Index plane) const;
+    template <class Image> void add_images(std::vector<Image>& images);
+    /// The image of an image in one more mirror; none if that is behind the mirror.
+    std::optional<PointImage> in_mirror(const PointImage& source, Index plane) const;
+    std::optional<LampImage> in_mirror(const LampImage& source, Index plane) const;
     void add_windows(LampImage& image) const;
 
     bool may_show(const Plane& plane, const Vec3& x, double spread, const Vec3& target, double radius) const;
+    bool may_show(const PointImage& image, const Vec3& x, double spread) const;
     bool shows_place(const Plane& plane, const Vec3& x, const Vec3& way, bool endless) const;
     /// The colour of the mirrors on the way from `from` to the image `target` (a direction if `source` is null), zero
     /// if it is blocked. `last`: the direction of its last part.

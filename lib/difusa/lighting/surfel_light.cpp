@@ -109,7 +109,9 @@ class Averages {
         const std::size_t cast_before = cast();
         std::size_t count = samples_.pilot;
         const bool even = sample(count, stream);
-        if (!even || cast() > cast_before) {
+        // Between points that see no image in a mirror there may be some that do.
+        const bool sees_images = light_.images() != nullptr && worker_.images.near;
+        if (!even || cast() > cast_before || sees_images) {
             count = even ? samples_.even : samples_.edge;
             sample(count, stream);
         }

@@ -220,7 +220,7 @@ double display_exposure(const BakeResult& result) {
     return bright > 0.0 ? 0.9 / bright : 1.0;
 }
 
-FieldFile field_of(const BakeResult& result) {
+FieldFile field_of(const BakeResult& result, std::optional<double> chosen_exposure) {
     FieldFile field;
     const auto count = static_cast<Eigen::Index>(result.mesh.vertices.size());
     for (const SurfacePoint& vertex : result.mesh.vertices) {
@@ -229,7 +229,7 @@ FieldFile field_of(const BakeResult& result) {
     }
     field.triangles = result.mesh.triangles;
 
-    const double exposure = display_exposure(result);
+    const double exposure = chosen_exposure ? *chosen_exposure : display_exposure(result);
     std::vector<std::uint8_t> display(static_cast<std::size_t>(3 * count));
     for (Eigen::Index v = 0; v < count; ++v) {
         for (Eigen::Index c = 0; c < 3; ++c) {

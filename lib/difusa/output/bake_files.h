@@ -5,6 +5,7 @@
 #include <difusa/io/field_file.h>
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 namespace difusa {
@@ -19,8 +20,9 @@ namespace difusa {
 /// light groups, radiosity_of_NAME and irradiance_of_NAME of each, at points and centres. With an error estimate, also
 /// error_estimate, error_noise and error_discretisation (W/m^2, ErrorsAt). Notes: versions, options,
 /// seed, iterations, residual, times, materials.
-FieldFile field_of(const BakeResult& result);
-FieldFile field_of(BakeResult&&) = delete;
+/// `exposure`: of display_rgb; absent: that of the result.
+FieldFile field_of(const BakeResult& result, std::optional<double> exposure = {});
+FieldFile field_of(BakeResult&&, std::optional<double> exposure = {}) = delete;
 
 /// The sites as a point cloud: Normals, radius, area, coefficient (of the irradiance excluding suns, point lights and
 /// area lights), irradiance, radiosity, reflectance, emission, original_face_id, region, and scalars as above.

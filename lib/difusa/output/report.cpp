@@ -212,7 +212,12 @@ void add_outcome(const BakeResult& result, Json& report) {
     report["solve"] = {{"reason", word(result.solution.solve.reason)},
                        {"iterations", result.solution.solve.iterations},
                        {"residual", result.solution.solve.residual},
-                       {"residual_history", result.solution.solve.residual_history}};
+                       {"residual_history", result.solution.solve.residual_history},
+                       {"stop", result.options.stop},
+                       {"entries_touched", result.solution.solve.entries_touched}};
+    if (result.solution.solve.change) {
+        report["solve"]["change"] = *result.solution.solve.change;
+    }
     const EnergyBalance& energy = result.solution.energy;
     report["energy"] = {
         {"unit", "W, one number per channel"},          {"emitted", json_list(energy.emitted)},

@@ -4,6 +4,7 @@
 #include <difusa/core/parallel.h>
 #include <difusa/core/random.h>
 #include <difusa/scene/sky_parts.h>
+#include <difusa/transport/mirrored.h>
 
 #include <algorithm>
 #include <array>
@@ -23,7 +24,8 @@ Values variance_of_rays(const Solution& solution, const Values& irradiance, cons
     const FieldParts& parts = solution.field->parts();
     const RadiositySystem& system = *parts.system;
     const SurfelLight& light = solution.light;
-    if (dynamic_cast<const HitLists*>(system.transport().W.get()) == nullptr) {
+    const LinearOperator& plain = plain_part(*system.transport().W);
+    if (dynamic_cast<const HitLists*>(&plain) == nullptr) {
         return Values::Zero(static_cast<Eigen::Index>(system.transport().points()), parts.channels);
     }
     Values b = irradiance;
@@ -32,9 +34,14 @@ Values variance_of_rays(const Solution& solution, const Values& irradiance, cons
     }
     b = sum_of_parts(light.emission, parts.channels) + light.reflectance.cwiseProduct(b);
     const Values sky = parts.scene->has_sky() ? sky_radiosity(*parts.scene, parts.channels) : Values();
-    Values mean, square;
-    system.transport().gather(b, sky, mean, execution);
-    system.transport().gather(b.cwiseAbs2(), sky.cwiseAbs2(), square, execution);
+    // What a ray brings from mirrors, too, is left out: of the noise, points with mirrors in sight know a part.
+    Values all = Values::Zero(static_cast<Eigen::Index>(plain.columns()), parts.channels), mean, square;
+    all.topRows(b.rows()) = b;
+    if (sky.rows() > 0) {
+        all.bottomRows(sky.rows()) = sky;
+    }
+    plain.apply(all, mean, execution);
+    plain.apply(all.cwiseAbs2(), square, execution);
     return (square - mean.cwiseAbs2()).cwiseMax(0.0);
 }
 

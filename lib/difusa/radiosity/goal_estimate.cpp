@@ -147,10 +147,10 @@ class GoalEstimation {
         result_.rays += sight.rays;
         const auto n = static_cast<Eigen::Index>(goal_.places.size());
         Values shares;
-        sight.W->apply_transpose(Values::Constant(n, 1, 1.0 / static_cast<double>(n)), shares, execution_);
+        sight.W->apply_transpose(Values::Constant(n, channels_, 1.0 / static_cast<double>(n)), shares, execution_);
         Values light(static_cast<Eigen::Index>(surfels.size()), channels_);
         for (Index s = 0; s < surfels.size(); ++s) {
-            light.row(s).setConstant(shares(s, 0) / surfels.area(s));
+            light.row(s) = shares.row(s) / surfels.area(s);
         }
         return light;
     }

@@ -1,7 +1,6 @@
 #include <difusa/radiosity/system.h>
 
-#include <difusa/algebra/hit_lists.h>
-#include <difusa/algebra/sparse_rows.h>
+#include <difusa/algebra/factors.h>
 #include <difusa/algebra/spectral_radius.h>
 #include <difusa/core/parallel.h>
 #include <difusa/core/text.h>
@@ -24,26 +23,35 @@ constexpr int arnoldi_steps = 40;
 constexpr Eigen::Index columns_at_once = 24;
 constexpr double arnoldi_tolerance = 1e-5;
 
-/// The rows of D and Y as lists of bins with weights.
-class Rows {
+/// What an operator does to one of the channels: coloured mirrors tell them apart by their columns.
+class OneChannel final : public LinearOperator {
   public:
-    explicit Rows(const LinearOperator& W) : lists_(dynamic_cast<const HitLists*>(&W)), entries_(W.entries()) {}
+    OneChannel(const LinearOperator& all, Eigen::Index channel, Eigen::Index channels)
+        : all_(all), channel_(channel), channels_(channels) {}
 
-    bool any() const { return lists_ != nullptr || entries_ != nullptr; }
-
-    void row(std::size_t j, std::vector<Index>& bins, std::vector<double>& weights) const {
-        if (lists_ != nullptr) {
-            lists_->row(j, bins);
-            weights.assign(bins.size(), 1.0 / static_cast<double>(lists_->rays()));
-        } else {
-            bins = entries_->row(j).column;
-            weights = entries_->row(j).value;
-        }
+    std::size_t rows() const override { return all_.rows(); }
+    std::size_t columns() const override { return all_.columns(); }
+    std::size_t entry_count() const override { return all_.entry_count(); }
+    void apply(const Values& x, Values& y, const Execution& execution) const override {
+        Values result;
+        all_.apply(spread(x), result, execution);
+        y = result.col(channel_);
+    }
+    void apply_transpose(const Values& x, Values& y, const Execution& execution) const override {
+        Values result;
+        all_.apply_transpose(spread(x), result, execution);
+        y = result.col(channel_);
     }
 
   private:
-    const HitLists* lists_;
-    const SparseRows* entries_;
+    Values spread(const Values& x) const {
+        DIFUSA_REQUIRE(x.cols() == 1);
+        Values all = Values::Zero(x.rows(), channels_);
+        all.col(channel_) = x;
+        return all;
+    }
+    const LinearOperator& all_;
+    Eigen::Index channel_, channels_;
 };
 
 /// One lighting in a call of RadiositySystem::solve.
@@ -92,15 +100,22 @@ class Solving {
         result_.solve = std::move(solved);
         result_.h = std::move(result_.solve.h);
         make_field(std::move(owner));
+        for (KeptIterate& kept : result_.iterates) {
+            kept.smooth = coefficients(kept.smooth);
+        }
         balance();
         return std::move(result_);
     }
 
     /// The solution of all columns of g, which are reflected as those of this lighting.
-    SolveSummary solve(Values g) const {
+    SolveSummary solve(Values g) {
         const ReflectedTransport T(discretisation_, transport_, result_.light.reflectance);
         const SolveProblem problem{&T, std::move(g)};
-        SolveSummary solved = system_.parts().solver->solve(problem, options_.solve, execution_);
+        SolveOptions how = options_.solve;
+        if (options_.keep_iterates) {
+            how.watch = [this](const Iterate& iterate) { keep(iterate); };
+        }
+        SolveSummary solved = system_.parts().solver->solve(problem, how, execution_);
         if (!solved.converged()) {
             throw NotConverged("the solver " + solved.sentence() + " (wanted: " + text_of(options_.solve.tolerance) +
                                "). The spectral radius is " + text_of(result_.spectral_radius) +
@@ -138,7 +153,10 @@ class Solving {
             if (!(result_.spectral_radius < contraction) && rho.cols() > 1) {
                 result_.spectral_radius = 0.0;
                 for (Eigen::Index c = 0; c < rho.cols(); ++c) {
-                    result_.spectral_radius = std::max(result_.spectral_radius, radius_of(rho.col(c)));
+                    const ReflectedTransport all(discretisation_, transport_, rho);
+                    const OneChannel one(all, c, rho.cols());
+                    result_.spectral_radius = std::max(
+                        result_.spectral_radius, spectral_radius(one, arnoldi_steps, arnoldi_tolerance, execution_));
                 }
             }
             result_.spectral_radius_is_bound = false;
@@ -151,6 +169,14 @@ class Solving {
   private:
     std::size_t set_count() const { return options_.sets.count(); }
     Eigen::Index columns() const { return static_cast<Eigen::Index>(set_count()) * channels_; }
+
+    /// The last of those with the same number of relaxations counts.
+    void keep(const Iterate& iterate) {
+        if (!result_.iterates.empty() && result_.iterates.back().relaxations == iterate.relaxations) {
+            result_.iterates.pop_back();
+        }
+        result_.iterates.push_back({iterate.relaxations, iterate.entries, iterate.residual, iterate.h});
+    }
 
     void light_surfels() {
         execution_.phase("light surfels");
@@ -222,7 +248,7 @@ class Solving {
     /// D (rho ∘ H), with samples on bright surfels where these are few, unless the options leave it at the operator.
     Values first_bounce() {
         const Values reflected = result_.light.first_bounce();
-        const Rows rows(plain_part(*transport_.W));
+        const RowReader rows(plain_part(*transport_.W));
         Values h;
         const bool live = options_.first_bounce == FirstBounce::live && rows.any() && bright_->places(1) > 0;
         result_.first_bounce = live ? FirstBounce::live : FirstBounce::operator_only;
@@ -269,7 +295,7 @@ class Solving {
             return what + "The basis is not a partition of unity: use --basis normalized-radial or shepard, or give "
                           "this one a smaller width";
         }
-        if (row_sum > 1.0 + 1e-9) {
+        if (row_sum > 1.0 + 1e-9 && !part_in_mirrors(*transport_.W)) {
             return what +
                    "Pairwise transport overestimates the exchange between near surfaces: use --transport gather, or "
                    "pairwise:areas=integral with --kernel disc, or a reflectance below 1";
@@ -339,11 +365,13 @@ class Solving {
     Solution result_;
 };
 
-/// What became of some of the columns. The number of iterations is that of all.
+/// What became of some of the columns. The numbers of iterations and entries are those of all.
 SolveSummary columns_of(const SolveSummary& all, Eigen::Index first, Eigen::Index count) {
     SolveSummary part;
     part.reason = all.reason;
     part.iterations = all.iterations;
+    part.change = all.change;
+    part.entries_touched = all.entries_touched;
     part.residual_history.assign(all.residual_history.begin() + first, all.residual_history.begin() + first + count);
     for (const std::vector<double>& history : part.residual_history) {
         part.residual = std::max(part.residual, history.back());
@@ -354,6 +382,12 @@ SolveSummary columns_of(const SolveSummary& all, Eigen::Index first, Eigen::Inde
 
 } // namespace
 
+std::shared_ptr<const Field> Solution::field_of(const KeptIterate& iterate) const {
+    FieldParts parts = field->parts();
+    parts.smooth = iterate.smooth;
+    return std::make_shared<Field>(std::move(parts));
+}
+
 Solution RadiositySystem::solve(const std::shared_ptr<const Scene>& scene, const LightingOptions& options,
                                 const Execution& execution) const {
     return std::move(solve(std::span(&scene, 1), options, execution).front());
@@ -361,6 +395,9 @@ Solution RadiositySystem::solve(const std::shared_ptr<const Scene>& scene, const
 
 std::vector<Solution> RadiositySystem::solve(std::span<const std::shared_ptr<const Scene>> scenes,
                                              const LightingOptions& options, const Execution& execution) const {
+    if (options.keep_iterates && scenes.size() > 1) {
+        throw UsageError("the iterates of one scene can be kept, not of several that are solved for together");
+    }
     std::vector<LightingOptions> complete; // for each
     for (const std::shared_ptr<const Scene>& scene : scenes) {
         check_scene(*scene);
@@ -414,7 +451,13 @@ std::vector<Solution> RadiositySystem::solve(std::span<const std::shared_ptr<con
 
 void RadiositySystem::check_scene(const Scene& scene) const {
     const Mesh &own = parts_.scene->mesh, &other = scene.mesh;
-    if (&own != &other && (own.points != other.points || own.triangles != other.triangles)) {
+    const auto same_mirrors = [&] {
+        const Mirrors &a = own.mirrors, &b = other.mirrors;
+        return a.of_face == b.of_face && a.most == b.most &&
+               std::equal(a.reflectance.begin(), a.reflectance.end(), b.reflectance.begin(), b.reflectance.end(),
+                          [](const Rgb& x, const Rgb& y) { return (x == y).all(); });
+    };
+    if (&own != &other && (own.points != other.points || own.triangles != other.triangles || !same_mirrors())) {
         throw UsageError("the scene's surface is not the one the system was built for");
     }
 }

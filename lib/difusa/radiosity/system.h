@@ -51,8 +51,16 @@ struct LightingOptions {
     SolveOptions solve = {};                ///< tolerance, iterations
     std::size_t shadow_rays_per_round = 64; ///< AreaLights::irradiance
     FirstBounce first_bounce = FirstBounce::live;
-    bool may_be_dark = false; ///< light that reaches no front is no mistake: the solution is 0
-    bool limit = true;        ///< if the field is evaluated with corrected coefficients, `limited` to plausible values
+    bool may_be_dark = false;   ///< light that reaches no front is no mistake: the solution is 0
+    bool keep_iterates = false; ///< Solution::iterates
+    bool limit = true; ///< if the field is evaluated with corrected coefficients, `limited` to plausible values
+};
+
+/// An approximation that the solver went through.
+struct KeptIterate {
+    std::size_t relaxations = 0, entries = 0; ///< Iterate::relaxations, Iterate::entries
+    double residual = 0.0;                    ///< relative, as far as the solver knew it
+    Values smooth;                            ///< FieldParts::smooth
 };
 
 /// The radiosity equation of one surface, solved for one lighting. Columns are the channels of each set in turn.
@@ -69,6 +77,11 @@ struct Solution {
     std::optional<FirstBounce> first_bounce; ///< the way it was computed; none if there is no such light, or if the
                                              ///< basis represents it
     std::size_t area_lights = 0;             ///< emitting triangles whose light was evaluated analytically
+    std::vector<KeptIterate> iterates;       ///< those that the solver showed (SolveOptions::watch), if they were to be
+                                             ///< kept; the last is the solution
+
+    /// The field of one of `iterates`.
+    std::shared_ptr<const Field> field_of(const KeptIterate& iterate) const;
 };
 
 /// Owned by a std::shared_ptr: the fields that it solves for keep it alive.
@@ -94,8 +107,8 @@ class RadiositySystem : public std::enable_shared_from_this<RadiositySystem> {
     /// The same for several scenes of this surface that differ in their lights alone: the linear systems of
     /// several are solved together, as columns of one matrix. With the solver krylov, each solution has the bits that
     /// it has alone, except for its number of iterations, which is that of all. Some of the scenes may be dark.
-    /// `options.sets`: none, or those of every scene. Throws UsageError if reflectances differ. All have three channels
-    /// unless all are grey.
+    /// `options.sets`: none, or those of every scene. Throws UsageError if reflectances differ, or if iterates of
+    /// several are to be kept. All have three channels unless all are grey.
     std::vector<Solution> solve(std::span<const std::shared_ptr<const Scene>> scenes, const LightingOptions& options,
                                 const Execution& execution) const;
 

@@ -266,7 +266,7 @@ class Look {
                     values[offset_ + numbers_[p]] = pixel_of(value_of(show, light, p));
                 }
                 for (std::size_t p = seen_directly_; p < points_.size() && shows_in_mirrors(show.quantity); ++p) {
-                    add_to(values[offset_ + numbers_[p]], colours_[p] * value_of(show, light, p));
+                    add_to(values[offset_ + numbers_[p]], value_of(show, light, p));
                 }
             }
             if (meets_the_eye(show.quantity)) {
@@ -281,15 +281,15 @@ class Look {
         const SurfacePoint& x = points_[p];
         switch (show.quantity) {
         case Quantity::radiosity:
-            return of(light.B);
+            return colours_[p] * of(light.B);
         case Quantity::direct:
-            return of(light.E) + of(light.rho) * of(light.H_direct);
+            return colours_[p] * (of(light.E) + of(light.rho) * of(light.H_direct));
         case Quantity::indirect:
-            return of(light.rho) * of(light.H_indirect);
+            return colours_[p] * of(light.rho) * of(light.H_indirect);
         case Quantity::group:
             for (const GroupValues& group : light.groups) {
                 if (group.name == show.group) {
-                    return of(group.B);
+                    return colours_[p] * of(group.B);
                 }
             }
             break;
@@ -304,11 +304,11 @@ class Look {
         case Quantity::reflectance:
             return scene_.reflectance(x);
         case Quantity::luminance:
-            return Rgb::Constant(lumens_per_watt * std::numbers::inv_pi * luminance(of(light.B)));
+            return Rgb::Constant(lumens_per_watt * std::numbers::inv_pi * luminance(colours_[p] * of(light.B)));
         case Quantity::illuminance:
             return Rgb::Constant(lumens_per_watt * luminance(of(light.H)));
         case Quantity::radiosity_weighted:
-            return Rgb::Constant(luminance(of(light.B)));
+            return Rgb::Constant(luminance(colours_[p] * of(light.B)));
         case Quantity::irradiance_weighted:
             return Rgb::Constant(luminance(of(light.H)));
         case Quantity::sites:

@@ -54,16 +54,6 @@ void check_material(const PolygonSoup& soup, std::size_t face) {
             ", has the reflectance (" + channels(material.reflectance) +
             "). A surface reflects between none (0) and all (1) of the light in each channel: correct it.");
     }
-    if ((material.mirror > 0.0).any()) {
-        const Rgb both = material.mirror + (material.vertex_colours ? Rgb(Rgb::Zero()) : material.reflectance);
-        if (!(material.mirror >= 0.0).all() || !(both <= 1.0 + 1e-9).all()) {
-            throw InputError(file_prefix(soup, 0) + "material \"" + material.name + "\", used by " +
-                             face_name(soup, face) +
-                             ", is a mirror that reflects more than all of the light: diffuse "
-                             "and specular reflectance add up to (" +
-                             channels(both) + "), and must not exceed 1 in any channel: correct them.");
-        }
-    }
     if (material.reflectance_texture) {
         const Rgb most = (material.vertex_colours ? Rgb(Rgb::Ones()) : material.reflectance) *
                          material.reflectance_texture->brightest();
@@ -74,6 +64,13 @@ void check_material(const PolygonSoup& soup, std::size_t face) {
                              "). A surface cannot reflect more than all (1) of the light: dim the "
                              "image, or its factor.");
         }
+    }
+    const Rgb diffuse = material.vertex_colours ? Rgb(Rgb::Zero()) : material.brightest_reflectance();
+    if (!(material.mirror >= 0.0).all() || !material.reflects_at_most_all(diffuse)) {
+        throw InputError(
+            file_prefix(soup, 0) + "material \"" + material.name + "\", used by " + face_name(soup, face) +
+            ", reflects (" + channels(diffuse) + ") diffusely and (" + channels(material.mirror) +
+            ") as a mirror. A surface cannot reflect more than all (1) of the light: correct one of them.");
     }
     if (!((material.emission >= 0.0).all() && material.emission.isFinite().all())) {
         throw InputError(file_prefix(soup, 0) + "material \"" + material.name + "\", used by " + face_name(soup, face) +

@@ -24,6 +24,14 @@ struct Material {
     std::function<double(const Vec3& position)> emission_pattern = {};
     Rgb mirror = Rgb::Zero(); ///< share of light reflected specularly, as by a mirror; rho + mirror <= 1
 
+    /// The largest diffuse reflectance that its texture gives it, if vertex colours do not decide.
+    Rgb brightest_reflectance() const {
+        return reflectance_texture ? Rgb(reflectance_texture->brightest() * reflectance) : reflectance;
+    }
+
+    /// True if that, and what it reflects specularly, add up to at most 1, but for rounding.
+    bool reflects_at_most_all(const Rgb& diffuse) const { return (diffuse + mirror <= 1.0 + 1e-9).all(); }
+
     /// True if E varies over its faces.
     bool emits_unevenly() const { return emission_pattern != nullptr || emission_texture != nullptr; }
 };

@@ -20,6 +20,7 @@ class MirroredTransport final : public LinearOperator {
 
     std::size_t rows() const override { return plain_->rows(); }
     std::size_t columns() const override { return plain_->columns(); }
+    std::size_t entry_count() const override { return plain_->entry_count() + in_mirrors_->entry_count(); }
 
     void apply(const Values& x, Values& y, const Execution& execution) const override;
     void apply_transpose(const Values& x, Values& y, const Execution& execution) const override;

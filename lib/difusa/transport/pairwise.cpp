@@ -48,7 +48,23 @@ class PairwiseOperator final : public LinearOperator {
         y.topRows(surfel_area_.size()) = at_surfels;
     }
 
+    std::size_t entry_count() const override { return S_->nonzeros() + P_->entry_count(); }
+
     PairwiseParts parts() const { return {S_, Y_}; }
+
+    SparseRows distribution() const {
+        SparseRows M(S_->columns(), P_->rows());
+        BasisRow row;
+        for (Index s = 0; s < P_->rows(); ++s) {
+            P_->row(s, row);
+            for (std::size_t i = 0; i < row.element.size(); ++i) {
+                SparseRows::Row& patch = M.row(row.element[i]);
+                patch.column.push_back(s);
+                patch.value.push_back(inverse_area_[row.element[i]] * row.weight[i] * surfel_area_[s]);
+            }
+        }
+        return M;
+    }
 
   private:
     std::shared_ptr<const SparseRows> S_;
@@ -153,6 +169,12 @@ std::shared_ptr<const LinearOperator> pairwise_operator(std::shared_ptr<const Sp
     }
     return std::make_shared<PairwiseOperator>(std::move(S), discretisation.averages, std::move(surfel_area),
                                               std::move(inverse_area), std::move(gathered));
+}
+
+SparseRows pairwise_distribution(const LinearOperator& W) {
+    const auto* const pairs = dynamic_cast<const PairwiseOperator*>(&W);
+    DIFUSA_REQUIRE(pairs != nullptr);
+    return pairs->distribution();
 }
 
 PairwiseParts pairwise_parts(const LinearOperator& W) {

@@ -30,6 +30,9 @@ struct PairwiseParts {
 };
 PairwiseParts pairwise_parts(const LinearOperator& W);
 
+/// M of a pairwise transport: #S by #surfels.
+SparseRows pairwise_distribution(const LinearOperator& W);
+
 /// W = [S M, Y], with Y from `gathered`.
 std::shared_ptr<const LinearOperator> pairwise_operator(std::shared_ptr<const SparseRows> S,
                                                         std::shared_ptr<const LinearOperator> gathered,
