@@ -39,11 +39,13 @@ room_quality=(--size 800 600 --samples 9)
 quality=(--size 800 800 --samples 16 --rays 1024)
 box_sites=8000
 hall_quality=(--size 1280 720 --samples 9 --sites 20000)
+mirror_quality=(--size 800 600 --samples 16 --sites 10000 --rays 2048)
 if [ -n "$quick" ]; then
     room_quality=(--size 160 120 --samples 1 --rays 32)
     quality=(--size 160 160 --samples 1 --rays 64)
     box_sites=800
     hall_quality=(--size 160 90 --samples 1 --rays 64 --sites 1000)
+    mirror_quality=(--size 160 120 --samples 1 --rays 64 --sites 1000)
 fi
 
 # The first number (or word) of this name in a report.
@@ -120,6 +122,8 @@ render cornell_box "$box" "${quality[@]}" --sites "$box_sites" --projection gale
 few=("${quality[@]}" --sites 600)
 render cornell_box_sites "$box" "${few[@]}" --show sites --also "error=$out/cornell_box_error.png" --log
 render basis_element "$box" "${quality[@]}" --sites 200 --show basis --near 0.15,0.38,0.5592
+
+render mirror_room "$data/mirror_room.json" "${mirror_quality[@]}" --tone filmic
 
 # A large hall, generated rather than stored.
 if [ -x "$bin/generate_scenes" ]; then

@@ -179,6 +179,49 @@ TEST(Mirrors, TheSunShinesOnTheCeiling) {
     }
 }
 
+/// Two mirrors at 45° carry the light of a lamp over a wall: what arrives is that of the lamp at the end of the
+/// unfolded way, seen through the mirrors.
+TEST(Mirrors, APeriscope) {
+    Scene scene;
+    // Up from the lamp at the bottom, along x above the wall, and down again to the place x.
+    scene.mesh = rectangle(Vec3(-1, -1, 1), Vec3(0, 2, 0), Vec3(2, 0, 2)); // at x = 0, z = 2: faces -x and down ...
+    for (Index t = 0; t < scene.mesh.triangles.size(); ++t) {
+        scene.mesh.material[t] = 1;
+    }
+    const auto faces = [&](const Vec3& n) { return scene.mesh.normals.front().dot(n) > 0.0; };
+    if (!faces(Vec3(1, 0, -1))) { // ... which must be +x and down
+        for (Index t = 0; t < scene.mesh.triangles.size(); ++t) {
+            scene.mesh.turn_over(t);
+        }
+        scene.mesh.derive();
+    }
+    Mesh other = rectangle(Vec3(4, -1, 3), Vec3(2, 0, -2), Vec3(0, 2, 0)); // at x = 5, z = 2: faces -x and down
+    if (other.normals.front().dot(Vec3(-1, 0, -1)) < 0.0) {
+        for (Index t = 0; t < other.triangles.size(); ++t) {
+            other.turn_over(t);
+        }
+        other.derive();
+    }
+    add(scene.mesh, other, 1);
+    add(scene.mesh, lit::plain_box(Vec3(2, -5, -5), Vec3(3, 5, 1.2), 1, Front::outside), 0); // hides the lamp itself
+    scene.materials = {material("wall", dark, dark), material("mirror", dark, Rgb(0.9, 0.8, 0.5))};
+    PointLight light;
+    light.position = Vec3(0.05, 0.1, 0);
+    light.intensity = Rgb::Constant(100.0);
+    scene.point_lights.push_back(light);
+    const SurfacePoint x{Vec3(4.9, 0, 0.2), Vec3::UnitZ(), none, 0.0, 0.0};
+    // (x, y, z) -> (z - 2, y, x + 2) in the plane x = z - 2, then -> (7 - z, y, 7 - x) in the plane x + z = 7.
+    const Vec3& p = light.position;
+    const Vec3 first(p.z() - 2.0, p.y(), p.x() + 2.0);
+    const Vec3 image(7.0 - first.z(), first.y(), 7.0 - first.x());
+    const double arrives = 100.0 * from_point(image, x.position);
+    ASSERT_GT(arrives, 0.0);
+    const Rgb H = light_at(scene, x);
+    for (int c = 0; c < 3; ++c) {
+        EXPECT_NEAR(H[c], std::pow(scene.materials[1].mirror[c], 2) * arrives, 1e-10 * arrives);
+    }
+}
+
 TEST(Mirrors, ShowNothingFromBehindOrWhatIsHidden) {
     const auto lit = [](double mirror_side, bool lid) {
         Scene scene;
@@ -375,6 +418,18 @@ TEST(Mirrors, HalfASceneIsTheWholeScene) {
     // Each lies below with 97.5 %; the bakes share no random numbers that matter.
     EXPECT_LE(difference, half.error->total.high + whole.error->total.high);
     EXPECT_GT(difference, 0.0);
+}
+
+TEST(Mirrors, HaveTheSameBitsForAnyNumberOfThreads) {
+    Scene scene = symmetric_room(false);
+    scene.materials[1].mirror = Rgb(0.9, 0.7, 0.5);
+    const auto with = [&](unsigned threads) {
+        return bake(test::registry(), scene, "scene", lit::quick(0.25, 64), Execution{threads, nullptr, nullptr});
+    };
+    const BakeResult one = with(1), three = with(3);
+    EXPECT_TRUE((one.solution.h.array() == three.solution.h.array()).all());
+    EXPECT_TRUE((one.output.B.array() == three.output.B.array()).all());
+    EXPECT_TRUE((one.solution.energy.cut_off == three.solution.energy.cut_off).all());
 }
 
 TEST(Mirrors, NoneCostNothing) {

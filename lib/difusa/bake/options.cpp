@@ -38,7 +38,7 @@ void check_options(const BakeOptions& options) {
         refuse("--sites", "give either --spacing or --sites, not both");
     }
     if (options.neighbours < 1 || options.neighbours > 1000) {
-        refuse("--neighbours", "must be from 1 to 256");
+        refuse("--neighbours", "must be from 1 to 1000");
     }
     if (options.rays < 1 || options.rays > (std::size_t{1} << 24U)) {
         refuse("--rays", "must be from 1 to 16777216");
@@ -90,7 +90,7 @@ void check_options(const BakeOptions& options) {
         refuse("--tolerance", "must be above 0 and below 1");
     }
     if (options.mirror_depth < 1 || options.mirror_depth > 256) {
-        refuse("--mirror-depth", "must be from 1 to 1000");
+        refuse("--mirror-depth", "must be from 1 to 256");
     }
     if (options.solve.max_iterations < 0) {
         refuse("--max-iterations", "must not be negative");

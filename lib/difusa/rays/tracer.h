@@ -1,4 +1,4 @@
-// Ray casting against a surface: the only code that queries the visibility engine, and that sends rays on from mirrors.
+// Ray casting against a surface, and the hemisphere of rays that a point sends out, on over mirrors.
 #pragma once
 
 #include <difusa/mesh/mesh.h>

@@ -32,7 +32,8 @@ struct LightTransport {
     /// h = W [b; sky] for each column; without rows in sky, the sky is dark.
     void gather(const Values& b, const Values& sky_radiosity, Values& h, const Execution& execution) const;
 
-    /// The largest row sum of D over the surfels: at most 1 if gathered.
+    /// The largest row sum of D over the surfels: at most 1 if gathered and without mirrors. A ray that goes on from a
+    /// mirror counts there and where it ends.
     double largest_row_sum(const Execution& execution) const;
 };
 
