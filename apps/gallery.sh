@@ -39,7 +39,7 @@ room_quality=(--size 800 600 --samples 9)
 quality=(--size 800 800 --samples 16 --rays 1024)
 box_sites=8000
 hall_quality=(--size 1280 720 --samples 9 --sites 20000)
-mirror_quality=(--size 800 600 --samples 16 --sites 10000 --rays 2048)
+mirror_quality=(--size 800 600 --samples 9 --sites 10000 --rays 1024)
 if [ -n "$quick" ]; then
     room_quality=(--size 160 120 --samples 1 --rays 32)
     quality=(--size 160 160 --samples 1 --rays 64)

@@ -32,12 +32,13 @@ Scene mirror_room() {
             blocks.fill({x, y, 0.0}, {x + 0.06, y + 0.06, board}, wood);
         }
     }
+    // The mirrors, set into the wall and the table.
+    blocks.leave_out({2.0, depth, 0.5}, {3.4, depth + wall, 2.0});
+    blocks.leave_out({0.85, 1.45, board}, {1.15, 1.75, top});
     blocks.add_to(room);
-
-    // The mirrors: one on the back wall, with its front to the room, one on the table.
-    const double before = depth - 0.01, over = top + 0.01;
-    room.polygon({{2.0, before, 0.5}, {3.4, before, 0.5}, {3.4, before, 2.0}, {2.0, before, 2.0}}, mirror);
-    room.polygon({{0.85, 1.45, over}, {1.15, 1.45, over}, {1.15, 1.75, over}, {0.85, 1.75, over}}, mirror);
+    room.polygon({{2.0, depth, 0.5}, {3.4, depth, 0.5}, {3.4, depth, 2.0}, {2.0, depth, 2.0}}, mirror);
+    room.polygon({{0.85, 1.45, top}, {1.15, 1.45, top}, {1.15, 1.75, top}, {0.85, 1.75, top}}, mirror);
+    room.polygon({{0.85, 1.45, board}, {0.85, 1.75, board}, {1.15, 1.75, board}, {1.15, 1.45, board}}, wood);
 
     const double norm = std::sqrt(0.8 * 0.8 + 0.1 * 0.1 + 0.6 * 0.6);
     scene.suns.push_back({{-0.8 / norm, -0.1 / norm, 0.6 / norm}, {90, 84, 74}});
