@@ -19,13 +19,26 @@ namespace difusa {
 
 namespace {
 
-/// Builds the engine, and settles which sides are fronts.
-void build_visibility(BakeResult& result, const Registry& registry, Choices& choices, const Execution& execution) {
-    if (result.scene->mesh.mirrors.any() && choices.solver->needs_factors()) {
+/// Refuses what cannot go over mirrors, if there are any.
+void refuse_for_mirrors(const BakeResult& result, const Choices& choices) {
+    if (!result.scene->mesh.mirrors.any()) {
+        return;
+    }
+    if (choices.pairwise) {
+        throw UsageError("--transport " + result.options.transport + ": " + result.file +
+                         " has mirrors, and pairwise transport connects sites by straight lines: use --transport "
+                         "gather");
+    }
+    if (choices.solver->needs_factors()) {
         throw UsageError("--solver " + result.options.solver + ": " + result.file +
                          " has mirrors, and relaxing one unknown after the other needs rows that do not go over "
                          "mirrors; use krylov or jacobi");
     }
+}
+
+/// Builds the engine, and settles which sides are fronts.
+void build_visibility(BakeResult& result, const Registry& registry, Choices& choices, const Execution& execution) {
+    refuse_for_mirrors(result, choices);
     execution.phase("build visibility");
     choices.engine->build(result.scene->mesh);
     if (settle_fronts(result, choices, execution)) {

@@ -16,25 +16,13 @@
 
 namespace {
 
-class Progressive final : public difusa::Solver {
+class Progressive final : public difusa::GreedySolver {
   public:
-    explicit Progressive(const difusa::Parameters& parameters) {
-        rule_.solver = "progressive";
-        rule_.relaxation = parameters.real("relaxation");
-        rule_.shooting = true;
-        rule_.ambient = parameters.word("ambient") == "yes";
-    }
-
-    bool needs_factors() const override { return true; }
-    bool needs_columns() const override { return true; }
-
-    difusa::SolveSummary solve(const difusa::SolveProblem& problem, const difusa::SolveOptions& options,
-                               const difusa::Execution& execution) const override {
-        return difusa::relax_greedily(problem, options, rule_, execution);
-    }
-
-  private:
-    difusa::GreedyRule rule_;
+    explicit Progressive(const difusa::Parameters& parameters)
+        : GreedySolver({.solver = "progressive",
+                        .relaxation = parameters.real("relaxation"),
+                        .shooting = true,
+                        .ambient = parameters.word("ambient") == "yes"}) {}
 };
 
 } // namespace

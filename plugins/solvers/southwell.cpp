@@ -12,23 +12,10 @@
 
 namespace {
 
-class Southwell final : public difusa::Solver {
+class Southwell final : public difusa::GreedySolver {
   public:
-    explicit Southwell(const difusa::Parameters& parameters) {
-        rule_.solver = "southwell";
-        rule_.relaxation = parameters.real("relaxation");
-    }
-
-    bool needs_factors() const override { return true; }
-    bool needs_columns() const override { return true; }
-
-    difusa::SolveSummary solve(const difusa::SolveProblem& problem, const difusa::SolveOptions& options,
-                               const difusa::Execution& execution) const override {
-        return difusa::relax_greedily(problem, options, rule_, execution);
-    }
-
-  private:
-    difusa::GreedyRule rule_;
+    explicit Southwell(const difusa::Parameters& parameters)
+        : GreedySolver({.solver = "southwell", .relaxation = parameters.real("relaxation")}) {}
 };
 
 } // namespace

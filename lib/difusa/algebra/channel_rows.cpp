@@ -5,53 +5,20 @@
 #include <difusa/core/parallel.h>
 
 #include <algorithm>
-#include <functional>
-#include <string>
 
 namespace difusa {
 
-ChannelRows::ChannelRows(const Packed& packed)
-    : rows_(packed.row_entries.size()), columns_(packed.columns), channels_(packed.channels) {
+ChannelRows::ChannelRows(const Packed& packed) : columns_(packed.columns), channels_(packed.channels) {
     if (channels_ != 1 && channels_ != 3) {
         throw InputError("there are neither one nor three channels");
     }
-    const auto width = static_cast<std::size_t>(channels_);
-    std::size_t sum = 0;
-    for (const std::uint32_t entries : packed.row_entries) {
-        sum += entries;
-    }
-    if (sum != packed.column.size() || sum * width != packed.value.size()) {
-        throw InputError("the lengths of the rows do not add up to their entries");
-    }
-    auto column = packed.column.begin();
-    auto value = packed.value.begin();
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-        const auto entries = static_cast<std::ptrdiff_t>(packed.row_entries[i]);
-        rows_[i].column.assign(column, column + entries);
-        rows_[i].value.assign(value, value + entries * channels_);
-        column += entries;
-        value += entries * channels_;
-        const std::vector<Index>& own = rows_[i].column;
-        if (std::adjacent_find(own.begin(), own.end(), std::greater_equal<>()) != own.end() ||
-            (!own.empty() && own.back() >= columns_) ||
-            !std::all_of(rows_[i].value.begin(), rows_[i].value.end(),
-                         [](double v) { return v >= 0.0 && v <= 1.0 + 1e-9; })) {
-            throw InputError("row " + std::to_string(i) +
-                             " has columns that do not ascend or do not exist, or values that are not from 0 to 1");
-        }
-    }
+    rows_ = unpacked_rows(
+        packed, static_cast<std::size_t>(channels_), [](double v) { return v >= 0.0 && v <= 1.0 + 1e-9; },
+        "are not from 0 to 1");
 }
 
 ChannelRows::Packed ChannelRows::packed() const {
-    Packed packed;
-    packed.columns = columns_;
-    packed.channels = channels_;
-    for (const Row& row : rows_) {
-        packed.row_entries.push_back(static_cast<std::uint32_t>(row.column.size()));
-        packed.column.insert(packed.column.end(), row.column.begin(), row.column.end());
-        packed.value.insert(packed.value.end(), row.value.begin(), row.value.end());
-    }
-    return packed;
+    return {packed_rows(rows_, columns_), channels_};
 }
 
 void ChannelRows::set(std::size_t i, std::vector<std::pair<Index, Rgb>>& entries) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <difusa/algebra/linear_operator.h>
+#include <difusa/algebra/sparse_rows.h>
 
 #include <utility>
 #include <vector>
@@ -20,18 +21,9 @@ class ChannelRows final : public LinearOperator {
     ChannelRows(std::size_t rows, std::size_t columns, int channels)
         : rows_(rows), columns_(columns), channels_(channels) {}
 
-    struct Row {
-        std::vector<Index> column;
-        std::vector<double> value; ///< #entries times #channels
-    };
-
-    /// All entries row by row, for files.
-    struct Packed {
-        std::size_t columns = 0;
+    /// All entries row by row, for files: each has a value for each channel.
+    struct Packed : SparseRows::Packed {
         int channels = 1;
-        std::vector<std::uint32_t> row_entries; ///< #rows: number of entries of each
-        std::vector<Index> column;              ///< #entries
-        std::vector<double> value;              ///< #entries times #channels
     };
 
     /// Throws InputError, saying what is wrong, unless all values are from 0 to 1 and the columns of each row ascend
@@ -57,6 +49,7 @@ class ChannelRows final : public LinearOperator {
 
   private:
     /// The factors of entry k for each column of a matrix of this width.
+    using Row = SparseRows::Row; ///< #entries times #channels values
     template <class Act> void for_each_factor(const Row& row, std::size_t k, Eigen::Index width, const Act& act) const;
     void check_width(const Values& x) const;
 

@@ -28,16 +28,16 @@ Values Factors::diagonal(const Execution& execution) const {
     return diagonal;
 }
 
-SparseColumns Factors::columns_of_A(const Execution& execution) const {
-    const RowReader rows(*A);
+SparseColumns columns_of(const LinearOperator& A, std::size_t count, const Execution& execution) {
+    const RowReader rows(A);
     SparseColumns sorted;
-    sorted.first.assign(middle + 1, 0);
+    sorted.first.assign(count + 1, 0);
     std::vector<Index> columns;
     std::vector<double> weights;
     const auto for_entries = [&](const auto& act) {
-        for (std::size_t j = 0; j < A->rows(); ++j) {
+        for (std::size_t j = 0; j < A.rows(); ++j) {
             rows.row(j, columns, weights);
-            for (std::size_t k = 0; k < columns.size() && columns[k] < middle; ++k) {
+            for (std::size_t k = 0; k < columns.size() && columns[k] < count; ++k) {
                 act(j, columns[k], weights[k], k > 0 && columns[k] == columns[k - 1]);
             }
         }
@@ -45,7 +45,7 @@ SparseColumns Factors::columns_of_A(const Execution& execution) const {
     };
     for_entries(
         [&](std::size_t, Index column, double, bool repeated) { sorted.first[column + 1] += repeated ? 0 : 1; });
-    for (std::size_t s = 0; s < middle; ++s) {
+    for (std::size_t s = 0; s < count; ++s) {
         sorted.first[s + 1] += sorted.first[s];
     }
     const std::size_t entries = sorted.first.back();

@@ -49,6 +49,10 @@ struct SparseColumns {
     }
 };
 
+/// The columns of A below `count`, for operators that a RowReader can read. Throws ResourceError, before anything is
+/// allocated, if memory does not suffice.
+SparseColumns columns_of(const LinearOperator& A, std::size_t count, const Execution& execution);
+
 /// T = A Q for each channel; column c of an operand is that of channel c modulo #channels.
 struct Factors {
     std::shared_ptr<const LinearOperator> A; ///< n rows that a RowReader can read
@@ -63,9 +67,8 @@ struct Factors {
     /// The diagonal of T: n by #channels.
     Values diagonal(const Execution& execution) const;
 
-    /// The columns of A below `middle`, for one channel: a column of T is a sum of them. Throws ResourceError, before
-    /// anything is allocated, if memory does not suffice.
-    SparseColumns columns_of_A(const Execution& execution) const;
+    /// The columns of A that count (columns_of): a column of T is a sum of them.
+    SparseColumns columns_of_A(const Execution& execution) const { return columns_of(*A, middle, execution); }
 };
 
 } // namespace difusa

@@ -35,4 +35,21 @@ struct GreedyRule {
 SolveSummary relax_greedily(const SolveProblem& problem, const SolveOptions& options, const GreedyRule& rule,
                             const Execution& execution);
 
+/// A solver that relaxes by such a rule.
+class GreedySolver : public Solver {
+  public:
+    explicit GreedySolver(const GreedyRule& rule) : rule_(rule) {}
+
+    bool needs_factors() const override { return true; }
+    bool needs_columns() const override { return true; }
+
+    SolveSummary solve(const SolveProblem& problem, const SolveOptions& options,
+                       const Execution& execution) const override {
+        return relax_greedily(problem, options, rule_, execution);
+    }
+
+  private:
+    GreedyRule rule_;
+};
+
 } // namespace difusa

@@ -12,43 +12,62 @@
 
 namespace difusa {
 
-SparseRows::SparseRows(const Packed& packed) : rows_(packed.row_entries.size()), columns_(packed.columns) {
+std::vector<SparseRows::Row> unpacked_rows(const SparseRows::Packed& packed, std::size_t values,
+                                           bool (*is_sound)(double), const char* unsound) {
     std::size_t sum = 0;
     for (const std::uint32_t entries : packed.row_entries) {
         sum += entries;
     }
-    if (sum != packed.column.size() || sum != packed.value.size()) {
+    if (sum != packed.column.size() || sum * values != packed.value.size()) {
         throw InputError("the lengths of the rows do not add up to their entries");
     }
-    std::size_t at = 0;
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
+    std::vector<SparseRows::Row> rows(packed.row_entries.size());
+    auto column = packed.column.begin();
+    auto value = packed.value.begin();
+    for (std::size_t i = 0; i < rows.size(); ++i) {
         const auto entries = static_cast<std::ptrdiff_t>(packed.row_entries[i]);
-        const auto column = packed.column.begin() + static_cast<std::ptrdiff_t>(at);
-        const auto value = packed.value.begin() + static_cast<std::ptrdiff_t>(at);
-        rows_[i].column.assign(column, column + entries);
-        rows_[i].value.assign(value, value + entries);
-        at += packed.row_entries[i];
-        const std::vector<Index>& own = rows_[i].column;
-        if (std::adjacent_find(own.begin(), own.end(), std::greater_equal<>()) != own.end() ||
-            (!own.empty() && own.back() >= columns_) ||
-            !std::all_of(value, value + entries, [](double entry) { return std::isfinite(entry); })) {
+        SparseRows::Row& row = rows[i];
+        row.column.assign(column, column + entries);
+        row.value.assign(value, value + entries * static_cast<std::ptrdiff_t>(values));
+        column += entries;
+        value += entries * static_cast<std::ptrdiff_t>(values);
+        if (std::adjacent_find(row.column.begin(), row.column.end(), std::greater_equal<>()) != row.column.end() ||
+            (!row.column.empty() && row.column.back() >= packed.columns) ||
+            !std::all_of(row.value.begin(), row.value.end(), is_sound)) {
             throw InputError("row " + std::to_string(i) +
-                             " has columns that do not ascend or do not exist, or values that are not finite");
+                             " has columns that do not ascend or do not exist, or values "
+                             "that " +
+                             unsound);
         }
     }
+    return rows;
 }
 
-SparseRows::Packed SparseRows::packed() const {
-    Packed packed;
-    packed.columns = columns_;
-    packed.column.reserve(nonzeros());
-    packed.value.reserve(nonzeros());
-    for (const Row& row : rows_) {
+SparseRows::Packed packed_rows(const std::vector<SparseRows::Row>& rows, std::size_t columns) {
+    SparseRows::Packed packed;
+    packed.columns = columns;
+    std::size_t entries = 0, values = 0;
+    for (const SparseRows::Row& row : rows) {
+        entries += row.column.size();
+        values += row.value.size();
+    }
+    packed.column.reserve(entries);
+    packed.value.reserve(values);
+    for (const SparseRows::Row& row : rows) {
         packed.row_entries.push_back(static_cast<std::uint32_t>(row.column.size()));
         packed.column.insert(packed.column.end(), row.column.begin(), row.column.end());
         packed.value.insert(packed.value.end(), row.value.begin(), row.value.end());
     }
     return packed;
+}
+
+SparseRows::SparseRows(const Packed& packed)
+    : rows_(unpacked_rows(
+          packed, 1, [](double v) { return std::isfinite(v); }, "are not finite")),
+      columns_(packed.columns) {}
+
+SparseRows::Packed SparseRows::packed() const {
+    return packed_rows(rows_, columns_);
 }
 
 std::size_t SparseRows::nonzeros() const {

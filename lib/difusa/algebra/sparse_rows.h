@@ -52,4 +52,13 @@ class SparseRows final : public LinearOperator {
     std::size_t columns_ = 0;
 };
 
+/// Rows with `values` values for each entry, from the arrays of a file. Throws InputError, saying what is wrong, unless
+/// the columns of each row ascend below packed.columns and all values are sound; `unsound` says what others are, "are
+/// not finite".
+std::vector<SparseRows::Row> unpacked_rows(const SparseRows::Packed& packed, std::size_t values,
+                                           bool (*is_sound)(double), const char* unsound);
+
+/// The reverse.
+SparseRows::Packed packed_rows(const std::vector<SparseRows::Row>& rows, std::size_t columns);
+
 } // namespace difusa

@@ -113,13 +113,13 @@ void put_sites(const SiteSet& sites, Hdf5Writer& file) {
     put(file, "/sites/area", sites.area, 1, "effective area");
 }
 
-void put_rows(const SparseRows& rows, const std::string& path, Hdf5Writer& file) {
-    const SparseRows::Packed packed = rows.packed();
+/// `values`: of each entry.
+void put_rows(const SparseRows::Packed& packed, std::size_t values, const std::string& path, Hdf5Writer& file) {
     file.group(path);
     file.attribute(path, "columns", static_cast<std::uint64_t>(packed.columns));
     put(file, path + "/row_entries", packed.row_entries, 1, "number of entries of each row");
     put(file, path + "/column", packed.column, 1, "of each entry, row by row, ascending in each");
-    put(file, path + "/value", packed.value, 1, "of each entry");
+    put(file, path + "/value", packed.value, values, values == 1 ? "of each entry" : "of each entry, by channel");
 }
 
 void put_lists(const HitLists& lists, const std::string& path, Hdf5Writer& file) {
@@ -135,19 +135,15 @@ void put_lists(const HitLists& lists, const std::string& path, Hdf5Writer& file)
 }
 
 void put_mirrored(const LightTransport& gathered, const ChannelRows& rows, const std::string& path, Hdf5Writer& file) {
-    const ChannelRows::Packed packed = rows.packed();
-    file.group(path);
-    file.attribute(path, "columns", static_cast<std::uint64_t>(packed.columns));
-    file.attribute(path, "channels", static_cast<std::uint64_t>(packed.channels));
-    put(file, path + "/row_entries", packed.row_entries, 1, "number of entries of each row");
-    put(file, path + "/column", packed.column, 1, "of each entry, row by row, ascending in each");
-    put(file, path + "/value", packed.value, static_cast<std::size_t>(packed.channels), "of each entry, by channel");
+    const auto channels = static_cast<std::size_t>(rows.channels());
+    put_rows(rows.packed(), channels, path, file);
+    file.attribute(path, "channels", static_cast<std::uint64_t>(channels));
     const auto flat = [](const Values& values) {
         return std::vector<double>(values.data(), values.data() + values.size());
     };
-    put(file, path + "/back", flat(gathered.back_in_mirrors), static_cast<std::size_t>(packed.channels),
+    put(file, path + "/back", flat(gathered.back_in_mirrors), channels,
         "share of each gather point that ends on backs of faces after a mirror");
-    put(file, path + "/cut_off", flat(gathered.cut_off), static_cast<std::size_t>(packed.channels),
+    put(file, path + "/cut_off", flat(gathered.cut_off), channels,
         "share that is reflected more often than it is followed");
 }
 
@@ -168,13 +164,13 @@ void put_transport(const SavedTransport& transport, Hdf5Writer& file) {
     } else {
         const SparseRows* const rows = plain.entries();
         DIFUSA_REQUIRE(rows != nullptr);
-        put_rows(*rows, path + "/rows", file);
+        put_rows(rows->packed(), 1, path + "/rows", file);
     }
     if (const std::shared_ptr<const ChannelRows> in_mirrors = part_in_mirrors(*gathered.W)) {
         put_mirrored(gathered, *in_mirrors, path + "/in_mirrors", file);
     }
     if (transport.form_factors) {
-        put_rows(*transport.form_factors, path + "/form_factors", file);
+        put_rows(transport.form_factors->packed(), 1, path + "/form_factors", file);
     }
 }
 

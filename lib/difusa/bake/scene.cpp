@@ -132,16 +132,6 @@ void add_lights(BakeResult& result, const Execution& execution) {
     result.channels = scene.is_grey() ? 1 : 3;
 }
 
-/// Tells the surface of its mirrors, before anything is computed on it.
-void settle_surface_mirrors(BakeResult& result) {
-    settle_mirrors(*result.scene, result.options.mirror_depth);
-    if (result.scene->mesh.mirrors.any() && result.options.transport.rfind("pairwise", 0) == 0) {
-        throw UsageError("--transport " + result.options.transport + ": " + result.file +
-                         " has mirrors, and pairwise transport connects sites by straight lines: use --transport "
-                         "gather");
-    }
-}
-
 /// Upwards: what the file says; else the axis along which the scene has a floor, if there is just one among y and z;
 /// else what is usual in files of this format.
 Vec3 up_of(const PolygonSoup& soup, const Mesh& mesh, const Execution& execution) {
@@ -238,7 +228,7 @@ void read_into(BakeResult& result, const Registry& registry, const std::filesyst
     if (change) {
         change(scene);
     }
-    settle_surface_mirrors(result);
+    settle_mirrors(*result.scene, result.options.mirror_depth);
     add_lights(result, execution);
 }
 
@@ -252,7 +242,7 @@ void adopt_into(BakeResult& result, Scene scene, const std::string& name, const 
     if (change) {
         change(*result.scene);
     }
-    settle_surface_mirrors(result);
+    settle_mirrors(*result.scene, result.options.mirror_depth);
     add_lights(result, execution);
 }
 

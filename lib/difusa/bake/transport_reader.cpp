@@ -205,15 +205,20 @@ class TransportReader {
         }
     }
 
+    /// `values`: of each entry.
+    void read_packed(const std::string& path, std::size_t values, SparseRows::Packed& packed) const {
+        packed.columns = whole<std::size_t>(path, "columns", 1, none - 1);
+        packed.row_entries = file_.array<std::uint32_t>(path + "/row_entries", 1);
+        packed.column = file_.array<std::uint32_t>(path + "/column", 1);
+        packed.value = file_.array<double>(path + "/value", values);
+    }
+
     /// After the plain part.
     void read_mirrored(const std::string& path) {
         ChannelRows::Packed packed;
-        packed.columns = whole<std::size_t>(path, "columns", 1, none - 1);
         packed.channels = whole<int>(path, "channels", 1, 3);
         const auto channels = static_cast<std::size_t>(packed.channels);
-        packed.row_entries = file_.array<std::uint32_t>(path + "/row_entries", 1);
-        packed.column = file_.array<std::uint32_t>(path + "/column", 1);
-        packed.value = file_.array<double>(path + "/value", channels);
+        read_packed(path, channels, packed);
         LightTransport& gathered = saved_.gathered;
         std::shared_ptr<const ChannelRows> rows;
         try {
@@ -237,10 +242,7 @@ class TransportReader {
 
     std::shared_ptr<const SparseRows> read_rows(const std::string& path) const {
         SparseRows::Packed packed;
-        packed.columns = whole<std::size_t>(path, "columns", 1, none - 1);
-        packed.row_entries = file_.array<std::uint32_t>(path + "/row_entries", 1);
-        packed.column = file_.array<std::uint32_t>(path + "/column", 1);
-        packed.value = file_.array<double>(path + "/value", 1);
+        read_packed(path, 1, packed);
         try {
             return std::make_shared<SparseRows>(packed);
         } catch (const InputError& error) {

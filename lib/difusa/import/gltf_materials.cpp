@@ -112,14 +112,14 @@ double GltfMaterials::metallic(const JsonValue& pbr, const std::string& name) {
             factor *= std::min(sum / static_cast<double>(picture->pixels.size()), 1.0);
         }
         input_.note("materials whose metalness has a texture", "its mean is used everywhere", name);
-    } else if (pbr.find("metallicFactor") == nullptr && !is_polished(pbr, input_.number(pbr, "roughnessFactor", 1.0))) {
+    } else if (pbr.find("metallicFactor") == nullptr && !is_polished(pbr)) {
         input_.note("materials without \"metallicFactor\"",
                     "glTF then implies metal, which has no diffuse part and is black here; for paint export "
                     "\"metallicFactor\": 0",
                     name);
         return 1.0;
     }
-    if (!is_polished(pbr, input_.number(pbr, "roughnessFactor", 1.0))) {
+    if (!is_polished(pbr)) {
         note_metal(factor, name);
     }
     return factor;
@@ -142,8 +142,8 @@ double GltfMaterials::specular(const JsonValue& gloss, const std::string& name) 
     return largest;
 }
 
-bool GltfMaterials::is_polished(const JsonValue& pbr, double roughness) {
-    return roughness == 0.0 && pbr.find("metallicRoughnessTexture") == nullptr;
+bool GltfMaterials::is_polished(const JsonValue& pbr) const {
+    return input_.number(pbr, "roughnessFactor", 1.0) == 0.0 && pbr.find("metallicRoughnessTexture") == nullptr;
 }
 
 void GltfMaterials::note_metal(double share, const std::string& name) {
@@ -184,8 +184,7 @@ GltfMaterials::Surface GltfMaterials::surface(const JsonValue& from, std::size_t
         const Rgb base = colour(pbr, "baseColorFactor");
         const double metal = metallic(pbr, name);
         material.reflectance = base * (1.0 - metal);
-        material.mirror =
-            is_polished(pbr, input_.number(pbr, "roughnessFactor", 1.0)) ? Rgb(base * metal) : Rgb(Rgb::Zero());
+        material.mirror = is_polished(pbr) ? Rgb(base * metal) : Rgb(Rgb::Zero());
         base_texture = pbr.find("baseColorTexture");
     }
     Map base_map, emission_map;

@@ -49,7 +49,7 @@ class GltfMaterials {
     double specular(const JsonValue& gloss, const std::string& name);
     void note_metal(double share, const std::string& name);
     /// True if a surface of this roughness reflects like a mirror: roughness 0, without a texture.
-    static bool is_polished(const JsonValue& pbr, double roughness);
+    bool is_polished(const JsonValue& pbr) const;
     /// Four numbers, of which the last, opacity, is ignored.
     Rgb colour(const JsonValue& object, const char* member) const;
     Surface surface(const JsonValue& from, std::size_t index);

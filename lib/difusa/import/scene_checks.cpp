@@ -45,10 +45,10 @@ Rgb SceneChecks::light(const JsonValue& object, const std::string& what, const c
     return colour(*lumens, quoted(photometric)) / lumens_per_watt;
 }
 
-Rgb SceneChecks::reflectance_of(const JsonValue& value, const std::string& name) const {
-    const Rgb rho = colour(value, quoted(std::string_view(name)));
+Rgb SceneChecks::reflectance_of(const JsonValue& value, std::string_view name) const {
+    const Rgb rho = colour(value, quoted(name));
     if (!(rho <= 1.0).all()) {
-        fail(value, quoted(std::string_view(name)) + " must be from 0 (none) to 1 (all of the light) in each channel");
+        fail(value, quoted(name) + " must be from 0 (none) to 1 (all of the light) in each channel");
     }
     return rho;
 }
@@ -108,10 +108,10 @@ Vec3 SceneChecks::direction_or_target(const JsonValue& object, const std::string
                                       const Vec3& from) const {
     const JsonValue *given = object.find(name), *target = object.find("look_at");
     if ((given == nullptr) == (target == nullptr)) {
-        refuse_choice(object, what, quoted(std::string_view(name)), "\"look_at\"", given != nullptr);
+        refuse_choice(object, what, quoted(name), "\"look_at\"", given != nullptr);
     }
     if (given != nullptr) {
-        return direction(*given, quoted(std::string_view(name)));
+        return direction(*given, quoted(name));
     }
     const Vec3 way = position(*target, quoted("look_at")) - from;
     if (way == Vec3::Zero()) {

@@ -30,7 +30,7 @@ class SceneChecks : public JsonChecks {
               bool& is_photometric) const;
 
     /// `name`: of the member, for messages.
-    Rgb reflectance_of(const JsonValue& value, const std::string& name = "reflectance") const;
+    Rgb reflectance_of(const JsonValue& value, std::string_view name = "reflectance") const;
 
     double positive(const JsonValue& value, const std::string& what) const;
 

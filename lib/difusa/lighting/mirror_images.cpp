@@ -113,14 +113,13 @@ bool MirrorImages::see_each_other(const Plane& a, const Plane& b) const {
 }
 
 MirrorImages::Chain MirrorImages::before(Index plane, const Chain& chain) const {
-    const Vec3& n = planes_[plane].normal;
-    const Eigen::Matrix3d reflection = Eigen::Matrix3d::Identity() - 2.0 * n * n.transpose();
+    const Eigen::Matrix3d reflection = planes_[plane].reflection();
     Chain result;
     result.planes.push_back(plane);
     result.planes.insert(result.planes.end(), chain.planes.begin(), chain.planes.end());
     result.colour = planes_[plane].colour * chain.colour;
     result.linear = reflection * chain.linear;
-    result.offset = reflection * chain.offset + 2.0 * planes_[plane].offset * n;
+    result.offset = reflection * chain.offset + planes_[plane].shift();
     return result;
 }
 
@@ -231,10 +230,8 @@ void MirrorImages::add_windows(LampImage& image) const {
         image.has_all_windows = image.has_all_windows && !window.empty();
         image.windows.push_back(std::move(window));
         // The next mirror is seen in this one as this one is seen: the reflection in it comes first.
-        const Vec3& n = planes_[plane].normal;
-        const Eigen::Matrix3d reflection = Eigen::Matrix3d::Identity() - 2.0 * n * n.transpose();
-        seen.offset += seen.linear * (2.0 * planes_[plane].offset * n);
-        seen.linear = seen.linear * reflection;
+        seen.offset += seen.linear * planes_[plane].shift();
+        seen.linear = seen.linear * planes_[plane].reflection();
     }
 }
 

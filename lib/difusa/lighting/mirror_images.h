@@ -76,6 +76,9 @@ class MirrorImages {
         std::vector<Index> faces;
         Rgb colour = Rgb::Zero(); ///< mean reflectance
         double height(const Vec3& p) const { return normal.dot(p) - offset; }
+        /// The linear part of the reflection in the plane, to which `shift` is added.
+        Eigen::Matrix3d reflection() const { return Eigen::Matrix3d::Identity() - 2.0 * normal * normal.transpose(); }
+        Vec3 shift() const { return 2.0 * offset * normal; }
     };
     /// Reflections one after another, p -> linear p + offset; the planes are in the order in which a point sees them.
     struct Chain {

@@ -35,11 +35,8 @@ Values variance_of_rays(const Solution& solution, const Values& irradiance, cons
     b = sum_of_parts(light.emission, parts.channels) + light.reflectance.cwiseProduct(b);
     const Values sky = parts.scene->has_sky() ? sky_radiosity(*parts.scene, parts.channels) : Values();
     // What a ray brings from mirrors, too, is left out: of the noise, points with mirrors in sight know a part.
-    Values all = Values::Zero(static_cast<Eigen::Index>(plain.columns()), parts.channels), mean, square;
-    all.topRows(b.rows()) = b;
-    if (sky.rows() > 0) {
-        all.bottomRows(sky.rows()) = sky;
-    }
+    const Values all = system.transport().on_bins(b, sky, execution);
+    Values mean, square;
     plain.apply(all, mean, execution);
     plain.apply(all.cwiseAbs2(), square, execution);
     return (square - mean.cwiseAbs2()).cwiseMax(0.0);

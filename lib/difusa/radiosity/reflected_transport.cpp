@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -72,30 +71,6 @@ SparseRows averages_of_points(const BasisAverages& P, const std::optional<Sparse
         }
     });
     return product;
-}
-
-/// Rows of columns, with one value.
-SparseColumns transposed(const SparseRows& M) {
-    SparseColumns columns;
-    columns.first.assign(M.columns() + 1, 0);
-    for (std::size_t i = 0; i < M.rows(); ++i) {
-        for (const Index column : M.row(i).column) {
-            ++columns.first[column + 1];
-        }
-    }
-    std::partial_sum(columns.first.begin(), columns.first.end(), columns.first.begin());
-    columns.row.resize(columns.first.back());
-    columns.value.resize(static_cast<Eigen::Index>(columns.first.back()), 1);
-    std::vector<std::size_t> next(columns.first.begin(), columns.first.end() - 1);
-    for (std::size_t i = 0; i < M.rows(); ++i) {
-        const SparseRows::Row& row = M.row(i);
-        for (std::size_t k = 0; k < row.column.size(); ++k) {
-            const std::size_t at = next[row.column[k]]++;
-            columns.row[at] = static_cast<Index>(i);
-            columns.value(static_cast<Eigen::Index>(at), 0) = row.value[k];
-        }
-    }
-    return columns;
 }
 
 /// diag(rho) R, from the columns of R.
@@ -194,7 +169,8 @@ std::shared_ptr<const Factors> ReflectedTransport::factors(const Execution& exec
     }
     const auto surfels = static_cast<Eigen::Index>(transport_.surfels);
     auto factors = std::make_shared<Factors>();
-    SparseColumns R = transposed(averages_of_points(*discretisation_.averages, matrix, execution));
+    const SparseRows averages = averages_of_points(*discretisation_.averages, matrix, execution);
+    SparseColumns R = columns_of(averages, averages.columns(), execution);
     require_memory(2.0 * static_cast<double>(R.row.size()) *
                        (sizeof(Index) + static_cast<double>(reflectance_.cols()) * sizeof(double)),
                    available_memory(), "the rows and columns of the transport",
@@ -202,7 +178,8 @@ std::shared_ptr<const Factors> ReflectedTransport::factors(const Execution& exec
     if (S) {
         factors->A = S;
         factors->middle = S->columns();
-        factors->Q = distributed(transposed(pairwise_distribution(*transport_.W)), R, reflectance_, factors->middle);
+        const SparseRows M = pairwise_distribution(*transport_.W);
+        factors->Q = distributed(columns_of(M, M.columns(), execution), R, reflectance_, factors->middle);
     } else {
         factors->A = transport_.W;
         factors->middle = transport_.surfels;

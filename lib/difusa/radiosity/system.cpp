@@ -148,15 +148,19 @@ class Solving {
                 const ReflectedTransport one(discretisation_, transport_, channel);
                 return spectral_radius(one, arnoldi_steps, arnoldi_tolerance, execution_);
             };
+            const auto radius_of_channel = [&](Eigen::Index c) {
+                if (!part_in_mirrors(*transport_.W)) {
+                    return radius_of(rho.col(c));
+                }
+                const ReflectedTransport all(discretisation_, transport_, rho);
+                return spectral_radius(OneChannel(all, c, rho.cols()), arnoldi_steps, arnoldi_tolerance, execution_);
+            };
             // More reflectance, more light: the largest of all channels everywhere stands for each of them.
             result_.spectral_radius = radius_of(rho.rowwise().maxCoeff());
             if (!(result_.spectral_radius < contraction) && rho.cols() > 1) {
                 result_.spectral_radius = 0.0;
                 for (Eigen::Index c = 0; c < rho.cols(); ++c) {
-                    const ReflectedTransport all(discretisation_, transport_, rho);
-                    const OneChannel one(all, c, rho.cols());
-                    result_.spectral_radius = std::max(
-                        result_.spectral_radius, spectral_radius(one, arnoldi_steps, arnoldi_tolerance, execution_));
+                    result_.spectral_radius = std::max(result_.spectral_radius, radius_of_channel(c));
                 }
             }
             result_.spectral_radius_is_bound = false;
@@ -276,10 +280,8 @@ class Solving {
             execution_.count("segments", each);
         }
         if (const std::shared_ptr<const ChannelRows> in_mirrors = part_in_mirrors(*transport_.W)) {
-            Values seen = Values::Zero(static_cast<Eigen::Index>(in_mirrors->columns()), reflected.cols());
-            seen.topRows(reflected.rows()) = reflected;
             Values from_mirrors;
-            in_mirrors->apply(seen, from_mirrors, execution_);
+            in_mirrors->apply(transport_.on_bins(reflected, {}, execution_), from_mirrors, execution_);
             h += from_mirrors;
         }
         return h;

@@ -28,8 +28,7 @@ void Hemisphere::follow_reflections() {
     const auto reflect = [&](const Hit& hit, const Vec3& direction, double weight, const Rgb& colour) {
         const Index kind = hit.face != none && hit.front ? mirrors.kind(hit.face) : none;
         if (kind != none && (colour * mirrors.reflectance[kind] > 0.0).any()) {
-            reflected_rays_.push_back({inset(mesh, mesh.at(hit.face, hit.u, hit.v)).position,
-                                       mirrored(direction, mesh.normals[hit.face]), hit.face});
+            reflected_rays_.push_back(reflected_ray(mesh, hit, direction));
             reflected_.push_back({{}, reflected_rays_.back().direction, weight, colour * mirrors.reflectance[kind]});
         }
     };

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <difusa/mesh/mesh.h>
+#include <difusa/mesh/surface_sampling.h>
 #include <difusa/rays/direction_pool.h>
 #include <difusa/rays/visibility.h>
 
@@ -44,6 +45,12 @@ class Tracer {
     const Mesh* mesh_;
     const Visibility* engine_;
 };
+
+/// The ray that goes on where a ray of this direction has hit a mirror.
+inline Ray reflected_ray(const Mesh& mesh, const Hit& hit, const Vec3& direction) {
+    return {inset(mesh, mesh.at(hit.face, hit.u, hit.v)).position, mirrored(direction, mesh.normals[hit.face]),
+            hit.face};
+}
 
 /// What a ray meets that was reflected by one mirror or more.
 struct ReflectedHit {

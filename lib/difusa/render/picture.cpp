@@ -6,7 +6,6 @@
 #include <difusa/core/random.h>
 #include <difusa/core/text.h>
 #include <difusa/mesh/smooth_sides.h>
-#include <difusa/mesh/surface_sampling.h>
 #include <difusa/plugin/parameters.h>
 #include <difusa/radiosity/error_map.h>
 #include <difusa/render/camera_rays.h>
@@ -139,9 +138,9 @@ void look_into_mirrors(const Mesh& mesh, const Visibility& visibility, Hit hit, 
         if (kind == none) {
             return;
         }
-        direction = mirrored(direction, mesh.normals[hit.face]);
+        const Ray next = reflected_ray(mesh, hit, direction);
+        direction = next.direction;
         colour *= mesh.mirrors.reflectance[kind];
-        const Ray next{inset(mesh, mesh.at(hit.face, hit.u, hit.v)).position, direction, hit.face};
         visibility.first_hits(std::span(&next, 1), std::span(&hit, 1));
         sights.push_back({hit, direction, colour});
     }

@@ -5,7 +5,7 @@
 
 namespace difusa {
 
-void LightTransport::gather(const Values& b, const Values& sky_radiosity, Values& h, const Execution& execution) const {
+Values LightTransport::on_bins(const Values& b, const Values& sky_radiosity, const Execution& execution) const {
     const auto surfel_rows = static_cast<Eigen::Index>(surfels), all = static_cast<Eigen::Index>(W->columns());
     DIFUSA_REQUIRE(b.rows() == surfel_rows && (sky_radiosity.rows() == 0 || sky_radiosity.rows() == all - surfel_rows));
     Values x(all, b.cols());
@@ -17,7 +17,11 @@ void LightTransport::gather(const Values& b, const Values& sky_radiosity, Values
     } else {
         x.bottomRows(all - surfel_rows).setZero();
     }
-    W->apply(x, h, execution);
+    return x;
+}
+
+void LightTransport::gather(const Values& b, const Values& sky_radiosity, Values& h, const Execution& execution) const {
+    W->apply(on_bins(b, sky_radiosity, execution), h, execution);
 }
 
 double LightTransport::largest_row_sum(const Execution& execution) const {

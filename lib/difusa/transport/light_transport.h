@@ -29,6 +29,9 @@ struct LightTransport {
 
     std::size_t points() const { return W->rows(); }
 
+    /// [b; sky], what the columns of W are multiplied with, for each column; without rows in sky, the sky is dark.
+    Values on_bins(const Values& b, const Values& sky_radiosity, const Execution& execution) const;
+
     /// h = W [b; sky] for each column; without rows in sky, the sky is dark.
     void gather(const Values& b, const Values& sky_radiosity, Values& h, const Execution& execution) const;
 
