@@ -123,7 +123,7 @@ Hit follow(const Mesh& mesh, const Visibility& visibility, Ray ray, bool cull_ba
 }
 
 /// What a mirror shows, and the colour of the mirrors that it is seen in.
-struct Sight {
+struct SeenInMirror {
     Hit hit;
     Vec3 direction; ///< in which it is seen
     Rgb colour = Rgb::Ones();
@@ -131,7 +131,7 @@ struct Sight {
 
 /// Goes on from what a ray from the eye has hit: all that is seen in one mirror after another.
 void look_into_mirrors(const Mesh& mesh, const Visibility& visibility, Hit hit, Vec3 direction,
-                       std::vector<Sight>& sights) {
+                       std::vector<SeenInMirror>& sights) {
     Rgb colour = Rgb::Ones();
     for (std::size_t depth = 0; depth < mesh.mirrors.most; ++depth) {
         const Index kind = hit.face != none && hit.front ? mesh.mirrors.kind(hit.face) : none;
@@ -230,7 +230,7 @@ class Look {
         colours_.assign(points_.size(), Rgb::Ones());
         seen_directly_ = points_.size();
         for (std::size_t i = 0; i < in_mirrors_.size(); ++i) {
-            for (const Sight& sight : in_mirrors_[i]) {
+            for (const SeenInMirror& sight : in_mirrors_[i]) {
                 if (sight.hit.face != none && sight.hit.front) {
                     SurfacePoint point = scene_.mesh.at(sight.hit.face, sight.hit.u, sight.hit.v);
                     point.normal =
@@ -355,7 +355,7 @@ class Look {
             }
         }
         for (std::size_t i = 0; i < in_mirrors_.size() && shines; ++i) {
-            for (const Sight& sight : in_mirrors_[i]) {
+            for (const SeenInMirror& sight : in_mirrors_[i]) {
                 if (sight.hit.face == none) {
                     add_to(values[offset_ + i],
                            sight.colour * (std::numbers::pi * scene_.sky_radiance(sight.direction)));
@@ -380,11 +380,11 @@ class Look {
     std::size_t offset_ = 0; ///< number of its first sample
     std::vector<SurfacePoint> batch_;
     std::vector<Vec3> directions_;
-    std::vector<SurfacePoint> points_;           ///< those on fronts
-    std::vector<std::size_t> numbers_;           ///< their numbers in the batch
-    std::vector<Rgb> colours_;                   ///< of the mirrors they are seen in
-    std::size_t seen_directly_ = 0;              ///< the first of them; the others are seen in mirrors
-    std::vector<std::vector<Sight>> in_mirrors_; ///< of each sample; empty if there are no mirrors
+    std::vector<SurfacePoint> points_;                  ///< those on fronts
+    std::vector<std::size_t> numbers_;                  ///< their numbers in the batch
+    std::vector<Rgb> colours_;                          ///< of the mirrors they are seen in
+    std::size_t seen_directly_ = 0;                     ///< the first of them; the others are seen in mirrors
+    std::vector<std::vector<SeenInMirror>> in_mirrors_; ///< of each sample; empty if there are no mirrors
 };
 
 void check(const BakeResult& result, const ViewOptions& options, const std::vector<Show>& shows) {
