@@ -15,7 +15,7 @@ build=$(cd "$2" && pwd)
 jobs=${3:-1}
 here=$(cd "$(dirname "$0")" && pwd)
 cd "$here" # scenes of the corpus name files that are there
-readers=(off obj ply stl gltf scene image points field_ply field_vtp)
+readers=(off obj ply stl gltf scene image points field_ply field_vtp ies eulumdat)
 
 # fuzz READER: one target; whether it found nothing.
 fuzz() {

@@ -19,12 +19,14 @@ bool is_light(const Rgb& c) {
 }
 
 bool is_sound(const Sun& sun) {
-    return is_unit(sun.towards) && is_light(sun.irradiance);
+    return is_unit(sun.towards) && is_light(sun.irradiance) && sun.disc >= 0.0 && sun.disc < 1.0;
 }
 
 bool is_sound(const PointLight& light) {
     return light.position.allFinite() && is_unit(light.direction) && is_light(light.intensity) &&
-           light.cos_outer >= -1.0 && light.cos_outer <= light.cos_inner && light.cos_inner <= 1.0;
+           light.cos_outer >= -1.0 && light.cos_outer <= light.cos_inner && light.cos_inner <= 1.0 &&
+           is_unit(light.c0) && is_unit(light.c90) && light.half_length >= 0.0 && light.half_width >= 0.0 &&
+           std::isfinite(light.radius());
 }
 
 void check_options(const BakeOptions& options) {

@@ -73,6 +73,8 @@ void place(PolygonSoup& soup, const Placement& placement) {
     for (PointLight& light : soup.lights.points) {
         light.position = placement(light.position);
         turn(light.direction);
+        turn(light.c0);
+        turn(light.c90);
     }
     if (soup.camera) {
         soup.camera->eye = placement(soup.camera->eye);

@@ -5,6 +5,7 @@
 #include <difusa/core/text.h>
 #include <difusa/import/file_content.h>
 #include <difusa/import/image_file.h>
+#include <difusa/import/scene_luminaires.h>
 #include <difusa/scene/sky_dome.h>
 
 #include <cmath>
@@ -134,17 +135,16 @@ void read_scene_light(const SceneChecks& checks, const JsonValue& from, PolygonS
     const JsonValue& kind = checks.required(from, what, "type");
     const std::string& type = checks.text(kind, quoted("type"));
     if (type == "sun") {
-        checks.members(from, "a sun", {"type", "name", "towards", "irradiance", "illuminance"});
-        soup.lights.suns.push_back({checks.direction(checks.required(from, "a sun", "towards"), quoted("towards")),
-                                    checks.light(from, "a sun", "irradiance", "illuminance", soup.photometric),
-                                    checks.name_of(from)});
+        soup.lights.suns.push_back(read_sun(checks, from, soup));
     } else if (type == "point") {
         soup.lights.points.push_back(point_light(checks, from, soup));
     } else if (type == "spot") {
         read_spot(checks, from, soup);
+    } else if (type == "luminaire") {
+        read_luminaire_light(checks, from, soup);
     } else {
         checks.refuse_name(kind, type, "a light of \"type\" " + excerpt(type) + " is not known",
-                           {"sun", "point", "spot"});
+                           {"sun", "point", "spot", "luminaire"});
     }
 }
 
@@ -167,9 +167,11 @@ void read_scene_sky(const SceneChecks& checks, const JsonValue& from, PolygonSou
     } else if (type == "image") {
         checks.members(from, what, {"type", "file", "scale", "ahead", "split_suns", "photometric"});
         read_sky_image(checks, from, soup);
+    } else if (type == "cie") {
+        read_cie_sky(checks, from, soup);
     } else {
         checks.refuse_name(kind, type, "a sky of \"type\" " + excerpt(type) + " is not known",
-                           {"uniform", "gradient", "image"});
+                           {"uniform", "gradient", "image", "cie"});
     }
 }
 

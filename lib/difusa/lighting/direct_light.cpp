@@ -61,12 +61,14 @@ DirectLight::DirectLight(const Scene& scene, const Tracer& tracer, LightSets set
     for (std::size_t i = 0; i < scene_.suns.size(); ++i) {
         if ((scene_.suns[i].irradiance > 0.0).any()) {
             suns_.emplace_back(scene_.suns[i], sets_.sun[i]);
+            extended_ += scene_.suns[i].is_extended() ? 1 : 0;
             suns_below_.push_back(scene_.suns[i].irradiance.sum() + (suns_below_.empty() ? 0.0 : suns_below_.back()));
         }
     }
     for (std::size_t i = 0; i < scene_.point_lights.size(); ++i) {
         if ((scene_.point_lights[i].intensity > 0.0).any()) {
             points_.emplace_back(scene_.point_lights[i], sets_.point[i]);
+            extended_ += scene_.point_lights[i].is_extended() ? 1 : 0;
             points_below_.push_back(scene_.point_lights[i].intensity.sum() +
                                     (points_below_.empty() ? 0.0 : points_below_.back()));
         }
@@ -92,27 +94,29 @@ Segment DirectLight::shadow_ray(const SurfacePoint& from, const Vec3& direction,
 }
 
 void DirectLight::add_sun(const SurfacePoint& x, const SurfacePoint& from, std::size_t number, double factor,
-                          std::size_t first, Worker& worker) const {
+                          const Place& place, std::size_t first, Worker& worker) const {
     const auto& [sun, set] = suns_[number];
-    const double cosine = x.normal.dot(sun.towards);
+    const Vec3 towards = sun.is_extended() ? sun.towards_disc(place) : sun.towards;
+    const double cosine = x.normal.dot(towards) / (sun.is_extended() ? sun.towards.dot(towards) : 1.0);
     if (cosine > 0.0) {
-        worker.segments.push_back(shadow_ray(from, sun.towards, reach_));
+        worker.segments.push_back(shadow_ray(from, towards, reach_));
         worker.light.emplace_back(factor * cosine * sun.irradiance);
         worker.owner.push_back(first + set);
     }
 }
 
 void DirectLight::add_point(const SurfacePoint& x, const SurfacePoint& from, std::size_t number, double factor,
-                            std::size_t first, Worker& worker) const {
+                            const Place& place, std::size_t first, Worker& worker) const {
     const auto& [light, set] = points_[number];
-    const Vec3 way = light.position - x.position;
+    const Vec3 source = light.is_extended() ? light.place(place) : light.position;
+    const Vec3 way = source - x.position;
     const double distance = way.norm();
     const Vec3 towards = way / distance;
     const double cosine = x.normal.dot(towards);
     const double falloff = cosine > 0.0 ? light.falloff(-towards) : 0.0;
     if (falloff > 0.0) {
         // A light may lie on a face that, by rounding, ends up in front of it.
-        const Vec3 ray = light.position - from.position;
+        const Vec3 ray = source - from.position;
         const double length = ray.norm(), short_of_it = std::max(0.0, length * (1.0 - 0x1p-40) - rounding_);
         worker.segments.push_back(shadow_ray(from, ray / length, short_of_it));
         worker.light.emplace_back(factor * cosine * falloff / (distance * distance) * light.intensity);
@@ -123,17 +127,23 @@ void DirectLight::add_point(const SurfacePoint& x, const SurfacePoint& from, std
 void DirectLight::add_outside(const SurfacePoint& x, std::size_t first, Worker& worker) const {
     const SurfacePoint from = inset(scene_.mesh, x);
     for (std::size_t i = 0; i < suns_.size(); ++i) {
-        add_sun(x, from, i, 1.0, first, worker);
+        if (!suns_[i].first.is_extended()) {
+            add_sun(x, from, i, 1.0, {}, first, worker);
+        }
     }
     for (std::size_t i = 0; i < points_.size(); ++i) {
-        add_point(x, from, i, 1.0, first, worker);
+        if (!points_[i].first.is_extended()) {
+            add_point(x, from, i, 1.0, {}, first, worker);
+        }
     }
 }
 
-void DirectLight::add_drawn(const SurfacePoint& x, std::size_t first, RandomStream& stream, Worker& worker) const {
+void DirectLight::add_drawn(const SurfacePoint& x, std::size_t first, const Place& place, RandomStream& stream,
+                            Worker& worker) const {
     const SurfacePoint from = inset(scene_.mesh, x);
-    draw(suns_below_, stream, [&](std::size_t i, double factor) { add_sun(x, from, i, factor, first, worker); });
-    draw(points_below_, stream, [&](std::size_t i, double factor) { add_point(x, from, i, factor, first, worker); });
+    draw(suns_below_, stream, [&](std::size_t i, double factor) { add_sun(x, from, i, factor, place, first, worker); });
+    draw(points_below_, stream,
+         [&](std::size_t i, double factor) { add_point(x, from, i, factor, place, first, worker); });
 }
 
 /// Casts the collected shadow rays; the results are in `blocked`.
@@ -152,6 +162,67 @@ void clear(DirectLight::Worker& worker) {
 
 } // namespace
 
+/// The share of the light of one extended source that gets through. `add(place)` collects the shadow ray towards that
+/// place, if there is light from it; `mean`: the mean light of all places, summed over the channels, blocked or not.
+template <class Add>
+double DirectLight::visible_share(std::size_t samples, RandomStream& stream, Worker& worker, double& mean,
+                                  const Add& add) const {
+    const Place shift{stream.uniform(), stream.uniform()};
+    const std::size_t each = samples_per_round(samples);
+    double all = 0.0, seen = 0.0, sum = 0.0, squares = 0.0, n = 0.0;
+    for (std::size_t round = 0; round < AreaLights::most_rounds; ++round) {
+        clear(worker);
+        for (std::size_t k = 0; k < each; ++k) {
+            add(even_point<2>(round * each + k, shift));
+        }
+        cast(worker);
+        double all_now = 0.0, seen_now = 0.0;
+        for (std::size_t k = 0; k < worker.light.size(); ++k) {
+            all_now += worker.light[k].sum();
+            seen_now += worker.blocked[k] == 0 ? worker.light[k].sum() : 0.0;
+        }
+        all += all_now;
+        seen += seen_now;
+        const double share = all_now > 0.0 ? seen_now / all_now : 0.0;
+        sum += share;
+        squares += share * share;
+        n += 1.0;
+        if (round + 1 >= rounds_at_least &&
+            squares - sum * sum / n <= n * (n - 1.0) * AreaLights::settled * AreaLights::settled) {
+            break;
+        }
+    }
+    mean = all / (n * static_cast<double>(each));
+    return all > 0.0 ? seen / all : 0.0;
+}
+
+void DirectLight::add_extended(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
+                               std::span<Rgb> H) const {
+    const SurfacePoint from = inset(scene_.mesh, x);
+    double mean = 0.0;
+    for (std::size_t i = 0; i < suns_.size(); ++i) {
+        const auto& [sun, set] = suns_[i];
+        const double cosine = x.normal.dot(sun.towards);
+        if (!sun.is_extended() || !(cosine > -sun.disc)) {
+            continue;
+        }
+        const double share = visible_share(samples, stream, worker, mean,
+                                           [&](const Place& place) { add_sun(x, from, i, 1.0, place, 0, worker); });
+        // Wholly above the horizon, the disc gives what its centre would.
+        H[set] += share * (cosine >= sun.disc ? cosine : mean / sun.irradiance.sum()) * sun.irradiance;
+    }
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+        const auto& [light, set] = points_[i];
+        const double unblocked = light.is_extended() ? light.mean_kernel(x.position, x.normal) : 0.0;
+        if (unblocked > 0.0) {
+            const double share = visible_share(samples, stream, worker, mean, [&](const Place& place) {
+                add_point(x, from, i, 1.0, place, 0, worker);
+            });
+            H[set] += share * unblocked * light.intensity;
+        }
+    }
+}
+
 void DirectLight::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
                              std::span<Rgb> H) const {
     std::fill(H.begin(), H.end(), Rgb(Rgb::Zero()));
@@ -164,6 +235,9 @@ void DirectLight::irradiance(const SurfacePoint& x, std::size_t samples, RandomS
     area_lights_.irradiance(x, samples, stream, worker.area_lights, sets_.material, H);
     if (images_) {
         images_->irradiance(x, samples, stream, worker.images, H);
+    }
+    if (extended_ > 0) {
+        add_extended(x, samples, stream, worker, H);
     }
 }
 
@@ -207,8 +281,9 @@ void DirectLight::sample(std::span<const SurfacePoint> x, RandomStream& stream, 
     const std::size_t sets = sets_.count();
     std::fill(H.begin(), H.end(), Rgb(Rgb::Zero()));
     clear(worker);
+    const Place start = extended_ > 0 ? Place{stream.uniform(), stream.uniform()} : Place{};
     for (std::size_t i = 0; i < x.size(); ++i) {
-        add_drawn(x[i], i * sets, stream, worker);
+        add_drawn(x[i], i * sets, even_point<2>(i, start), stream, worker);
     }
     cast(worker);
     for (std::size_t k = 0; k < worker.owner.size(); ++k) {

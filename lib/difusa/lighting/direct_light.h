@@ -9,6 +9,7 @@
 #include <difusa/scene/light_groups.h>
 
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -40,8 +41,8 @@ class DirectLight {
 
     /// Shadow rays that `irradiance` casts for a point if those of area lights settle at once.
     std::size_t rays_per_point(std::size_t samples) const {
-        return suns_.size() + points_.size() + (area_lights_.count() > 0 ? samples : 0) +
-               (images_ ? images_->rays_per_point(samples) : 0);
+        return suns_.size() + points_.size() - extended_ + extended_ * rounds_at_least * samples_per_round(samples) +
+               (area_lights_.count() > 0 ? samples : 0) + (images_ ? images_->rays_per_point(samples) : 0);
     }
 
     /// Those that `sample` casts for a point.
@@ -76,7 +77,9 @@ class DirectLight {
 
     /// Irradiance at x in W/m², H[set], at exactly that point even if x is on an edge and shadow rays start next to it
     /// (mesh/surface_sampling.h, inset): one shadow ray for each sun and point light, `samples` or more for the area
-    /// lights (AreaLights::irradiance).
+    /// lights (AreaLights::irradiance). A sun with a disc and a luminaire with an opening: the exact light without
+    /// obstacles times the visible share, by rounds of max(8, samples / 4) shadow rays over an even sequence until its
+    /// standard error is at most AreaLights::settled, at least two and at most AreaLights::most_rounds.
     void irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
                     std::span<Rgb> H) const;
 
@@ -88,21 +91,30 @@ class DirectLight {
                       std::string_view purpose, const Execution& execution, Effort& effort) const;
 
     /// Estimates with one shadow ray for each sun and point light and one for all area lights together: for x[i] from
-    /// H[i #sets] on. Exact except for area lights, which are unbiased (AreaLights::sample), and for more than
+    /// H[i #sets] on. Exact except for area lights (AreaLights::sample) and extended suns and luminaires, which are
+    /// unbiased, and for more than
     /// `most_sampled` suns or point lights, of which that many are drawn by their strength, likewise unbiased.
     /// `from_outside`, if not null, is increased by the contribution of suns and point lights to all points.
     void sample(std::span<const SurfacePoint> x, RandomStream& stream, std::span<Rgb> H, Worker& worker,
                 Rgb* from_outside = nullptr) const;
 
   private:
+    using Place = std::array<double, 2>; ///< on the disc or opening of a light
     // Collect the shadow rays of x towards all suns and point lights, at most `most_sampled` of each, or one, whose
     // light, times a factor, goes to H[first + set].
     void add_outside(const SurfacePoint& x, std::size_t first, Worker& worker) const;
-    void add_drawn(const SurfacePoint& x, std::size_t first, RandomStream& stream, Worker& worker) const;
-    void add_sun(const SurfacePoint& x, const SurfacePoint& from, std::size_t sun, double factor, std::size_t first,
-                 Worker& worker) const;
-    void add_point(const SurfacePoint& x, const SurfacePoint& from, std::size_t point, double factor, std::size_t first,
+    void add_drawn(const SurfacePoint& x, std::size_t first, const Place& place, RandomStream& stream,
                    Worker& worker) const;
+    void add_sun(const SurfacePoint& x, const SurfacePoint& from, std::size_t sun, double factor, const Place& place,
+                 std::size_t first, Worker& worker) const;
+    void add_point(const SurfacePoint& x, const SurfacePoint& from, std::size_t point, double factor,
+                   const Place& place, std::size_t first, Worker& worker) const;
+    static constexpr std::size_t rounds_at_least = 2;
+    static std::size_t samples_per_round(std::size_t samples) { return std::max<std::size_t>(8, samples / 4); }
+    void add_extended(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
+                      std::span<Rgb> H) const;
+    template <class Add>
+    double visible_share(std::size_t samples, RandomStream& stream, Worker& worker, double& mean, const Add& add) const;
     void cast(Worker& worker) const;
     Segment shadow_ray(const SurfacePoint& from, const Vec3& direction, double length) const;
 
@@ -112,6 +124,7 @@ class DirectLight {
     std::vector<std::pair<Sun, Index>> suns_;          ///< those that shine, and their sets
     std::vector<std::pair<PointLight, Index>> points_; ///< likewise
     std::vector<double> suns_below_, points_below_;    ///< strengths up to and including each one
+    std::size_t extended_ = 0;                         ///< of both, with a disc or an opening
     double reach_;                                     ///< a length that leads out of the scene from any of its points
     double rounding_;                                  ///< of a position computed from scene coordinates
     std::vector<char> area_light_materials_;

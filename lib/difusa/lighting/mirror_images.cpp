@@ -127,7 +127,8 @@ std::optional<MirrorImages::PointImage> MirrorImages::in_mirror(const PointImage
     const Plane& mirror = planes_[plane];
     PointImage image = source;
     const double height = image.is_sun ? mirror.normal.dot(image.at) : mirror.height(image.at);
-    if (!(height > (image.is_sun ? 0x1p-40 : rounding_))) {
+    const double extent = image.is_sun ? suns_[image.source].first.disc : radius(image);
+    if (!(height + extent > (image.is_sun ? 0x1p-40 : rounding_))) {
         return std::nullopt;
     }
     image.chain = before(plane, source.chain);
@@ -196,6 +197,9 @@ template <class Image> void MirrorImages::add_images(std::vector<Image>& images)
 }
 
 void MirrorImages::follow_sources() {
+    extended_ = std::any_of(suns_.begin(), suns_.end(), [](const auto& sun) { return sun.first.is_extended(); }) ||
+                std::any_of(point_lights_.begin(), point_lights_.end(),
+                            [](const auto& light) { return light.first.is_extended(); });
     for (Index i = 0; i < suns_.size(); ++i) {
         points_.push_back({{}, suns_[i].first.towards, i, true});
     }
@@ -256,10 +260,12 @@ bool MirrorImages::may_show(const Plane& plane, const Vec3& x, double spread, co
 bool MirrorImages::may_show(const PointImage& image, const Vec3& x, double spread) const {
     const Plane& plane = planes_[image.chain.planes.front()];
     if (!image.is_sun) {
-        return may_show(plane, x, spread, image.at, 0.0);
+        return may_show(plane, x, spread, image.at, radius(image));
     }
     const Vec3 to_mirror = plane.centre - x;
-    const double along = to_mirror.dot(image.at), reach = plane.radius + spread;
+    const double sine = suns_[image.source].first.disc;
+    const double along = to_mirror.dot(image.at),
+                 reach = plane.radius + spread + sine / std::sqrt(1.0 - sine * sine) * to_mirror.norm();
     return plane.height(x) + spread > 0.0 && along > -reach && to_mirror.squaredNorm() - along * along <= reach * reach;
 }
 
@@ -306,29 +312,60 @@ Rgb MirrorImages::follow(const SurfacePoint& from, const Chain& chain, const Vec
     return blocked != 0 ? Rgb(Rgb::Zero()) : colour;
 }
 
+bool MirrorImages::is_extended(const PointImage& image) const {
+    return image.is_sun ? suns_[image.source].first.is_extended() : point_lights_[image.source].first.is_extended();
+}
+
+double MirrorImages::radius(const PointImage& image) const {
+    return image.is_sun ? 0.0 : point_lights_[image.source].first.radius();
+}
+
 Rgb MirrorImages::light_of(const PointImage& image, const SurfacePoint& x, const SurfacePoint& from,
-                           Worker& worker) const {
-    const Vec3 way = image.is_sun ? image.at : Vec3(image.at - x.position);
+                           const std::array<double, 2>& place, Worker& worker) const {
+    const bool extended = is_extended(image);
+    Vec3 target = image.at, source = Vec3::Zero();
+    double at_sun = 1.0; // cosine between the direction and the sun's axis
+    if (image.is_sun && extended) {
+        const Sun& sun = suns_[image.source].first;
+        const Vec3 towards = sun.towards_disc(place);
+        target = image.chain.linear * towards;
+        at_sun = sun.towards.dot(towards);
+    } else if (!image.is_sun) {
+        const PointLight& light = point_lights_[image.source].first;
+        source = extended ? light.place(place) : light.position;
+        target = extended ? image.chain(source) : image.at;
+    }
+    const Vec3 way = image.is_sun ? target : Vec3(target - x.position);
     const double distance = way.norm(), cosine = x.normal.dot(way) / distance;
     if (!(cosine > 0.0) || !shows_place(planes_[image.chain.planes.front()], x.position, way, image.is_sun)) {
         return Rgb::Zero();
     }
     Vec3 last;
     if (image.is_sun) {
-        return cosine * suns_[image.source].first.irradiance *
+        return cosine / at_sun * suns_[image.source].first.irradiance *
                follow(from, image.chain, way, nullptr, none, last, worker);
     }
     const PointLight& light = point_lights_[image.source].first;
-    const Rgb colour = follow(from, image.chain, image.at, &light.position, none, last, worker);
+    const Rgb colour = follow(from, image.chain, target, &source, none, last, worker);
     return (colour > 0.0).any()
                ? Rgb(cosine * light.falloff(-last.normalized()) / (distance * distance) * colour * light.intensity)
                : Rgb(Rgb::Zero());
 }
 
-void MirrorImages::add_points(const SurfacePoint& x, Worker& worker, std::span<Rgb> H, Rgb* from_outside) const {
+void MirrorImages::add_points(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
+                              std::span<Rgb> H, Rgb* from_outside) const {
     const SurfacePoint from = inset(scene_.mesh, x);
+    const std::array<double, 2> start =
+        extended_ ? std::array<double, 2>{stream.uniform(), stream.uniform()} : std::array<double, 2>{};
     for (const PointImage& image : points_) {
-        const Rgb light = light_of(image, x, from, worker);
+        Rgb light = Rgb::Zero();
+        if (!is_extended(image)) {
+            light = light_of(image, x, from, start, worker);
+        } else if (may_show(image, x.position, 0.0)) {
+            for (std::size_t k = 0; k < samples; ++k) {
+                light += light_of(image, x, from, even_point<2>(k, start), worker) / static_cast<double>(samples);
+            }
+        }
         H[image.is_sun ? suns_[image.source].second : point_lights_[image.source].second] += light;
         if (from_outside != nullptr) {
             *from_outside += light;
@@ -422,7 +459,7 @@ MirrorImages::Sampled MirrorImages::sample_part(const Part& part, const SurfaceP
 
 void MirrorImages::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
                               std::span<Rgb> H) const {
-    add_points(x, worker, H, nullptr);
+    add_points(x, std::max<std::size_t>(8, samples), stream, worker, H, nullptr);
     find_candidates(x.position, 0.0, worker);
     collect(x, worker);
     if (worker.parts.empty()) {
@@ -503,7 +540,7 @@ void MirrorImages::sample(std::span<const SurfacePoint> x, RandomStream& stream,
     const std::size_t sets = H.size() / x.size();
     for (std::size_t i = 0; i < x.size(); ++i) {
         const std::span<Rgb> own = H.subspan(i * sets, sets);
-        add_points(x[i], worker, own, from_outside);
+        add_points(x[i], 1, stream, worker, own, from_outside);
         if (!lamps_.empty()) {
             sample_lamps(x[i], stream, worker, own);
         }

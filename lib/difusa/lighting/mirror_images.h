@@ -39,7 +39,7 @@ class MirrorImages {
 
     /// An upper bound on the rays that `irradiance` casts for a point if the images of area lights settle at once.
     std::size_t rays_per_point(std::size_t samples) const {
-        return 2 * (points_.size() + (lamps_.empty() ? 0 : 2 * samples_per_round(samples)));
+        return 2 * (points_.size() * (extended_ ? samples : 1) + (lamps_.empty() ? 0 : 2 * samples_per_round(samples)));
     }
 
     /// A visible part of the image of an area light.
@@ -56,7 +56,8 @@ class MirrorImages {
         bool near = false; ///< `sample`: places among or between the last ones may see images, whether these do or not
     };
 
-    /// Adds what x receives from all images, in W/m², to H[set]: suns and point lights by one path each, area lights by
+    /// Adds what x receives from all images, in W/m², to H[set]: suns and point lights by one path each
+    /// (`samples` of them where they have an extent), area lights by
     /// the form factors of what of their images the outlines of the mirrors show, times the share of `samples` or more
     /// paths to them that is not blocked.
     void irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
@@ -126,8 +127,13 @@ class MirrorImages {
     /// if it is blocked. `last`: the direction of its last part.
     Rgb follow(const SurfacePoint& from, const Chain& chain, const Vec3& target, const Vec3* source, Index source_face,
                Vec3& last, Worker& worker) const;
-    Rgb light_of(const PointImage& image, const SurfacePoint& x, const SurfacePoint& from, Worker& worker) const;
-    void add_points(const SurfacePoint& x, Worker& worker, std::span<Rgb> H, Rgb* from_outside) const;
+    bool is_extended(const PointImage& image) const;
+    double radius(const PointImage& image) const; ///< of a ball around the source of a point light
+    Rgb light_of(const PointImage& image, const SurfacePoint& x, const SurfacePoint& from,
+                 const std::array<double, 2>& place, Worker& worker) const;
+    /// `samples`: for each image of a sun or luminaire that has an extent.
+    void add_points(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker, std::span<Rgb> H,
+                    Rgb* from_outside) const;
     void find_candidates(const Vec3& x, double spread, Worker& worker) const;
     void collect(const SurfacePoint& x, Worker& worker) const;
     void sample_lamps(const SurfacePoint& x, RandomStream& stream, Worker& worker, std::span<Rgb> H) const;
@@ -155,8 +161,9 @@ class MirrorImages {
     std::vector<Index> plane_of_face_; ///< #T
     std::vector<PointImage> points_;
     std::vector<LampImage> lamps_;
-    double reach_;    ///< leads out of the scene from any of its points
-    double rounding_; ///< of positions
+    bool extended_ = false; ///< some sun or luminaire has an extent
+    double reach_;          ///< leads out of the scene from any of its points
+    double rounding_;       ///< of positions
     std::size_t followed_ = 0;
     bool complete_ = true;
 };

@@ -146,7 +146,8 @@ Json options_of(const BakeResult& result) {
     chosen["sky"] = json_list(result.scene->sky);
     chosen["suns"] = Json::array();
     for (const Sun& sun : result.scene->suns) {
-        chosen["suns"].push_back({{"towards", json_list(Rgb(sun.towards))}, {"irradiance", json_list(sun.irradiance)}});
+        chosen["suns"].push_back(
+            {{"towards", json_list(Rgb(sun.towards))}, {"irradiance", json_list(sun.irradiance)}, {"disc", sun.disc}});
     }
     chosen["point_lights"] = Json::array();
     for (const PointLight& light : result.scene->point_lights) {
@@ -155,6 +156,13 @@ Json options_of(const BakeResult& result) {
                                           {"direction", json_list(Rgb(light.direction))},
                                           {"cos_inner", light.cos_inner},
                                           {"cos_outer", light.cos_outer}});
+        if (light.distribution) {
+            chosen["point_lights"].back()["luminaire"] = {
+                {"c0", json_list(Rgb(light.c0))},
+                {"flux", light.distribution->flux() / light.distribution->largest()},
+                {"opening", {2.0 * light.half_length, 2.0 * light.half_width}},
+                {"round", light.is_round}};
+        }
     }
     chosen["sky_dome"] = result.scene->dome != nullptr;
     chosen["light_groups"] = Json::array();
