@@ -21,7 +21,8 @@ double Luminaire::tilt_factor(double degrees) const {
     if (above == tilt.end()) {
         return tilt.back().second;
     }
-    const auto& [a, at_a] = above[-1], &[ b, at_b ] = above[0];
+    const auto& [a, at_a] = above[-1];
+    const auto& [b, at_b] = above[0];
     return at_a + (at_b - at_a) * (degrees - a) / (b - a);
 }
 

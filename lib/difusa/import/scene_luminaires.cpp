@@ -4,10 +4,12 @@
 #include <difusa/core/error.h>
 #include <difusa/core/photometry.h>
 #include <difusa/core/text.h>
+#include <difusa/import/file_content.h>
 #include <difusa/import/luminaire_file.h>
 #include <difusa/scene/cie_sky.h>
 #include <difusa/scene/sun_position.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <numbers>
