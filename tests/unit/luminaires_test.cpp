@@ -205,10 +205,11 @@ TEST(Opening, ItsLightConvergesToTheQuadratureOfTheSource) {
         // The intensity has kinks between its angles, which cost more than the 1e-4 of smooth ones.
         EXPECT_NEAR(light.mean_kernel(x, Vec3::UnitZ()), sum, 1e-3 * sum) << x.transpose();
     }
-    // Far away it is a point.
+    // Far away it is a point, but for the tip of the table: from 0 to 10 degrees the intensity falls by 1.5 %, and the
+    // corner is 0.59 degrees away from the axis.
     const Vec3 far(0, 0, -60);
     EXPECT_NEAR(light.mean_kernel(far, Vec3::UnitZ()), light.kernel(light.position, far, Vec3::UnitZ()),
-                1e-4 / (60.0 * 60.0));
+                0.015 * 0.059 / (60.0 * 60.0));
 }
 
 } // namespace

@@ -37,7 +37,7 @@ double PointLight::mean_kernel(const Vec3& x, const Vec3& n) const {
     const double distance =
         Vec3(beyond(way.dot(c0), half_length), beyond(way.dot(c90), half_width), way.dot(direction)).norm();
     const auto parts = [&](double size) {
-        return std::clamp(std::ceil(2.0 * size / std::max(distance, 1e-300)), 1.0, most);
+        return std::clamp(std::ceil(2.0 * size / std::max(distance, 1e-300)), 2.0, most);
     };
     // Rectangles: along c0 and c90. Ellipses: along the radius and around.
     const double size = 2.0 * std::max(half_length, half_width);
