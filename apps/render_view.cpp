@@ -399,10 +399,8 @@ void run(Arguments& a) {
         std::cout << difusa::summary_of(result) << "pictures: " << view.rays << " rays and " << view.segments
                   << " segments, not counting those through the pixels\n"
                   << written;
-        for (const std::filesystem::path& file : {a.bake.files.sites, a.bake.files.listed, a.bake.files.report}) {
-            if (!file.empty()) {
-                std::cout << "written: " << file.string() << "\n";
-            }
+        for (const std::filesystem::path& file : a.bake.files.beside_field()) {
+            std::cout << "written: " << file.string() << "\n";
         }
     }
     require_target(result);

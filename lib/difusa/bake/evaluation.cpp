@@ -101,7 +101,7 @@ void estimate_error_of(BakeResult& result, const Execution& execution) {
 }
 
 void estimate_goals_of(BakeResult& result, const Execution& execution) {
-    if (result.goals.empty()) {
+    if (result.goals.empty() || !result.goal_estimates.empty()) {
         return;
     }
     execution.phase("estimate goals");

@@ -31,9 +31,10 @@ struct BakeEstimate {
     double further_seconds = 0.0; ///< likewise, with their shadow rays
 };
 
-/// Sites and rays of a bake, and the points at which its error is estimated.
+/// Sites and rays of a bake, and the points at which its error and each goal are estimated.
 struct Effort {
     std::size_t sites = 0, rays = 0, error_points = 0;
+    std::size_t goal_samples = 0; ///< 0: there are no goals
 };
 
 /// One of several bakes towards an accuracy (bake/error_target.h).
@@ -43,6 +44,7 @@ struct Attempt {
     double high = 0.0;        ///< 97.5 % end of its interval
     double noise_share = 0.0; ///< of the square of the error
     double seconds = 0.0;
+    std::optional<double> goals; ///< largest half width of the goals' 95 % intervals, relative to their means
 };
 
 /// A sensor, and what asked for it.

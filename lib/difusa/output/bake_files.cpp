@@ -5,6 +5,7 @@
 #include <difusa/core/memory.h>
 #include <difusa/core/photometry.h>
 #include <difusa/io/field_writers.h>
+#include <difusa/output/error_chart.h>
 #include <difusa/output/point_list.h>
 #include <difusa/version.h>
 
@@ -321,6 +322,16 @@ std::string format_seconds(double seconds) {
     return text.data();
 }
 
+std::vector<std::filesystem::path> BakeFiles::beside_field() const {
+    std::vector<std::filesystem::path> named;
+    for (const std::filesystem::path& file : {sites, listed, report, error_chart, transport}) {
+        if (!file.empty()) {
+            named.push_back(file);
+        }
+    }
+    return named;
+}
+
 void write_bake(const BakeResult& result, const BakeFiles& files, const Execution& execution) {
     execution.phase("write");
     std::vector<std::unique_ptr<WholeFile>> written;
@@ -338,6 +349,7 @@ void write_bake(const BakeResult& result, const BakeFiles& files, const Executio
     write(files.listed, [&](WholeFile& file) { file.write(point_table(result)); });
     write(files.transport, [&](WholeFile& file) { write_transport(saved_transport_of(result), file); });
     write(files.report, [&](WholeFile& file) { file.write(report_of(result)); });
+    write(files.error_chart, [&](WholeFile& file) { file.write(error_chart_of(result)); });
     for (const std::unique_ptr<WholeFile>& file : written) {
         file->commit();
     }
@@ -455,8 +467,12 @@ std::string summary_of(const BakeResult& result) {
         const Attempt& attempt = result.attempts[i];
         text << std::setprecision(2) << "attempt " << i + 1 << ": " << attempt.effort.sites << " sites, "
              << attempt.effort.rays << " rays, " << attempt.effort.error_points << " error points: about "
-             << 100.0 * attempt.rms << " %, below " << 100.0 * attempt.high << " % (" << format_seconds(attempt.seconds)
-             << ")\n";
+             << 100.0 * attempt.rms << " %, below " << 100.0 * attempt.high << " %";
+        if (attempt.goals) {
+            text << "; goals with " << attempt.effort.goal_samples << " samples each: within " << 100.0 * *attempt.goals
+                 << " %";
+        }
+        text << " (" << format_seconds(attempt.seconds) << ")\n";
     }
     if (result.error) {
         text << error_sentence(*result.error) << "\n";

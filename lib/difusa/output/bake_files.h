@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace difusa {
 
@@ -42,9 +43,12 @@ struct BakeFiles {
     std::filesystem::path field = {}, sites = {}, report = {};
     std::filesystem::path listed = {};    ///< point_table (output/point_list.h)
     std::filesystem::path transport = {}; ///< write_transport (bake/saved_transport.h)
+    std::filesystem::path error_chart = {}; ///< error_chart_of (output/error_chart.h), of a bake with a target
+
+    std::vector<std::filesystem::path> beside_field() const; ///< names that are not empty, without the field's
 };
 
-/// Writes field_of, sites_of, point_table, report_of and the transport as the phase "write" of `execution`. All are
+/// Writes field_of, sites_of, point_table, report_of, error_chart_of and the transport as the phase "write" of `execution`. All are
 /// written before the first appears under its name: on failure none of them appears, and older files stay as they were.
 /// Throws what `write_field`, `require_finite` and `saved_transport_of` throw, and Interrupted.
 void write_bake(const BakeResult& result, const BakeFiles& files, const Execution& execution);

@@ -89,12 +89,15 @@ Json target_of(const BakeResult& result) {
         attempts.push_back({{"sites", attempt.effort.sites},
                             {"rays", attempt.effort.rays},
                             {"error_points", attempt.effort.error_points},
+                            {"goal_samples", attempt.goals ? Json(attempt.effort.goal_samples) : Json(nullptr)},
+                            {"goals_relative_half_width", attempt.goals ? json_number(*attempt.goals) : Json(nullptr)},
                             {"relative", attempt.rms},
                             {"relative_high", attempt.high},
                             {"noise_share", attempt.noise_share},
                             {"seconds", attempt.seconds}});
     }
     return {{"relative", target.relative},
+            {"of", result.options.goals.empty() ? "field" : "goals"},
             {"most_sites", target.most_sites},
             {"most_seconds", json_number(target.most_seconds)},
             {"reached", !result.target_missed},
