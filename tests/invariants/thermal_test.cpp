@@ -67,42 +67,38 @@ TEST(ThermalBake, AsWarmAsTheSurroundings) {
     EXPECT_EQ(result.thermal->heat, 0.0);
 }
 
-/// Mirrored side walls make plates infinite: every ray from one meets the other, so nothing is left to chance but the
-/// share of the rays that is cut off after too many mirrors, which counts as if it met the reference temperature.
+/// Mirrored side walls make plates infinite: every ray from one meets the other, so nothing is left to chance, unless a
+/// ray is cut off after too many mirrors.
 struct Plates {
     double T1, T2, e1, e2;
     double exact() const { return excess_power(T1, T2) / (1.0 / e1 + 1.0 / e2 - 1.0); }
-    double tolerance(const BakeResult& result) const {
-        const double cut_off = result.system->transport().cut_off.maxCoeff();
-        const double reflections = 1.0 / (1.0 - (1.0 - e1) * (1.0 - e2));
-        return (2.0 * cut_off * reflections + 1e-10) * std::abs(excess_power(T1, T2));
-    }
+    /// Rounding, grown by the reflections.
+    double tolerance() const { return 1e-11 * std::abs(excess_power(T1, T2)) / (1.0 - (1.0 - e1) * (1.0 - e2)); }
 };
 
-BakeOptions for_plates() {
-    BakeOptions options = exactly_solved(0.3);
+constexpr double narrow = 0.1;
+
+BakeResult baked_plates(const Mesh& mesh, const std::vector<Material>& materials) {
+    BakeOptions options = exactly_solved(0.05);
     options.mirror_depth = 256;
-    return options;
+    BakeResult result = baked(thermal_scene(mesh, materials), options);
+    EXPECT_EQ(result.system->transport().cut_off.maxCoeff(), 0.0);
+    return result;
 }
 
 TEST(ThermalBake, InfinitePlates) {
     for (const Plates& plates : {Plates{500, 300, 0.8, 0.6}, Plates{300, 77, 0.05, 0.02}, Plates{400, 0, 1.0, 1.0},
                                  Plates{300.00, 300.01, 0.9, 0.5}}) {
-        for (const double gap : {1.0, 0.4}) {
-            const Scene scene = thermal_scene(
-                test::mirrored_plates(gap),
-                {at_temperature(plates.T1, plates.e1), at_temperature(plates.T2, plates.e2), test::perfect_mirror()});
-            const BakeResult result = baked(scene, for_plates());
-            const double tolerance = plates.tolerance(result);
-            ASSERT_LE(tolerance, 2e-3 * std::abs(plates.exact()) / (plates.e1 * plates.e2)); // it says something
-            EXPECT_NEAR(surface_of(result, 0).heat, plates.exact(), tolerance);
-            EXPECT_NEAR(surface_of(result, 1).heat, -plates.exact(), tolerance);
-            EXPECT_EQ(surface_of(result, 2).heat, 0.0);
-            for (Eigen::Index v = 0; v < result.thermal->at_vertices.net_flux.rows(); ++v) {
-                const Index m = scene.mesh.material[result.mesh.vertices[static_cast<std::size_t>(v)].face];
-                const double flux = m == 0 ? plates.exact() : m == 1 ? -plates.exact() : 0.0;
-                EXPECT_NEAR(result.thermal->at_vertices.net_flux(v, 0), flux, tolerance) << m;
-            }
+        const Mesh mesh = test::mirrored_plates(narrow);
+        const BakeResult result = baked_plates(
+            mesh, {at_temperature(plates.T1, plates.e1), at_temperature(plates.T2, plates.e2), test::perfect_mirror()});
+        EXPECT_NEAR(surface_of(result, 0).heat, plates.exact(), plates.tolerance());
+        EXPECT_NEAR(surface_of(result, 1).heat, -plates.exact(), plates.tolerance());
+        EXPECT_EQ(surface_of(result, 2).heat, 0.0);
+        for (Eigen::Index v = 0; v < result.thermal->at_vertices.net_flux.rows(); ++v) {
+            const Index m = mesh.material[result.mesh.vertices[static_cast<std::size_t>(v)].face];
+            const double flux = m == 0 ? plates.exact() : m == 1 ? -plates.exact() : 0.0;
+            EXPECT_NEAR(result.thermal->at_vertices.net_flux(v, 0), flux, plates.tolerance()) << m;
         }
     }
 }
@@ -111,18 +107,15 @@ TEST(ThermalBake, InfinitePlates) {
 TEST(ThermalBake, PrescribedFluxAndHeatAreTheDualOfTemperatures) {
     const Plates plates{500, 300, 0.8, 0.6};
     for (const Material& given : {with_net_flux(plates.exact(), plates.e1), with_heat(plates.exact(), plates.e1)}) {
-        const BakeResult result =
-            baked(thermal_scene(test::mirrored_plates(1.0),
-                                {given, at_temperature(plates.T2, plates.e2), test::perfect_mirror()}),
-                  for_plates());
-        // What is lost to the reference, T2, by the hot plate, and by reflections a few times more.
-        const double power = 10.0 * plates.tolerance(result);
-        const double kelvins = power / (4.0 * stefan_boltzmann * std::pow(plates.T1, 3));
-        EXPECT_NEAR(surface_of(result, 0).mean_temperature, plates.T1, kelvins);
-        EXPECT_NEAR(surface_of(result, 0).least_temperature, plates.T1, kelvins);
-        EXPECT_NEAR(surface_of(result, 0).largest_temperature, plates.T1, kelvins);
+        const BakeResult result = baked_plates(test::mirrored_plates(narrow),
+                                               {given, at_temperature(plates.T2, plates.e2), test::perfect_mirror()});
+        for (const double temperature :
+             {surface_of(result, 0).least_temperature, surface_of(result, 0).mean_temperature,
+              surface_of(result, 0).largest_temperature}) {
+            EXPECT_NEAR(temperature, plates.T1, 1e-9 * plates.T1);
+        }
         EXPECT_NEAR(surface_of(result, 0).heat, plates.exact(), 1e-9 * plates.exact());
-        EXPECT_NEAR(surface_of(result, 1).heat, -plates.exact(), plates.tolerance(result));
+        EXPECT_NEAR(surface_of(result, 1).heat, -plates.exact(), 1e-9 * plates.exact());
     }
 }
 
@@ -130,29 +123,27 @@ TEST(ThermalBake, PrescribedFluxAndHeatAreTheDualOfTemperatures) {
 TEST(ThermalBake, RadiationShields) {
     const double T1 = 600, T2 = 300, e = 0.8, es = 0.1;
     for (const int shields : {1, 2}) {
-        Mesh mesh = test::mirrored_plates(1.0);
+        Mesh mesh = test::mirrored_plates(narrow);
         std::vector<Material> materials{at_temperature(T1, e), at_temperature(T2, e), test::perfect_mirror()};
         for (int k = 0; k < shields; ++k) {
-            const double z = (k + 1.0) / (shields + 1.0);
+            const double z = narrow * (k + 1.0) / (shields + 1.0);
             difusa::add(mesh, difusa::rectangle(Vec3(0, 0, z), Vec3(1, 0, 0), Vec3(0, 1, 0)),
                         static_cast<Index>(3 + k));
             difusa::add(mesh, difusa::rectangle(Vec3(0, 0, z), Vec3(0, 1, 0), Vec3(1, 0, 0)),
                         static_cast<Index>(3 + k));
             materials.push_back(with_heat(0.0, es));
         }
-        const BakeResult result = baked(thermal_scene(mesh, materials), for_plates());
+        const BakeResult result = baked_plates(mesh, materials);
         const double outer = 1.0 / e + 1.0 / es - 1.0, inner = 2.0 / es - 1.0;
         const double q = excess_power(T1, T2) / (2.0 * outer + (shields - 1) * inner);
-        // The share that is cut off, of all that may be reflected between the sheets.
-        const double cut_off = result.system->transport().cut_off.maxCoeff();
-        const double tolerance = (2.0 * cut_off / es + 1e-9) * excess_power(T1, T2);
+        const double tolerance = 1e-9 * excess_power(T1, T2);
         EXPECT_NEAR(surface_of(result, 0).heat, q, tolerance) << shields;
         EXPECT_NEAR(surface_of(result, 1).heat, -q, tolerance) << shields;
         for (int k = 0; k < shields; ++k) {
             const ThermalSurface& shield = surface_of(result, static_cast<Index>(3 + k));
             EXPECT_NEAR(shield.heat, 0.0, 1e-9 * q);
             EXPECT_EQ(shield.least_temperature, shield.largest_temperature);
-            EXPECT_NEAR(black(shield.mean_temperature), black(T1) - q * (outer + k * inner), 20.0 * tolerance);
+            EXPECT_NEAR(black(shield.mean_temperature), black(T1) - q * (outer + k * inner), tolerance);
         }
     }
 }
@@ -194,7 +185,7 @@ TEST(ThermalBake, DrawnHeatIsNegativeHeat) {
     EXPECT_EQ(brought.solution.area_lights, drawn.solution.area_lights);
     EXPECT_EQ(brought.output.H, Values(-drawn.output.H));
     EXPECT_EQ(brought.solution.h, Values(-drawn.solution.h));
-    EXPECT_EQ(brought.solution.energy.escaped[0], -drawn.solution.energy.escaped[0]);
+    EXPECT_EQ(brought.solution.energy.absorbed[0], -drawn.solution.energy.absorbed[0]);
     EXPECT_EQ(brought.errors->error, drawn.errors->error);
     EXPECT_EQ(brought.error->total.high, drawn.error->total.high);
 }
@@ -269,10 +260,11 @@ TEST(ThermalBake, EnclosuresConvergeToIt) {
         }
         off.push_back(largest);
     }
+    // The difference falls at least in proportion to their size, to below what the bake itself may be off by.
     EXPECT_GT(off[0], 2.0 * off[1]);
-    EXPECT_GT(off[1], off[2]);
-    EXPECT_LE(off[2], result.error->total.high + 0.1 * off[0]);
-    EXPECT_LE(result.error->total.high, 0.5 * off[0]); // the bake can tell them apart
+    EXPECT_GT(off[1], 3.0 * off[2]);
+    EXPECT_LE(off[2], result.error->total.high);
+    EXPECT_LE(result.error->total.high, 0.5 * off[0]); // it can tell them apart
 }
 
 TEST(ThermalBake, IsTheSameForAnyNumberOfThreadsAndRelit) {

@@ -1,6 +1,7 @@
 // Exchange between the surfaces of an enclosure by their form factors, against networks and a naive elimination.
 #include <difusa/core/error.h>
 #include <difusa/core/random.h>
+#include <difusa/form_factors/closure.h>
 #include <difusa/form_factors/enclosure.h>
 #include <difusa/study/references/form_factors.h>
 
@@ -10,6 +11,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -29,7 +31,7 @@ double black(double temperature) {
     return stefan_boltzmann * std::pow(temperature, 4);
 }
 
-FormFactors factors_of(const Scene& scene, const Surfaces& surfaces, double tolerance = 1e-8) {
+FormFactors factors_of(const Scene& scene, const Surfaces& surfaces, double tolerance) {
     return form_factors(scene.mesh, surfaces, {tolerance}, Execution{});
 }
 
@@ -58,10 +60,16 @@ Enclosure solve(const Scene& scene, const FormFactors& F, const Surfaces& surfac
     return solve_enclosure(scene, F, material, surfaces.name);
 }
 
-Solved by_material(Scene scene) {
+/// `close`: makes the factors those of a closed surface exactly. Of two surfaces, one of which does not see itself,
+/// they are then exact but for rounding.
+Solved by_material(Scene scene, double tolerance = 1e-8, bool close = false) {
     settle_thermal(scene);
     const Surfaces surfaces = with_backs_apart(scene.mesh, surfaces_by_material(scene.mesh, scene.materials));
-    return {surfaces, solve(scene, factors_of(scene, surfaces), surfaces)};
+    FormFactors F = factors_of(scene, surfaces, tolerance);
+    if (close) {
+        enforce_closure(F);
+    }
+    return {surfaces, solve(scene, F, surfaces)};
 }
 
 /// b - rho F b = E by elimination, everything in absolute terms, in a cube whose factors are known in closed form.
@@ -146,14 +154,16 @@ TEST(Enclosure, ConvexBodyInAnother) {
     difusa::add(mesh, test::moved(test::box({2, 2, 2}, 1, true), 1.0, Vec3::Constant(-1.0)), 1);
     const double expected = (black(T1) - black(T2)) / (1.0 / e1 + 0.25 * (1.0 / e2 - 1.0));
     const std::vector<Material> fixed{at_temperature(T1, e1, "in"), at_temperature(T2, e2, "out")};
-    const Solved solved = by_material(thermal_scene(mesh, fixed));
-    EXPECT_NEAR(solved.flux("in"), expected, 1e-6 * expected);
-    EXPECT_LE(std::abs(solved.flux("in") - expected), solved.at("in").net_flux_error + 1e-9 * expected);
+    const Solved rough = by_material(thermal_scene(mesh, fixed), 1e-3);
+    EXPECT_LE(std::abs(rough.flux("in") - expected), rough.at("in").net_flux_error);
+    const Solved solved = by_material(thermal_scene(mesh, fixed), 1e-3, true);
+    EXPECT_NEAR(solved.flux("in"), expected, 1e-9 * expected);
+    EXPECT_NEAR(solved.heat("out"), -6.0 * expected, 1e-8 * expected);
     // The same heat, prescribed, as flux or as heat: the same temperature.
-    for (const Material& inner : {with_net_flux(solved.flux("in"), e1, "in"), with_heat(solved.heat("in"), e1, "in")}) {
-        const Solved back = by_material(thermal_scene(mesh, {inner, fixed[1]}));
+    for (const Material& inner : {with_net_flux(expected, e1, "in"), with_heat(6.0 * expected, e1, "in")}) {
+        const Solved back = by_material(thermal_scene(mesh, {inner, fixed[1]}), 1e-3, true);
         EXPECT_NEAR(back.temperature("in"), T1, 1e-9 * T1);
-        EXPECT_NEAR(back.heat("in"), solved.heat("in"), 1e-9 * solved.heat("in"));
+        EXPECT_NEAR(back.heat("in"), 6.0 * expected, 1e-8 * expected);
     }
 }
 
@@ -176,16 +186,18 @@ TEST(Enclosure, RadiationShield) {
     for (std::size_t t = back; t < back + 12; ++t) {
         surfaces.of[t] = 3;
     }
-    const Solved solved{surfaces, solve(scene, factors_of(scene, surfaces), surfaces)};
+    FormFactors F = factors_of(scene, surfaces, 1e-3);
+    enforce_closure(F);
+    const Solved solved{surfaces, solve(scene, F, surfaces)};
     const double A1 = 6, As = 24, A2 = 54;
     const double inside = 1.0 / A1 * (1.0 / e1) + 1.0 / As * (1.0 / es - 1.0);
     const double outside = 1.0 / As * (1.0 / es) + 1.0 / A2 * (1.0 / e2 - 1.0);
     const double Q = (black(T1) - black(T2)) / (inside + outside);
-    EXPECT_NEAR(solved.heat("in"), Q, 1e-6 * Q);
-    EXPECT_NEAR(solved.heat("shield"), -Q, 1e-6 * Q);
-    EXPECT_NEAR(solved.heat("shield (back)"), Q, 1e-6 * Q);
+    EXPECT_NEAR(solved.heat("in"), Q, 1e-8 * Q);
+    EXPECT_NEAR(solved.heat("shield"), -Q, 1e-8 * Q);
+    EXPECT_NEAR(solved.heat("shield (back)"), Q, 1e-8 * Q);
     EXPECT_EQ(solved.temperature("shield"), solved.temperature("shield (back)"));
-    EXPECT_NEAR(black(solved.temperature("shield")), black(T1) - Q * inside, 1e-6 * black(T1));
+    EXPECT_NEAR(black(solved.temperature("shield")), black(T1) - Q * inside, 1e-8 * black(T1));
 }
 
 TEST(Enclosure, PlatesInTheOpen) {
@@ -210,7 +222,7 @@ TEST(Enclosure, ErrorsOfTheFactorsAreCarriedOn) {
     Scene scene = thermal_scene(test::closed_cube(), sides);
     settle_thermal(scene);
     const Surfaces surfaces = surfaces_by_material(scene.mesh, scene.materials);
-    FormFactors F = factors_of(scene, surfaces);
+    FormFactors F = factors_of(scene, surfaces, 1e-8);
     constexpr double error = 1e-4;
     for (FormFactors::Row& row : F.rows) {
         std::fill(row.error.begin(), row.error.end(), static_cast<float>(error));
@@ -252,7 +264,7 @@ TEST(Enclosure, RefusesWhatItCannotSolve) {
     drawn[2] = with_net_flux(-450.0, 0.9, "sink");
     contains(refused(thermal_scene(test::closed_cube(), drawn)), "more heat is drawn from surface sink");
     drawn[2] = with_heat(-450.0, 0.9, "sink");
-    contains(refused(thermal_scene(test::closed_cube(), drawn)), "more heat is drawn from the material sink");
+    contains(refused(thermal_scene(test::closed_cube(), drawn)), "the material sink would have to be colder than 0 K");
 }
 
 } // namespace

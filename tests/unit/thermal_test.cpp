@@ -52,7 +52,8 @@ TEST(Thermal, SmallDifferencesAreNotLost) {
     // 4 sigma T³ dT (1 + 3/2 dT/T + ...): the next term is (dT/T)², 1e-15.
     const double T = 300.0, dT = 1e-5;
     const double expected = 4.0 * stefan_boltzmann * T * T * T * dT * (1.0 + 1.5 * dT / T);
-    EXPECT_NEAR(excess_power(T + dT, T), expected, 1e-10 * expected); // dT itself is rounded
+    // 300 + dT is rounded to a multiple of 2^-44.
+    EXPECT_NEAR(excess_power(T + dT, T), expected, 0x1p-45 / dT * expected);
 }
 
 TEST(Thermal, MaterialsEmitAndReflect) {
@@ -175,7 +176,7 @@ TEST(Thermal, MoreThanArrivesCannotBeDrawn) {
             lit::baked(cube({with_heat(-900.0, 0.5, "sink"), at_temperature(300, 0.9)}), coarse());
         },
         "a sink");
-    EXPECT_NE(heat.find("more heat is drawn from the material sink than it can absorb"), std::string::npos) << heat;
+    EXPECT_NE(heat.find("the material sink would have to be colder than 0 K"), std::string::npos) << heat;
 }
 
 TEST(Thermal, OpenSurfacesNeedSurroundings) {

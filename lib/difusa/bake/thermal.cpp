@@ -328,9 +328,7 @@ void find_temperatures(BakeResult& result, const LightingOptions& options, const
         const Index m = bodies.material[static_cast<std::size_t>(k)];
         const std::optional<double> temperature = temperature_of(power[k], scene.thermal->reference);
         if (!temperature) {
-            throw InputError("more heat is drawn from the material " + scene.materials[m].name +
-                             " than it can absorb, even at 0 K: its heat is " +
-                             text_of(scene.materials[m].thermal->value) + " W; draw less");
+            throw InputError(colder_than_possible(scene.materials[m]));
         }
         set_temperature(scene, m, *temperature);
     }

@@ -93,8 +93,7 @@ class EnclosureSystem {
         for (const Index m : bodies_) {
             const auto temperature = temperature_of(x_[body_row(m)], scene.thermal->reference);
             if (!temperature) {
-                throw InputError("more heat is drawn from the material " + scene.materials[m].name +
-                                 " than it can absorb, even at 0 K; draw less");
+                throw InputError(colder_than_possible(scene.materials[m]));
             }
             set_temperature(scene, m, *temperature);
         }

@@ -107,11 +107,12 @@ double excess_power(double temperature, double reference) {
 }
 
 std::optional<double> temperature_of(double excess, double reference) {
-    const double fourth = excess / stefan_boltzmann + std::pow(reference, 4);
     if (excess == 0.0) {
         return reference;
     }
-    return fourth >= 0.0 ? std::optional(std::pow(fourth, 0.25)) : std::nullopt;
+    const double own = std::pow(reference, 4), fourth = excess / stefan_boltzmann + own;
+    constexpr double rounding = 0x1p-48; // of the fourth power that is taken away
+    return fourth >= -rounding * own ? std::optional(std::pow(std::max(0.0, fourth), 0.25)) : std::nullopt;
 }
 
 bool is_thermal(const Scene& scene) {
@@ -161,6 +162,12 @@ void settle_thermal(Scene& scene) {
 void set_temperature(Scene& scene, Index material, double temperature) {
     scene.materials[material].thermal->temperature = temperature;
     derive(scene, scene.materials[material]);
+}
+
+std::string colder_than_possible(const Material& material) {
+    return "more heat is drawn than arrives: " + own_name(material) +
+           " would have to be colder than 0 K for its heat of " + text_of(material.thermal->value) +
+           " W; draw less there, or from what it sees";
 }
 
 std::optional<ThermalState> thermal_state(const Scene& scene, Index number, double excess_irradiation) {

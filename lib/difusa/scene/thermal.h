@@ -15,6 +15,7 @@
 #include <difusa/core/types.h>
 
 #include <optional>
+#include <string>
 
 namespace difusa {
 
@@ -41,6 +42,7 @@ struct ThermalSetting {
     double reference = 0.0;             ///< K (settle_thermal)
 };
 
+struct Material;
 struct Scene;
 
 /// sigma (T⁴ - reference⁴), W/m², accurate for small differences.
@@ -63,6 +65,9 @@ void settle_thermal(Scene& scene);
 
 /// Gives a material whose heat is prescribed this temperature, and its emission.
 void set_temperature(Scene& scene, Index material, double temperature);
+
+/// The message where a material whose heat is prescribed has no such temperature.
+std::string colder_than_possible(const Material& material);
 
 /// One channel of the state of a point of the surface.
 struct ThermalState {
