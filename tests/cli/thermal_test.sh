@@ -28,6 +28,16 @@ expect_text stdout "oven.png" "temperature," "net-flux,"
 expect_exit 0 "$DIFUSA_BIN/compare_fields" oven.vtp oven.vtp --array temperature
 expect_text stdout temperature
 
+# At places of the surface: on the roof, on the slab, on the door.
+printf '1,0.5,1\n1,0.5,0.2\n2,0.5,0.5,-1,0,0\n' >places.csv
+expect_exit 0 "$bake" "$oven" oven.vtp $quick --at places.csv --at-output values.csv
+head -n 1 values.csv | grep -q 'face,temperature,net_flux,radiosity,irradiance,emissivity,error_estimate$' ||
+    fail "$(head -n 1 values.csv)"
+awk -F, 'NR == 3 && $12 != 773.15 || NR == 4 && $13 != -1500 { exit 1 }' values.csv || fail "$(cat values.csv)"
+printf '1,0.5,0.5,0,0,1\n' >sensor.csv
+expect_refusal 1 "--at: $oven is a thermal scene, of which the surface alone is evaluated" "$bake" "$oven" out.vtp \
+    $quick --at sensor.csv --at-output out.csv
+
 # The same bits for any number of threads, and relit; edited temperatures need no rays.
 expect_exit 0 "$bake" "$oven" one.ply $quick --threads 1
 expect_exit 0 "$bake" "$oven" three.ply $quick --threads 3

@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <iostream>
 #include <optional>
 #include <string>
 #include <utility>
@@ -65,6 +66,52 @@ TEST(ThermalBake, AsWarmAsTheSurroundings) {
     const BakeResult result = baked(scene, lit::quick(0.3));
     EXPECT_EQ(result.thermal->at_vertices.net_flux.cwiseAbs().maxCoeff(), 0.0);
     EXPECT_EQ(result.thermal->heat, 0.0);
+}
+
+/// A convex body sees its surroundings alone: each face has what follows from its own condition, to the bit of the sky.
+TEST(ThermalBake, AConvexBodyInItsSurroundings) {
+    const double T0 = 250.0;
+    const Mesh cube = difusa::box(Vec3::Zero(), Vec3::Ones(), 1, Front::outside);
+    const std::vector<Material> sides{at_temperature(400.0, 0.8), at_temperature(0.0, 0.3),  with_net_flux(0.0, 0.5),
+                                      with_net_flux(150.0, 0.7),  with_net_flux(-80.0, 0.9), with_heat(60.0, 0.6)};
+    const BakeResult result = baked(thermal_scene(cube, sides, T0), lit::quick(0.4));
+    const auto expect = [&](Index m, double temperature, double flux) {
+        EXPECT_NEAR(surface_of(result, m).least_temperature, temperature, 1e-12 * T0) << m;
+        EXPECT_NEAR(surface_of(result, m).largest_temperature, temperature, 1e-12 * T0) << m;
+        EXPECT_NEAR(surface_of(result, m).heat, flux, 1e-11 * black(T0)) << m;
+    };
+    const auto warmed = [&](double flux, double e) {
+        return std::pow((black(T0) + flux / e) / stefan_boltzmann, 0.25);
+    };
+    expect(0, 400.0, 0.8 * (black(400.0) - black(T0)));
+    expect(1, 0.0, -0.3 * black(T0));
+    expect(2, T0, 0.0);
+    expect(3, warmed(150.0, 0.7), 150.0);
+    expect(4, warmed(-80.0, 0.9), -80.0);
+    expect(5, warmed(60.0, 0.6), 60.0);
+    EXPECT_NEAR(result.thermal->to_surroundings, result.thermal->heat, 1e-10 * black(T0));
+    EXPECT_EQ(result.thermal->to_backs, 0.0);
+}
+
+/// Nearly everything reflects all that arrives: a room of adiabatic walls, a small heater, and a small cold spot. What
+/// one gives off the other takes in, and the walls are as warm as radiation takes to get there.
+TEST(ThermalBake, AdiabaticWallsConverge) {
+    Mesh mesh = test::closed_cube(5); // 300 triangles
+    mesh.material.assign(mesh.triangles.size(), 0);
+    mesh.material[0] = mesh.material[1] = 1;
+    mesh.material[298] = mesh.material[299] = 2;
+    const double q = 500.0;
+    BakeOptions options = lit::quick(0.1, 256);
+    options.error_points = 128;
+    const BakeResult result = baked(
+        thermal_scene(mesh, {with_net_flux(0.0, 1.0), with_net_flux(q, 0.8), at_temperature(280.0, 0.9)}), options);
+    EXPECT_GT(result.solution.spectral_radius, 0.95);
+    EXPECT_LE(result.solution.solve.iterations, 40);
+    const double heat = q / 25.0;
+    EXPECT_NEAR(surface_of(result, 1).heat, heat, 1e-9 * heat);
+    // The heats add up to 0, but for the area times the error of the irradiation.
+    EXPECT_NEAR(surface_of(result, 2).heat, -heat, 6.0 * result.error->total.high);
+    std::cerr << "ADIA " << surface_of(result, 2).heat << " high " << result.error->total.high << " iter " << result.solution.solve.iterations << " rho " << result.solution.spectral_radius << " T " << surface_of(result,0).mean_temperature<<"\n";
 }
 
 /// Mirrored side walls make plates infinite: every ray from one meets the other, so nothing is left to chance, unless a

@@ -153,13 +153,14 @@ TEST(Thermal, OptionsThatAskForLightAreRefused) {
         }
         return std::string("accepted");
     };
-    BakeOptions sky = coarse(), groups = coarse(), lux = coarse(), at = coarse();
+    BakeOptions sky = coarse(), groups = coarse(), lux = coarse(), at = coarse(), grid = coarse();
     sky.sky = Rgb::Ones();
     groups.light_groups = true;
     lux.units = "photometric";
-    at.at.push_back({Vec3::Zero(), {}});
+    at.at.push_back({Vec3::Constant(0.5), Vec3::UnitZ()});
+    grid.grids.push_back({"0", 0.0, 0.5, 0.0});
     for (const auto& [options, text] : std::vector<std::pair<BakeOptions, std::string>>{
-             {sky, "--sky"}, {groups, "--light-groups"}, {lux, "--units"}, {at, "--at"}}) {
+             {sky, "--sky"}, {groups, "--light-groups"}, {lux, "--units"}, {at, "--at"}, {grid, "--grid"}}) {
         EXPECT_EQ(refused(options).rfind(text, 0), 0U) << refused(options);
     }
 }

@@ -152,6 +152,7 @@ void check_request(BakeResult& result, const Choices& choices, const DirectLight
                    const Execution& execution) {
     check_output(result);
     find_places(result, execution);
+    check_places(result);
     result.goals = find_goals(result.options.goals, *result.scene, result.options.spacing, execution);
     result.estimate = estimate_cost(result, choices, lights, sites, execution);
 }

@@ -175,10 +175,10 @@ Bodies solve_for_bodies(const BakeResult& result, std::vector<Index> material, L
     auto scene = std::make_shared<Scene>(*result.scene);
     options.sets = all_lights(*scene);
     options.keep_iterates = false;
-    for (std::size_t k = 0; k < material.size(); ++k) {
-        Material& body = scene->materials[material[k]];
+    for (const Index m : material) {
+        Material& body = scene->materials[m];
         body.emission = Rgb::Constant(body.thermal->emissivity);
-        options.sets.material[material[k]] = static_cast<Index>(options.sets.names.size());
+        options.sets.material[m] = static_cast<Index>(options.sets.names.size());
         options.sets.names.push_back(body.name);
     }
     const Solution solution = result.system->solve(scene, options, execution);
@@ -220,8 +220,8 @@ void make_thermal(BakeResult& result, const Execution& execution) {
     if (options.units == "photometric") {
         refuse("--units photometric", "whose radiation is infrared");
     }
-    if (!options.at.empty() || !options.grids.empty() || !options.goals.empty()) {
-        refuse("--at, --grid, --goal", "of which the surface alone is evaluated: take the values from the field");
+    if (!options.grids.empty() || !options.goals.empty() || options.sensor != "planar") {
+        refuse("--grid, --goal, --sensor", "of which the surface alone is evaluated: name places on it, --at");
     }
     if (options.keep_iterates) {
         refuse("--convergence", "whose temperatures make sense only once it is solved");
@@ -239,6 +239,14 @@ void make_thermal(BakeResult& result, const Execution& execution) {
     execution.note("no surroundings are given: the surface has to be closed; what little is lost counts as exchanged "
                    "with " +
                    text_of(result.scene->thermal->reference) + " K, the mean of the fixed temperatures");
+}
+
+void check_places(const BakeResult& result) {
+    if (result.scene->thermal && !result.sensors.empty()) {
+        throw UsageError("--at: " + result.file +
+                         " is a thermal scene, of which the surface alone is evaluated: omit the normals of places off "
+                         "the surface, or move them to it, --snap");
+    }
 }
 
 void check_surroundings(const BakeResult& result, const LightTransport& transport, const Execution& execution) {
@@ -266,7 +274,8 @@ void check_surroundings(const BakeResult& result, const LightTransport& transpor
         return;
     }
     if (sky + result.mean_back > largest_leak) {
-        throw InputError(percent(sky) + " of the radiation leaves the surface, and " + percent(result.mean_back) +
+        throw InputError(result.file + ": " + percent(sky) + " of the radiation leaves the surface, and " +
+                         percent(result.mean_back) +
                          " ends on the backs of faces: say how warm the surroundings are, \"surroundings\": "
                          "{\"temperature\": 293.15}, or close the surface, make sheets double-sided, and turn over "
                          "what is inside out (--flip)");

@@ -11,6 +11,9 @@ namespace difusa {
 /// UsageError for options that ask for light.
 void make_thermal(BakeResult& result, const Execution& execution);
 
+/// Throws UsageError if a place of a thermal scene is a sensor.
+void check_places(const BakeResult& result);
+
 /// Without surroundings nothing may leave the surface: throws InputError if more than a thousandth of the radiation
 /// does, or ends on backs; notes what little is lost, and what ends on backs.
 void check_surroundings(const BakeResult& result, const LightTransport& transport, const Execution& execution);
