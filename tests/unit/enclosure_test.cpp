@@ -125,7 +125,7 @@ TEST(Enclosure, CubeWithAllKindsOfSides) {
         }
     }
     EXPECT_NEAR(solved.enclosure.heat, solved.enclosure.to_surroundings, 1e-11 * black(600)); // reciprocity is exact
-    EXPECT_NEAR(solved.enclosure.heat, 0.0, 1e-5 * black(600) * 1e-2);
+    EXPECT_NEAR(solved.enclosure.heat, 0.0, tolerance);
 }
 
 /// Two plates and what joins them, adiabatic: the network of three nodes.
@@ -154,14 +154,14 @@ TEST(Enclosure, ConvexBodyInAnother) {
     difusa::add(mesh, test::moved(test::box({2, 2, 2}, 1, true), 1.0, Vec3::Constant(-1.0)), 1);
     const double expected = (black(T1) - black(T2)) / (1.0 / e1 + 0.25 * (1.0 / e2 - 1.0));
     const std::vector<Material> fixed{at_temperature(T1, e1, "in"), at_temperature(T2, e2, "out")};
-    const Solved rough = by_material(thermal_scene(mesh, fixed), 1e-3);
+    const Solved rough = by_material(thermal_scene(mesh, fixed), 1e-2);
     EXPECT_LE(std::abs(rough.flux("in") - expected), rough.at("in").net_flux_error);
-    const Solved solved = by_material(thermal_scene(mesh, fixed), 1e-3, true);
+    const Solved solved = by_material(thermal_scene(mesh, fixed), 1e-2, true);
     EXPECT_NEAR(solved.flux("in"), expected, 1e-9 * expected);
     EXPECT_NEAR(solved.heat("out"), -6.0 * expected, 1e-8 * expected);
     // The same heat, prescribed, as flux or as heat: the same temperature.
     for (const Material& inner : {with_net_flux(expected, e1, "in"), with_heat(6.0 * expected, e1, "in")}) {
-        const Solved back = by_material(thermal_scene(mesh, {inner, fixed[1]}), 1e-3, true);
+        const Solved back = by_material(thermal_scene(mesh, {inner, fixed[1]}), 1e-2, true);
         EXPECT_NEAR(back.temperature("in"), T1, 1e-9 * T1);
         EXPECT_NEAR(back.heat("in"), 6.0 * expected, 1e-8 * expected);
     }
@@ -186,7 +186,7 @@ TEST(Enclosure, RadiationShield) {
     for (std::size_t t = back; t < back + 12; ++t) {
         surfaces.of[t] = 3;
     }
-    FormFactors F = factors_of(scene, surfaces, 1e-3);
+    FormFactors F = factors_of(scene, surfaces, 1e-2);
     enforce_closure(F);
     const Solved solved{surfaces, solve(scene, F, surfaces)};
     const double A1 = 6, As = 24, A2 = 54;

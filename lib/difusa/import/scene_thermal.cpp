@@ -21,7 +21,7 @@ double kelvins(const SceneChecks& checks, const JsonValue& value, const std::str
     return temperature;
 }
 
-double magnitude(const SceneChecks& checks, const JsonValue& value, const std::string& name) {
+double limited_number(const SceneChecks& checks, const JsonValue& value, const std::string& name) {
     const double given = checks.number(value, difusa::quoted(name));
     if (!(std::abs(given) <= 1e30)) {
         checks.fail(value, difusa::quoted(name) + " must be from -1e30 to 1e30");
@@ -53,7 +53,7 @@ void read_given(const SceneChecks& checks, const JsonValue& material, Thermal& t
             }
         } else {
             thermal.given = given == "heat" ? Thermal::Given::heat : Thermal::Given::net_flux;
-            thermal.value = magnitude(checks, *value, given);
+            thermal.value = limited_number(checks, *value, given);
         }
     }
     if (found == nullptr) {

@@ -25,7 +25,7 @@ std::string own_name(const Material& material) {
 }
 
 /// Throws InputError unless the material, which occurs in a thermal scene, can be one.
-void check_material(const Material& material) {
+void check_thermal_material(const Material& material) {
     const auto refuse = [&](const std::string& why) { throw InputError(own_name(material) + " " + why); };
     if (!material.thermal) {
         if (!is_pure_mirror(material)) {
@@ -76,7 +76,7 @@ std::optional<double> mean_temperature(const Scene& scene, const std::vector<dou
     return least == most ? least : std::clamp(std::pow(sum / weights, 0.25), least, most);
 }
 
-void derive(const Scene& scene, Material& material) {
+void derive_light(const Scene& scene, Material& material) {
     if (!material.thermal) {
         material.reflectance = Rgb::Zero();
         return;
@@ -132,7 +132,7 @@ void settle_thermal(Scene& scene) {
     }
     for (std::size_t m = 0; m < occurs.size(); ++m) {
         if (occurs[m] != 0) {
-            check_material(scene.materials[m]);
+            check_thermal_material(scene.materials[m]);
         }
     }
     if (scene.has_sky() || !scene.suns.empty() || !scene.point_lights.empty()) {
@@ -154,14 +154,14 @@ void settle_thermal(Scene& scene) {
     scene.thermal = setting;
     for (std::size_t m = 0; m < occurs.size(); ++m) {
         if (occurs[m] != 0) {
-            derive(scene, scene.materials[m]);
+            derive_light(scene, scene.materials[m]);
         }
     }
 }
 
 void set_temperature(Scene& scene, Index material, double temperature) {
     scene.materials[material].thermal->temperature = temperature;
-    derive(scene, scene.materials[material]);
+    derive_light(scene, scene.materials[material]);
 }
 
 std::string colder_than_possible(const Material& material) {
