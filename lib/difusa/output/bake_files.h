@@ -21,6 +21,7 @@ namespace difusa {
 /// light groups, radiosity_of_NAME and irradiance_of_NAME of each, at points and centres. With an error estimate, also
 /// error_estimate, error_noise and error_discretisation (W/m^2, ErrorsAt). Notes: versions, options,
 /// seed, iterations, residual, times, materials.
+/// Of a thermal scene: thermal_arrays (output/thermal_files.h) instead of all of these but the errors and Normals.
 /// `exposure`: of display_rgb; absent: that of the result.
 FieldFile field_of(const BakeResult& result, std::optional<double> exposure = {});
 FieldFile field_of(BakeResult&&, std::optional<double> exposure = {}) = delete;
