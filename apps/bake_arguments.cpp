@@ -107,7 +107,8 @@ void add_target_arguments(CLI::App& app, BakeArguments& arguments) {
     const std::string group = "Accuracy";
     add_parsed(app, "--error", arguments.error,
                "accuracy to reach: adds sites and rays until the estimated rms error, relative to the reflected light, "
-               "is below this with a confidence of 97.5 %; exit code 3 if it is out of reach",
+               "is below this with a confidence of 97.5 %; with --goal, until the half width of each goal's 95 % "
+               "interval is; exit code 3 if it is out of reach",
                parse_percent)
         ->group(group)
         ->type_name("P%");
@@ -130,17 +131,22 @@ void add_target_arguments(CLI::App& app, BakeArguments& arguments) {
     app.add_flag("--best-effort", arguments.target.best_effort,
                  "if the accuracy of --error is out of reach, write the best result all the same; still exit code 3")
         ->group(group);
+    app.add_option("--error-chart", arguments.files.error_chart,
+                   "write a chart of the errors of all attempts of --error against time")
+        ->group(group)
+        ->type_name("FILE.svg");
 }
 
 /// Throws UsageError for options that contradict --error or do nothing without it.
 void check_target(const CLI::App& app, bool ordered) {
-    for (const char* const name : {"--max-sites", "--max-seconds", "--best-effort"}) {
+    for (const char* const name : {"--max-sites", "--max-seconds", "--best-effort", "--error-chart"}) {
         if (!ordered && app.count(name) > 0) {
-            throw UsageError(std::string(name) + ": limits what --error may take; order an accuracy, --error 1%");
+            throw UsageError(std::string(name) + ": does nothing without --error; order an accuracy, --error 1%");
         }
     }
     for (const char* const name :
-         {"--quality", "--sites", "--spacing", "--adaptive", "--rays", "--error-points", "--final-gather"}) {
+         {"--quality", "--sites", "--spacing", "--adaptive", "--rays", "--error-points", "--goal-samples",
+          "--final-gather"}) {
         if (ordered && app.count(name) > 0) {
             throw UsageError(std::string(name) + ": cannot be combined with --error, which chooses the effort; omit "
                                                  "one of them");
@@ -379,8 +385,9 @@ void add_mesh_output_arguments(CLI::App& app, BakeArguments& arguments) {
 BakeOptions bake_options(const BakeArguments& arguments) {
     BakeOptions options = arguments.options;
     apply_quality(arguments, options);
-    options.outputs = {arguments.files.field, arguments.files.sites, arguments.files.report, arguments.files.listed,
-                       arguments.files.transport};
+    const BakeFiles& files = arguments.files;
+    options.outputs = files.beside_field();
+    options.outputs.push_back(files.field);
     if (!arguments.at.empty()) {
         options.at = read_point_list(arguments.at);
     }
@@ -409,6 +416,10 @@ void check_bake_outputs(const BakeArguments& arguments, std::vector<OutputName> 
     if (arguments.options.sensor != "planar" && !places) {
         throw UsageError("--sensor " + arguments.options.sensor + ": there are no sensors; give --at or --grid");
     }
+    if (const std::filesystem::path& chart = arguments.files.error_chart;
+        !chart.empty() && lower_case(chart.extension().string()) != ".svg") {
+        throw UsageError("--error-chart " + chart.string() + ": a chart is written as .svg");
+    }
     if (arguments.options.snap && arguments.at.empty()) {
         throw UsageError("--snap: there are no places to move to the surface; give --at");
     }
@@ -430,6 +441,7 @@ void check_bake_outputs(const BakeArguments& arguments, std::vector<OutputName> 
     outputs.push_back({arguments.files.report, false});
     outputs.push_back({arguments.files.listed, false});
     outputs.push_back({arguments.files.transport, false});
+    outputs.push_back({arguments.files.error_chart, false});
     if (!arguments.at.empty()) {
         inputs.emplace_back(arguments.at, "the list of points");
     }

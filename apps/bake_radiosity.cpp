@@ -29,6 +29,8 @@ Examples:
       another basis, a given site spacing, a report, and the sites as points
   bake_radiosity hall.ply out.vtp --sky 1,1.1,1.3 --reflectance 0.7
       sky light on a mesh without colours
+  bake_radiosity oven.json out.vtp
+      temperatures and net fluxes, if the materials of the scene are thermal ones
   bake_radiosity room.obj out.vtp --dry-run
       number of sites and rays, memory and time it would take
   bake_radiosity room.obj out.vtp --save-transport room.difusa

@@ -6,7 +6,10 @@
 #include <difusa/core/text.h>
 #include <difusa/form_factors/by_rays.h>
 #include <difusa/form_factors/closure.h>
+#include <difusa/form_factors/enclosure.h>
 #include <difusa/form_factors/form_factors.h>
+#include <difusa/io/whole_file.h>
+#include <difusa/output/enclosure_files.h>
 #include <difusa/output/form_factor_files.h>
 #include <difusa/plugin/registry.h>
 #include <difusa/rays/visibility_choice.h>
@@ -36,6 +39,8 @@ Examples:
       between materials: a matrix with areas, row sums and what escapes; small ones are printed, too
   form_factors furnace.obj factors.npz --tolerance 1e-8 --close
       for scipy.sparse.load_npz; row sums of a closed surface made exactly 1 by the smallest change of the factors
+  form_factors radiation_shield.json factors.csv --surfaces material --thermal heat.csv
+      and the temperatures, net fluxes and radiosities of a thermal scene's surfaces
   form_factors furnace.obj factors.mtx --method rays --rays 4096 --points 4
       for comparison: counted by rays from four points of each triangle
 
@@ -46,7 +51,7 @@ Exit codes: 0 done, 1 usage, 2 input, 3 closure is out of reach, 4 resources, 5 
 )";
 
 struct Arguments {
-    std::filesystem::path mesh, out;
+    std::filesystem::path mesh, out, thermal;
     std::string method = "exact", surfaces = "face", layout = "sparse";
     std::optional<double> tolerance;
     std::optional<std::size_t> rays, points;
@@ -106,6 +111,13 @@ void declare(CLI::App& app, Arguments& a) {
         ->type_name("NAME")
         ->default_str(a.layout);
 
+    app.add_option(
+           "--thermal", a.thermal,
+           "also write what a thermal scene comes to, each surface of uniform radiosity: temperature, net flux, "
+           "heat; backs of double-sided materials are then surfaces of their own")
+        ->group(what)
+        ->type_name("FILE.csv");
+
     const std::string rays = "Method rays";
     const auto whole = [](const std::string& option, const std::string& text) {
         return difusa::parse_whole<std::size_t>(option, text, 1);
@@ -138,24 +150,52 @@ void check(const Arguments& a) {
                          "others");
     }
     difusa::check_form_factor_file(a.out);
-    difusa::check_outputs({{a.out, false}}, {{a.mesh, "the mesh"}});
+    if (!a.thermal.empty()) {
+        difusa::check_enclosure_file(a.thermal);
+    }
+    difusa::check_outputs({{a.out, false}, {a.thermal, false}}, {{a.mesh, "the mesh"}});
 }
 
 /// A surface with names for its parts.
 struct Input {
-    difusa::Mesh mesh;
-    std::vector<difusa::Material> materials;
+    difusa::Scene scene;
     bool has_borders = false;
 };
 
+void settle_thermal(const Arguments& a, const difusa::PolygonSoup& soup, difusa::Scene& scene) {
+    if (soup.surroundings) {
+        scene.thermal = difusa::ThermalSetting{soup.surroundings};
+    }
+    try {
+        difusa::settle_thermal(scene);
+    } catch (const difusa::InputError& error) {
+        throw difusa::InputError(a.mesh.string() + ": " + error.what());
+    }
+    if (!scene.thermal) {
+        throw UsageError("--thermal: " + a.mesh.string() +
+                         " is not a thermal scene: give its materials temperatures or net fluxes in a scene file "
+                         "(data/THERMAL.md)");
+    }
+}
+
 Input read(const Arguments& a, const difusa::Registry& registry, const difusa::Execution& execution) {
     execution.phase("read");
-    const difusa::PolygonSoup soup = difusa::read_apart_from({a.out}, registry, a.mesh);
+    const difusa::PolygonSoup soup = difusa::read_apart_from({a.out, a.thermal}, registry, a.mesh);
     execution.phase("diagnose");
     difusa::DiagnosedMesh diagnosed = difusa::diagnose(soup);
-    Input input{std::move(diagnosed.mesh), soup.materials};
-    input.materials.emplace_back();
-    input.materials.back().name = "default"; // of faces without one
+    Input input;
+    difusa::Scene& scene = input.scene;
+    scene.mesh = std::move(diagnosed.mesh);
+    scene.materials = soup.materials;
+    scene.materials.emplace_back();
+    scene.materials.back().name = "default"; // of faces without one
+    if (!a.thermal.empty()) {
+        scene.suns = soup.lights.suns;
+        scene.point_lights = soup.lights.points;
+        scene.sky = soup.lights.sky.value_or(difusa::Rgb::Zero());
+        scene.dome = soup.lights.dome;
+        settle_thermal(a, soup, scene);
+    }
     for (const std::string& what : soup.notes) {
         execution.note(what);
     }
@@ -169,11 +209,22 @@ Input read(const Arguments& a, const difusa::Registry& registry, const difusa::E
 }
 
 difusa::Surfaces surfaces_of(const Arguments& a, const Input& input) {
-    if (a.surfaces == "material") {
-        return difusa::surfaces_by_material(input.mesh, input.materials);
+    const difusa::Scene& scene = input.scene;
+    if (a.surfaces == "face") {
+        return difusa::surfaces_by_face(scene.mesh);
     }
-    return a.surfaces == "group" ? difusa::surfaces_by_group(input.mesh, input.materials)
-                                 : difusa::surfaces_by_face(input.mesh);
+    difusa::Surfaces surfaces = a.surfaces == "group" ? difusa::surfaces_by_group(scene.mesh, scene.materials)
+                                                      : difusa::surfaces_by_material(scene.mesh, scene.materials);
+    return a.thermal.empty() ? surfaces : difusa::with_backs_apart(scene.mesh, surfaces);
+}
+
+/// The material of each surface. Surfaces by face or material have one, and groups of thermal materials, too.
+std::vector<difusa::Index> materials_of(const difusa::Scene& scene, const difusa::Surfaces& surfaces) {
+    std::vector<difusa::Index> material(surfaces.size(), difusa::none);
+    for (std::size_t t = 0; t < surfaces.of.size(); ++t) {
+        material[surfaces.of[t]] = scene.mesh.material[t];
+    }
+    return material;
 }
 
 difusa::FormFactors by_rays(const Arguments& a, const difusa::Registry& registry, const Input& input,
@@ -185,9 +236,9 @@ difusa::FormFactors by_rays(const Arguments& a, const difusa::Registry& registry
         execution.note(note);
     }
     const auto directions = registry.create<difusa::Directions>(a.directions.value_or("fibonacci"));
-    engine->build(input.mesh);
+    engine->build(input.scene.mesh);
     const difusa::DirectionPool pool(*directions, a.rays.value_or(1024), a.seed);
-    return difusa::form_factors_by_rays(difusa::Tracer(input.mesh, *engine), surfaces, pool, a.points.value_or(4),
+    return difusa::form_factors_by_rays(difusa::Tracer(input.scene.mesh, *engine), surfaces, pool, a.points.value_or(4),
                                         execution);
 }
 
@@ -196,7 +247,7 @@ void print(const Arguments& a, const Input& input, const difusa::FormFactors& F,
     using difusa::text_of;
     const double tolerance = a.tolerance.value_or(difusa::FormFactorOptions().tolerance);
     const difusa::FormFactorLaws laws = difusa::check_laws(F, tolerance);
-    std::cout << table_of(F, surfaces) << "surfaces: " << F.size() << " (" << input.mesh.triangles.size()
+    std::cout << table_of(F, surfaces) << "surfaces: " << F.size() << " (" << input.scene.mesh.triangles.size()
               << " triangles), " << F.nonzeros() << " form factors above 0\n"
               << "row sums: 1 " << (laws.least_row_sum < 1.0 ? "- " : "+ ") << text_of(std::abs(laws.least_row_sum - 1))
               << " to 1 " << (laws.largest_row_sum < 1.0 ? "- " : "+ ") << text_of(std::abs(laws.largest_row_sum - 1))
@@ -220,7 +271,7 @@ void compute(const Arguments& a, difusa::TerminalProgress& progress) {
     if (a.method == "exact") {
         difusa::FormFactorOptions options;
         options.tolerance = a.tolerance.value_or(options.tolerance);
-        F = difusa::form_factors(input.mesh, surfaces, options, execution);
+        F = difusa::form_factors(input.scene.mesh, surfaces, options, execution);
     } else {
         F = by_rays(a, registry, input, surfaces, execution);
     }
@@ -230,10 +281,27 @@ void compute(const Arguments& a, difusa::TerminalProgress& progress) {
         execution.phase("closure");
         correction = difusa::enforce_closure(F);
     }
+    std::optional<difusa::Enclosure> enclosure;
+    if (!a.thermal.empty()) {
+        execution.phase("exchange heat");
+        try {
+            enclosure = solve_enclosure(input.scene, F, materials_of(input.scene, surfaces), surfaces.name);
+        } catch (const difusa::InputError& error) {
+            throw difusa::InputError(a.mesh.string() + ": " + error.what());
+        }
+    }
     execution.phase("write");
+    std::optional<difusa::WholeFile> table; // both files appear, or none
+    if (enclosure) {
+        table.emplace(a.thermal);
+        table->write(enclosure_table(input.scene, *enclosure, surfaces.name));
+    }
     const bool dense = a.layout == "dense";
     difusa::write_form_factors(F, surfaces, dense ? difusa::FormFactorLayout::dense : difusa::FormFactorLayout::sparse,
                                a.out);
+    if (table) {
+        table->commit();
+    }
     if (a.run.quiet) {
         return;
     }
@@ -244,6 +312,10 @@ void compute(const Arguments& a, difusa::TerminalProgress& progress) {
                   << difusa::text_of(correction->row_sum_error) << "\n";
     }
     print(a, input, F, surfaces, took.count());
+    if (enclosure) {
+        std::cout << enclosure_summary(input.scene, *enclosure, surfaces.name) << "written: " << a.thermal.string()
+                  << "\n";
+    }
 }
 
 void run(const Arguments& a) {

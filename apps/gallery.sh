@@ -124,6 +124,7 @@ render cornell_box_sites "$box" "${few[@]}" --show sites --also "error=$out/corn
 render basis_element "$box" "${quality[@]}" --sites 200 --show basis --near 0.15,0.38,0.5592
 
 render mirror_room "$data/mirror_room.json" "${mirror_quality[@]}" --tone filmic
+render oven "$data/oven.json" "${mirror_quality[@]}"
 
 # A large hall, generated rather than stored.
 if [ -x "$bin/generate_scenes" ]; then

@@ -46,7 +46,8 @@ Examples:
 What can be shown: radiosity; its parts direct and indirect; irradiance, irradiance-direct, irradiance-indirect,
 emission (W/m^2); reflectance; group:NAME, the radiosity of one light group; luminance (cd/m^2), illuminance (lux),
 radiosity-weighted, irradiance-weighted (W/m^2, weighted by luminance), error (estimated), basis, in
-false colours with a colour bar; sites, as dots. Back faces are dark grey.
+false colours with a colour bar; sites, as dots. Back faces are dark grey. Of thermal scenes: temperature (K, the
+default), net-flux, radiosity-weighted, irradiance-weighted (W/m^2, not weighted), error, basis, sites.
 
 Exit codes: 0 done, 1 usage, 2 input, 3 not converged or --error not reached, 4 resources, 5 internal, 130 interrupted.
 )";
@@ -342,7 +343,7 @@ void check_view_of(const difusa::Mesh& mesh, const difusa::Camera& camera, const
 
 void run(Arguments& a) {
     const difusa::Registry registry = difusa::Registry::load(a.run.plugin_path);
-    const std::vector<Picture> pictures = pictures_of(a);
+    std::vector<Picture> pictures = pictures_of(a);
     difusa::BakeOptions options = bake_options(a.bake);
     if (a.size.size() == 2) {
         a.view.width = a.size[0];
@@ -366,6 +367,11 @@ void run(Arguments& a) {
     options.when_visible = [&](const difusa::Scene& scene, const difusa::Visibility& visibility,
                                const std::optional<difusa::Camera>& of_scene, const difusa::Vec3& up) {
         const double aspect = static_cast<double>(a.view.width) / static_cast<double>(a.view.height);
+        if (scene.thermal && !a.bake.given("--show")) {
+            shows.front() = difusa::parse_show("temperature");
+            pictures.front().name = "temperature";
+        }
+        check_shows(scene, shows);
         a.view.camera = place_camera(a.camera, of_scene, up, scene.mesh, visibility, aspect);
         check_view_of(scene.mesh, a.view.camera, coverage_of(a.view.camera, visibility, aspect), a, progress);
     };
@@ -399,10 +405,8 @@ void run(Arguments& a) {
         std::cout << difusa::summary_of(result) << "pictures: " << view.rays << " rays and " << view.segments
                   << " segments, not counting those through the pixels\n"
                   << written;
-        for (const std::filesystem::path& file : {a.bake.files.sites, a.bake.files.listed, a.bake.files.report}) {
-            if (!file.empty()) {
-                std::cout << "written: " << file.string() << "\n";
-            }
+        for (const std::filesystem::path& file : a.bake.files.beside_field()) {
+            std::cout << "written: " << file.string() << "\n";
         }
     }
     require_target(result);

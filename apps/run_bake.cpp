@@ -33,10 +33,8 @@ void print_result(const BakeResult& result, const BakeFiles& files, bool verbose
         std::cout << "written: " << files.field.string() << " (" << result.mesh.vertices.size() << " vertices, "
                   << result.mesh.triangles.size() << " triangles)\n";
     }
-    for (const std::filesystem::path& file : {files.sites, files.listed, files.report, files.transport}) {
-        if (!file.empty()) {
-            std::cout << "written: " << file.string() << "\n";
-        }
+    for (const std::filesystem::path& file : files.beside_field()) {
+        std::cout << "written: " << file.string() << "\n";
     }
 }
 

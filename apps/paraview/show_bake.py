@@ -1,6 +1,6 @@
 """Shows the output of bake_radiosity (.vtp) in ParaView, as it would look or in false colours.
 
-    xvfb-run -a -s -noreset pvbatch show_bake.py out.vtp picture.png                      # display_rgb
+    xvfb-run -a -s -noreset pvbatch show_bake.py out.vtp picture.png                      # display_rgb, or the temperature of a thermal scene
     xvfb-run -a -s -noreset pvbatch show_bake.py out.vtp picture.png --array radiosity_weighted    # W/m^2, with a scale bar
     xvfb-run -a -s -noreset pvbatch show_bake.py out.vtp picture.png --array radiosity:0  # its red component
 
@@ -32,15 +32,18 @@ def limits_without_lamps(field, name):
 
 def main(arguments):
     options = dv.parser(__doc__, "show_bake.py")
-    options.add_argument("--array", default="display_rgb", metavar="NAME",
+    options.add_argument("--array", metavar="NAME",
                          help="point array, as in `radiosity_weighted`, or one of its components, as in `radiosity:0` "
-                              "(display_rgb)")
+                              "(display_rgb, or temperature of a thermal scene)")
     options.add_argument("--range", nargs=2, type=float, metavar=("LEAST", "LARGEST"),
                          help="values of the lowest and highest colours (those where nothing emits, without the "
                               "highest half percent)")
     options = options.parse_args(arguments)
 
     field = dv.Field(options.file)
+    if options.array is None:
+        thermal = field.data.GetPointData().GetArray("temperature") is not None
+        options.array = "temperature" if thermal else "display_rgb"
     field.array(dv.split_component(options.array)[0], None)
     view = dv.new_view(options)
     display = dv.show_surface(field, view, options.both_sides)

@@ -38,6 +38,8 @@ const std::vector<Kept>& kept() {
         {"courtyard", [](const Directory& d) { write_off(courtyard(), d, "courtyard"); }},
         {"furnace_box", [](const Directory& d) { write_obj(furnace_box(), d, "furnace_box"); }},
         {"mirror_room", [](const Directory& d) { write_scene(mirror_room(), d, "mirror_room"); }},
+        {"oven", [](const Directory& d) { write_scene(oven(), d, "oven"); }},
+        {"radiation_shield", [](const Directory& d) { write_scene(radiation_shield(), d, "radiation_shield"); }},
         {"room", [](const Directory& d) { write_off(room(), d, "room"); }},
         {"room_a", [](const Directory& d) { write_scene(room_a(), d, "room_a"); }},
         {"room_b", [](const Directory& d) { write_scene(room_b(), d, "room_b"); }},

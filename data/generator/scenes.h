@@ -25,6 +25,10 @@ Scene room_d();
 /// A room with a mirror on the wall, and one on a table that throws the sun onto the ceiling.
 Scene mirror_room();
 
+/// Thermal scenes: infinite plates with a shield between them, and an oven.
+Scene radiation_shield();
+Scene oven();
+
 /// A colonnaded hall of some 300,000 triangles, most of them in its sixteen fluted columns.
 Scene hall();
 

@@ -23,6 +23,7 @@ struct Material {
     Colour reflectance; ///< linear, 0 to 1
     Colour emission;    ///< emitted radiosity, W/m²
     Colour mirror = {}; ///< specular reflectance
+    std::string thermal = {}; ///< members of its entry in the scene file, which replaces the above there
 };
 
 struct Face {

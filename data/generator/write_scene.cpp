@@ -147,8 +147,20 @@ void write_scene(const Scene& scene, const std::filesystem::path& directory, con
         lights.push_back(R"({"type": "point", "name": "lamp", )" + entry("position", point.position) + ", " +
                          entry("intensity", point.intensity) + "}");
     }
+    std::vector<std::string> names, materials;
+    for (const Material& material : scene.surface.materials) {
+        if (!material.thermal.empty()) {
+            names.push_back(quoted(material.name) + ": " + quoted(material.name));
+            materials.push_back(quoted(material.name) + ": {" + material.thermal + "}");
+        }
+    }
     std::string text = "{\n  \"difusa_scene\": 1,\n  \"comment\": [" + lines(comment) + "],\n  \"unit\": \"m\",\n" +
-                       "  \"up\": \"" + scene.up + "\",\n  \"meshes\": [{\"file\": \"" + name + ".obj\"}],\n";
+                       "  \"up\": \"" + scene.up + "\",\n  \"meshes\": [{\"file\": \"" + name + ".obj\"";
+    if (!materials.empty()) {
+        text += ", \"materials\": {" + lines(names) + "}}],\n  \"materials\": {" + lines(materials) + "},\n";
+    } else {
+        text += "}],\n";
+    }
     if (!lights.empty()) {
         text += "  \"lights\": [" + lines(lights) + "],\n";
     }

@@ -41,6 +41,9 @@ void build_visibility(BakeResult& result, const Registry& registry, Choices& cho
     refuse_for_mirrors(result, choices);
     execution.phase("build visibility");
     choices.engine->build(result.scene->mesh);
+    if (result.scene->thermal && choices.flip == Flip::certain) { // which side is warm does not tell fronts from backs
+        choices.flip = Flip::nothing;
+    }
     if (settle_fronts(result, choices, execution)) {
         choices.engine = registry.create<Visibility>(choices.visibility);
         choices.engine->build(result.scene->mesh);

@@ -104,10 +104,14 @@ def irradiance(program, scene, options, folder):
     began = processor_time()
     subprocess.run([*map(str, command), *options], check=True)
     took = processor_time() - began
-    with open(table) as lines:
-        rows = [[float(row[name]) for name in row if name.startswith("irradiance_indirect")]
+    return table_of(folder, "irradiance_indirect"), took
+
+
+def table_of(folder, quantity):
+    """The channels of a quantity at the points."""
+    with open(folder / "points.csv") as lines:
+        return [[float(row[name]) for name in row if name in [quantity] + [f"{quantity}_{c}" for c in "RGB"]]
                 for row in csv.DictReader(lines)]
-    return rows, took
 
 
 def squares(rows):

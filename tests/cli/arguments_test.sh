@@ -64,8 +64,11 @@ for bad in 4Gib GiB -4GiB 0MB nanMB "4 GiB" 4GB5 inf; do
 done
 usage "--rays: cannot be combined with --error" "$box" out.vtp --error 1% --rays 64
 usage "--quality: cannot be combined with --error" "$box" out.vtp --error 1% --quality draft
-usage "--max-sites: limits what --error may take" "$box" out.vtp --max-sites 1000
-usage "--best-effort: limits what --error may take" "$box" out.vtp --best-effort
+usage "--goal-samples: cannot be combined with --error" "$box" out.vtp --error 1% --goal-samples 64
+usage "--max-sites: does nothing without --error" "$box" out.vtp --max-sites 1000
+usage "--best-effort: does nothing without --error" "$box" out.vtp --best-effort
+usage "--error-chart: does nothing without --error" "$box" out.vtp --error-chart chart.svg
+usage "--error-chart chart.png: a chart is written as .svg" "$box" out.vtp --error 9% --error-chart chart.png
 usage "a dry run cannot tell what --error will take" "$box" --dry-run --error 1%
 usage "--max-iterations -1: must be" "$box" out.vtp --max-iterations -1
 for bad in nan inf 0 -1 1e400 1e-400 "0.1 m"; do

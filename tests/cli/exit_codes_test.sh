@@ -25,8 +25,9 @@ expect_refusal 2 "range.off:6" "$bake" range.off kept.ply
 
 # 3: an accuracy that is out of reach; the best result is written only where that is asked for.
 expect_refusal 3 "the error is not below 0.01 %: below " "$bake" "$box" kept.ply --error 0.01% --max-sites 200
-expect_exit 3 "$bake" "$box" best.ply --error 0.01% --max-sites 200 --best-effort
-expect_text stdout "attempt 1: " "written: best.ply"
+expect_exit 3 "$bake" "$box" best.ply --error 0.01% --max-sites 200 --best-effort --error-chart best.svg
+expect_text stdout "attempt 1: " "written: best.ply" "written: best.svg"
+expect_text best.svg "ordered" "97.5 % end"
 expect_text stderr "the files hold the best result"
 [ -s best.ply ] || fail "--best-effort wrote nothing"
 

@@ -15,7 +15,7 @@ build=$(cd "$2" && pwd)
 jobs=${3:-1}
 here=$(cd "$(dirname "$0")" && pwd)
 cd "$here" # scenes of the corpus name files that are there
-readers=(off obj ply stl gltf scene image points field_ply field_vtp ies eulumdat)
+readers=(off obj ply stl gltf scene ies eulumdat image points field_ply field_vtp transport)
 
 # fuzz READER: one target; whether it found nothing.
 fuzz() {
@@ -28,9 +28,11 @@ fuzz() {
     learned=$build/fuzz-corpus/$reader
     findings=$build/fuzz-findings/$reader
     mkdir -p "$learned" "$findings"
+    local dictionary=()
+    [[ ! -f $here/$reader.dict ]] || dictionary=(-dict="$here/$reader.dict")
     log=$findings/log
     if "$target" -max_total_time="$seconds" -timeout=5 -rss_limit_mb=512 -max_len=4096 -print_final_stats=1 \
-        -dict="$here/$reader.dict" -artifact_prefix="$findings/" "$learned" "$here/corpus/$reader" 2>"$log"; then
+        "${dictionary[@]}" -artifact_prefix="$findings/" "$learned" "$here/corpus/$reader" 2>"$log"; then
         echo "fuzz_$reader: $(sed -n 's/^stat::number_of_executed_units: *//p' "$log") inputs in $seconds s, no finding"
     else
         echo "fuzz_$reader: a finding, kept in $findings" >&2

@@ -3,6 +3,7 @@
 #include <difusa/bake/steps.h>
 #include <difusa/discretisation/grading.h>
 #include <difusa/discretisation/poisson_disk.h>
+#include <difusa/radiosity/error_points.h>
 
 #include <algorithm>
 #include <array>
@@ -39,12 +40,12 @@ std::vector<double> errors_of(const BakeResult& pilot, const Execution& executio
     const SiteSet& sites = *discretisation.sites;
     const Values residual =
         leave_one_out(*discretisation.basis, sites, sum_of_parts(pilot.solution.h, pilot.channels), execution);
-    const Values& rho = pilot.solution.light.reflectance;
+    const Values weights = judged_weights(pilot.solution);
     std::vector<double> error(sites.size());
     for (std::size_t i = 0; i < sites.size(); ++i) {
         const SurfacePoint& x = sites.points[i];
         const auto surfel = static_cast<Eigen::Index>(discretisation.surfels->at(x.face, x.u, x.v));
-        error[i] = residual.row(static_cast<Eigen::Index>(i)).cwiseProduct(rho.row(surfel)).norm();
+        error[i] = residual.row(static_cast<Eigen::Index>(i)).cwiseProduct(weights.row(surfel)).norm();
     }
     return error;
 }

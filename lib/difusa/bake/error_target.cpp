@@ -10,6 +10,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <utility>
 
 namespace difusa {
@@ -26,6 +27,7 @@ constexpr double basis_part =
 constexpr double hopeless = 2.0;      ///< times the target: what the basis alone is predicted to miss with all sites
 constexpr std::size_t least_rays = 64, most_rays = std::size_t{1} << 16U;
 constexpr std::size_t most_error_points = std::size_t{1} << 16U;
+constexpr std::size_t first_goal_samples = 1024, most_goal_samples = std::size_t{1} << 24U; // of a goal
 
 std::size_t scaled(std::size_t count, double factor) {
     return static_cast<std::size_t>(std::llround(static_cast<double>(count) * factor));
@@ -57,20 +59,63 @@ std::string percent_text(double value) {
     return text.data();
 }
 
+/// Half the width of the interval of a mean, relative to it, in the channel where it is largest; infinite where the
+/// mean is not above 0 but in doubt.
+double relative_half_width(const GoalEstimate& goal) {
+    double largest = 0.0;
+    for (int c = 0; c < 3; ++c) {
+        if (const double half = 0.5 * (goal.high[c] - goal.low[c]); half > 0.0) {
+            largest = std::max(
+                largest, goal.mean[c] > 0.0 ? half / goal.mean[c] : std::numeric_limits<double>::infinity());
+        }
+    }
+    return largest;
+}
+
+/// For an error of the field whose square is smaller by the factor `excess`.
+void add_sites_and_rays(const Attempt& attempt, double excess, Effort& next) {
+    const double more_sites = std::pow(excess * (1.0 - attempt.noise_share) / basis_part, 1.0 / of_basis);
+    const double more_rays = std::pow(excess * attempt.noise_share / (1.0 - basis_part), 1.0 / of_noise);
+    next.sites = scaled(next.sites, std::clamp(more_sites, 1.0, 8.0));
+    next.rays = std::clamp(scaled(next.rays, std::clamp(more_rays, 0.5, 4.0)), least_rays, most_rays);
+    if (next.sites < scaled(attempt.effort.sites, 1.2) && next.rays < scaled(attempt.effort.rays, 1.2)) {
+        next.sites = scaled(attempt.effort.sites, 1.5); // what is predicted to suffice did not
+    }
+}
+
+void next_for_goals(const Attempt& attempt, const ErrorTarget& target, std::size_t goals, Effort& next) {
+    const double wanted_of_field = margin * 0.5 * std::sqrt(target.relative);
+    if (attempt.rms > wanted_of_field) {
+        add_sites_and_rays(attempt, std::pow(attempt.rms / wanted_of_field, 2), next);
+    }
+    const double excess = std::pow(*attempt.goals / (margin * target.relative), 2);
+    if (excess <= 1.0) {
+        return;
+    }
+    const double grown = static_cast<double>(next.sites) / static_cast<double>(attempt.effort.sites);
+    const double more = std::clamp(excess / std::pow(grown, of_basis), 1.2, 16.0);
+    // As many rays from samples as from sites at most: beyond, both grow.
+    const double samples = more * static_cast<double>(goals * next.goal_samples) / static_cast<double>(next.sites);
+    const double more_sites = std::clamp(std::pow(samples, 1.0 / (1.0 + of_basis)), 1.0, 8.0);
+    next.sites = scaled(next.sites, more_sites);
+    next.goal_samples = std::min(most_goal_samples, scaled(next.goal_samples, more / std::pow(more_sites, of_basis)));
+}
+
 class TargetSearch {
   public:
     TargetSearch(BakeResult& result, const std::function<void(BakeResult&, const Execution&)>& solve,
                  const Execution& execution)
-        : scene_(result), best_(result), solve_(solve), execution_(execution), target_(*result.options.target) {}
+        : scene_(result), best_(result), solve_(solve), execution_(execution), target_(*result.options.target),
+          goals_(result.options.goals.size()) {}
 
     void run() {
         if (execution_.journal != nullptr) {
             execution_.journal->end(); // attempts have times of their own
         }
-        Effort effort = first_effort(target_);
-        while (attempts_.empty() || attempts_.back().high > target_.relative) {
+        Effort effort = first_effort(target_, goals_);
+        while (attempts_.empty() || error_of(attempts_.back()) > target_.relative) {
             if (!attempts_.empty()) {
-                effort = next_effort(attempts_.back(), target_);
+                effort = next_effort(attempts_.back(), target_, goals_);
                 if (const std::string reason = limit_to(effort); !reason.empty()) {
                     miss(reason);
                     break;
@@ -98,29 +143,27 @@ class TargetSearch {
     /// Why this effort is beyond a limit; empty if it is not.
     std::string limit_to(const Effort& effort) const {
         const Attempt& last = attempts_.back();
-        if (effort.sites <= last.effort.sites && effort.rays <= last.effort.rays &&
-            effort.error_points <= last.effort.error_points) {
+        const auto is_no_more = [](const Effort& a, const Effort& b) {
+            return a.sites <= b.sites && a.rays <= b.rays && a.error_points <= b.error_points &&
+                   a.goal_samples <= b.goal_samples;
+        };
+        if (is_no_more(effort, last.effort)) {
             return "more than " + std::to_string(target_.most_sites) + " sites are needed";
         }
-        if (attempts_.size() > 1) {
-            const Effort& before = attempts_[attempts_.size() - 2].effort;
-            if (last.effort.sites <= before.sites && last.effort.rays <= before.rays &&
-                last.effort.error_points <= before.error_points) {
-                return "no further sites are found where they would help";
-            }
+        if (attempts_.size() > 1 && is_no_more(last.effort, attempts_[attempts_.size() - 2].effort)) {
+            return "no further sites are found where they would help";
         }
         const double of_basis_alone =
             last.rms * std::sqrt(1.0 - last.noise_share) *
             std::pow(static_cast<double>(last.effort.sites) / static_cast<double>(target_.most_sites), 0.5 * of_basis);
-        if (of_basis_alone > hopeless * target_.relative) {
+        if (of_basis_alone > hopeless * (last.goals ? 0.5 * std::sqrt(target_.relative) : target_.relative)) {
             return "probably more than " + std::to_string(target_.most_sites) + " sites are needed";
         }
         double spent = 0.0;
         for (const Attempt& each : attempts_) {
             spent += each.seconds;
         }
-        const double more = static_cast<double>(effort.sites) * static_cast<double>(effort.rays) /
-                            (static_cast<double>(last.effort.sites) * static_cast<double>(last.effort.rays));
+        const double more = rays_of(effort, goals_) / rays_of(last.effort, goals_);
         const double next = last.seconds * std::max(1.0, more);
         if (spent + next > target_.most_seconds) {
             return "the next attempt would take about " + text_of(std::ceil(next)) + " s";
@@ -130,8 +173,8 @@ class TargetSearch {
 
     void miss(const std::string& reason) {
         const Attempt& reached = attempts_[best_number_];
-        missed_ = "the error is not below " + percent_text(target_.relative) + ": below " + percent_text(reached.high) +
-                  " was reached, with " + std::to_string(reached.effort.sites) + " sites and " +
+        missed_ = std::string(reached.goals ? "the error of the goals" : "the error") + " is not below " +
+                  percent_text(target_.relative) + ": below " + percent_text(error_of(reached)) + " was reached, with " + std::to_string(reached.effort.sites) + " sites and " +
                   std::to_string(reached.effort.rays) + " rays from each; " + reason;
         if (!target_.best_effort) {
             throw NotConverged(missed_ + ". Order a larger --error, raise the limit, or take what is reached, "
@@ -151,8 +194,14 @@ class TargetSearch {
         const Execution own{execution_.threads, &progress, &journal};
         BakeResult next = judge_again ? best_ : scene_;
         next.options.error_points = effort.error_points;
+        if (goals_ > 0) {
+            next.options.goal_samples = effort.goal_samples;
+            next.goal_estimates.clear();
+        }
         if (judge_again) {
-            estimate_error_of(next, own);
+            if (effort.error_points != attempts_.back().effort.error_points) {
+                estimate_error_of(next, own);
+            }
         } else {
             next.options.sites = effort.sites;
             next.options.rays = effort.rays;
@@ -167,10 +216,11 @@ class TargetSearch {
                 return false;
             }
         }
+        estimate_goals_of(next, own);
         const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began;
         attempts_.push_back(judged(next, took.count(), own));
         journal.end();
-        if (attempts_.size() == 1 || judge_again || attempts_.back().high < attempts_[best_number_].high) {
+        if (attempts_.size() == 1 || judge_again || error_of(attempts_.back()) < error_of(attempts_[best_number_])) {
             keep(std::move(next), std::move(journal), judge_again);
         } else if (execution_.journal != nullptr) {
             execution_.journal->append_effort(journal);
@@ -196,6 +246,7 @@ class TargetSearch {
     const std::function<void(BakeResult&, const Execution&)>& solve_;
     const Execution& execution_;
     const ErrorTarget target_;
+    const std::size_t goals_;
     std::vector<Attempt> attempts_;
     std::size_t best_number_ = 0;
     Journal best_journal_;
@@ -204,15 +255,22 @@ class TargetSearch {
 
 } // namespace
 
-Effort first_effort(const ErrorTarget& target) {
-    return {std::min<std::size_t>(1000, target.most_sites), 128, 768};
+Effort first_effort(const ErrorTarget& target, std::size_t goals) {
+    return {std::min<std::size_t>(1000, target.most_sites), 128, 768, goals > 0 ? first_goal_samples : 0};
 }
 
 Attempt judged(const BakeResult& result, double seconds, const Execution& execution) {
     const ErrorEstimate& error = *result.error;
     Attempt attempt;
-    attempt.effort = {result.sites->size(), result.options.rays, error.points};
+    attempt.effort = {result.sites->size(), result.options.rays, error.points, 0};
     attempt.seconds = seconds;
+    if (!result.goal_estimates.empty()) {
+        attempt.effort.goal_samples = result.options.goal_samples;
+        attempt.goals = 0.0;
+        for (const GoalEstimate& goal : result.goal_estimates) {
+            attempt.goals = std::max(*attempt.goals, relative_half_width(goal));
+        }
+    }
     if (!(error.reflected > 0.0)) {
         return attempt; // nothing is reflected: there is no error
     }
@@ -229,21 +287,28 @@ Attempt judged(const BakeResult& result, double seconds, const Execution& execut
     return attempt;
 }
 
-Effort next_effort(const Attempt& attempt, const ErrorTarget& target) {
+double error_of(const Attempt& attempt) {
+    return attempt.goals ? std::max(*attempt.goals, 4.0 * attempt.rms * attempt.rms) : attempt.high;
+}
+
+double rays_of(const Effort& effort, std::size_t goals) {
+    const auto product = [](std::size_t a, std::size_t b) { return static_cast<double>(a) * static_cast<double>(b); };
+    return product(effort.sites, effort.rays) + product(goals * effort.goal_samples, effort.rays);
+}
+
+Effort next_effort(const Attempt& attempt, const ErrorTarget& target, std::size_t goals) {
     Effort next = attempt.effort;
-    const double wanted = margin * target.relative / usual_interval;
-    const bool wide = attempt.high > wide_interval * attempt.rms && next.error_points < next.sites;
-    if ((wide || attempt.rms <= wanted) && next.error_points < most_error_points) {
-        next.error_points = std::min(most_error_points, 2 * next.error_points);
-        return next;
-    }
-    const double excess = std::pow(std::max(attempt.rms, attempt.high / 2.0 / usual_interval) / wanted, 2);
-    const double more_sites = std::pow(excess * (1.0 - attempt.noise_share) / basis_part, 1.0 / of_basis);
-    const double more_rays = std::pow(excess * attempt.noise_share / (1.0 - basis_part), 1.0 / of_noise);
-    next.sites = scaled(next.sites, std::clamp(more_sites, 1.0, 8.0));
-    next.rays = std::clamp(scaled(next.rays, std::clamp(more_rays, 0.5, 4.0)), least_rays, most_rays);
-    if (next.sites < scaled(attempt.effort.sites, 1.2) && next.rays < scaled(attempt.effort.rays, 1.2)) {
-        next.sites = scaled(attempt.effort.sites, 1.5); // what is predicted to suffice did not
+    if (attempt.goals) {
+        next_for_goals(attempt, target, goals, next);
+    } else {
+        const double wanted = margin * target.relative / usual_interval;
+        const bool wide = attempt.high > wide_interval * attempt.rms && next.error_points < next.sites;
+        if ((wide || attempt.rms <= wanted) && next.error_points < most_error_points) {
+            next.error_points = std::min(most_error_points, 2 * next.error_points);
+            return next;
+        }
+        const double rms = std::max(attempt.rms, attempt.high / 2.0 / usual_interval);
+        add_sites_and_rays(attempt, std::pow(rms / wanted, 2), next);
     }
     next.sites = std::min(next.sites, std::max(target.most_sites, attempt.effort.sites));
     next.error_points = std::max(next.error_points, std::clamp<std::size_t>(next.sites / 8, 128, 4096));

@@ -1,5 +1,10 @@
 // Accuracy to order: what to change so that the estimated error of the next attempt is below a target.
 //
+// With goals the target is that of their means (radiosity/goal_estimate.h), which samples of the residual correct. More
+// samples make the interval narrower; more sites make the residual smaller, in proportion to n^-3/8. As long as the
+// samples cast fewer rays than the sites, samples alone are added. What they do not show is the product of the errors
+// of field and adjoint: it is kept below the target by an rms error of the field of half the root of the target.
+//
 // Squares of errors add up: those of the basis, in proportion to n^-3/4 for n graded sites (bake/adaptive_sites.h), and
 // those of the rays, in proportion to N^-1.5 for N rays of a lattice. What an attempt's estimate says of both, and a
 // cost in proportion to n N, give the cheapest n and N for the target. Elements with evenly shared errors in
@@ -14,14 +19,23 @@
 namespace difusa {
 
 /// Where to start: coarse enough to cost little beside what follows.
-Effort first_effort(const ErrorTarget& target);
+/// `goals`: the number of goals.
+Effort first_effort(const ErrorTarget& target, std::size_t goals);
 
-/// The error of the field of `result`, which has an estimate, and its parts.
+/// The error of the field of `result`, which has an estimate, and its parts; and of the estimated goals.
 Attempt judged(const BakeResult& result, double seconds, const Execution& execution);
 
+/// What has to be below the target: the upper end of the field's error; with goals, the half width of their intervals,
+/// and four times the square of the field's error.
+double error_of(const Attempt& attempt);
+
+/// Rays cast by an attempt with this effort: from sites, and from samples of the goals.
+double rays_of(const Effort& effort, std::size_t goals);
+
 /// The next effort: more sites, more or fewer rays, at most eight times as many sites and four times as many rays. More
-/// error points alone if they are what is missing: if the interval is wide, or the estimate well below the target.
-Effort next_effort(const Attempt& attempt, const ErrorTarget& target);
+/// error points alone if they are what is missing: if the interval is wide, or the estimate well below the target. With
+/// goals, more samples of them, at most 16 times as many, and more sites and rays where the field has to be better.
+Effort next_effort(const Attempt& attempt, const ErrorTarget& target, std::size_t goals);
 
 /// Bakes with more and more effort until the error is below BakeOptions::target, starting from the scene in `result`,
 /// which becomes the last attempt. `solve`: from the sites to the error estimate, for the sites and rays of the

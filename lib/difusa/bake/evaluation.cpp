@@ -96,12 +96,14 @@ void estimate_error_of(BakeResult& result, const Execution& execution) {
     execution.phase("estimate error");
     result.error = estimate_error(result.solution, points, error_rays(result.options), result.options.seed, execution);
     if (!(result.error->largest_reflectance < 1.0)) {
-        execution.note("some surface absorbs nothing (reflectance 1): the error is estimated, but has no proven bound");
+        execution.note(std::string(result.scene->thermal ? "the net flux of some surface is prescribed"
+                                                         : "some surface absorbs nothing (reflectance 1)") +
+                       ": the error is estimated, but has no proven bound");
     }
 }
 
 void estimate_goals_of(BakeResult& result, const Execution& execution) {
-    if (result.goals.empty()) {
+    if (result.goals.empty() || !result.goal_estimates.empty()) {
         return;
     }
     execution.phase("estimate goals");

@@ -11,7 +11,7 @@ void check_output(const BakeResult& result);
 /// Fills in `error`, measured at random surface points. Phase "estimate error".
 void estimate_error_of(BakeResult& result, const Execution& execution);
 
-/// Fills in `goal_estimates`. Phase "estimate goals", if there are any.
+/// Fills in `goal_estimates`, unless they are there. Phase "estimate goals", if there are any.
 void estimate_goals_of(BakeResult& result, const Execution& execution);
 
 /// Fills in `mesh`. Phase "refine output".

@@ -44,8 +44,10 @@ struct GoalRequest {
 
 /// An accuracy to reach by adding sites and rays (bake/error_target.h).
 struct ErrorTarget {
-    double relative = 0.01; ///< rms error of the radiosity, relative to the rms of the reflected radiosity: the upper
-                            ///< end of its estimate, below which it lies with a confidence of 97.5 %
+    /// Rms error of the radiosity, relative to the rms of the reflected radiosity: the upper end of its estimate, below
+    /// which it lies with a confidence of 97.5 %. With goals instead: half the width of the 95 % interval of each mean,
+    /// relative to the mean.
+    double relative = 0.01;
     std::size_t most_sites = 1'000'000;                            ///< give up beyond
     double most_seconds = std::numeric_limits<double>::infinity(); ///< likewise, as predicted before each attempt;
                                                                    ///< results then depend on the machine's speed

@@ -67,14 +67,15 @@ LitSurface lit_surface(const BakeResult& result, const DirectLight& lights, cons
         }
     }
     const bool all_dark = std::find(lit.dark.begin(), lit.dark.end(), 0) == lit.dark.end();
-    if (lost > 0 && !all_dark) {
+    if (lost > 0 && !all_dark && !scene.thermal) {
         execution.note(std::to_string(lost) + " emitting triangles light nothing, the first in face " +
                        std::to_string(mesh.original_face[first_lost]) + " (material " +
                        scene.materials[mesh.material[first_lost]].name +
                        "): their fronts face away from every surface; flip them, or make the material "
                        "double-sided");
     }
-    if (all_dark || result.options.every_surface) {
+    // Every surface radiates, at least towards the surroundings: its heat is balanced.
+    if (all_dark || result.options.every_surface || scene.thermal) {
         lit.dark.assign(mesh.region_count, 0);
         lit.dark_area = 0.0;
     }

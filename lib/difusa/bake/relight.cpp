@@ -62,6 +62,11 @@ class Relighting {
     /// The lights of the bake and the changes to them.
     SceneChange change() {
         return [this](Scene& scene) {
+            if (is_thermal(scene) && (!how_.change.is_empty() || path_ != nullptr)) {
+                throw UsageError(result_.file +
+                                 ": is a thermal scene, which has no lights and colours to change: change "
+                                 "temperatures in its file, and relight it");
+            }
             add_chosen_lights(scene, saved_.options);
             const bool lit = has_light(scene);
             change_light(how_.change, scene);

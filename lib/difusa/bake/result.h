@@ -31,9 +31,10 @@ struct BakeEstimate {
     double further_seconds = 0.0; ///< likewise, with their shadow rays
 };
 
-/// Sites and rays of a bake, and the points at which its error is estimated.
+/// Sites and rays of a bake, and the points at which its error and each goal are estimated.
 struct Effort {
     std::size_t sites = 0, rays = 0, error_points = 0;
+    std::size_t goal_samples = 0; ///< 0: there are no goals
 };
 
 /// One of several bakes towards an accuracy (bake/error_target.h).
@@ -43,6 +44,7 @@ struct Attempt {
     double high = 0.0;        ///< 97.5 % end of its interval
     double noise_share = 0.0; ///< of the square of the error
     double seconds = 0.0;
+    std::optional<double> goals; ///< largest half width of the goals' 95 % intervals, relative to their means
 };
 
 /// A sensor, and what asked for it.
@@ -50,6 +52,33 @@ struct PlacedSensor {
     Sensor sensor;
     Index listed = none; ///< number in BakeOptions::at, or none
     Index grid = none;   ///< number in BakeOptions::grids, or none
+};
+
+/// Temperatures and fluxes at points of a thermal scene: #points by 1.
+struct ThermalValues {
+    Values temperature, net_flux, radiosity, irradiation, emissivity; ///< ThermalState
+};
+
+/// What the faces of a material come to, means and extremes over the surfels.
+struct ThermalSurface {
+    Index material = none;
+    double area = 0.0;
+    double least_temperature = 0.0, mean_temperature = 0.0, largest_temperature = 0.0; ///< K, the mean over the area
+    double heat = 0.0;                         ///< W, net: positive if it leaves the surface
+    double radiosity = 0.0, irradiation = 0.0; ///< W/m², means
+    double error = 0.0; ///< W/m², rms of the estimated errors of the irradiation at the vertices; 0 without an estimate
+};
+
+/// Heat in W. The surfaces lose what goes to the surroundings, as far as the discretisation loses nothing.
+struct ThermalResult {
+    ThermalValues at_vertices;
+    std::optional<ThermalValues> at_centres; ///< of the output's triangles, if asked for
+    std::vector<ThermalSurface> surfaces;    ///< of the materials that occur, in their order
+    double heat = 0.0;                       ///< that leaves all surfaces
+    double to_surroundings = 0.0;            ///< net, through openings
+    double to_backs = 0.0;  ///< to the backs of faces and what is lost between mirrors: black, at the reference
+    double exchanged = 0.0; ///< half the sum of the magnitudes of all net fluxes: what imbalances are compared with
+    double imbalance() const { return heat - to_surroundings - to_backs; }
 };
 
 struct BakeResult {
@@ -94,7 +123,8 @@ struct BakeResult {
     std::optional<ErrorsAt> listed_errors; ///< of B there, with an error estimate
     std::vector<PlacedSensor> sensors;     ///< the others, in order, and then those of the grids
     SensorReadings readings;
-    std::optional<ErrorsAt> errors; ///< of B at the vertices, with an error estimate
+    std::optional<ErrorsAt> errors;       ///< of B at the vertices, of H in a thermal scene, with an error estimate
+    std::optional<ThermalResult> thermal; ///< of a thermal scene
 
     const Field& field() const { return *solution.field; }
     bool has_groups() const { return options.light_groups; }

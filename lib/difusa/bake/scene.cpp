@@ -1,5 +1,6 @@
 #include <difusa/bake/scene.h>
 
+#include <difusa/bake/thermal.h>
 #include <difusa/core/error.h>
 #include <difusa/core/text.h>
 #include <difusa/import/scene_file.h>
@@ -70,10 +71,11 @@ void check_scene(const Scene& scene, const std::string& name) {
         refuse("the sky's irradiance is negative or not finite");
     }
     for (const Material& material : scene.materials) {
-        if (!((material.reflectance >= 0.0) && (material.reflectance <= 1.0)).all() || !is_light(material.emission)) {
+        // What thermal materials emit follows from their temperatures.
+        if (!((material.reflectance >= 0.0) && (material.reflectance <= 1.0)).all() ||
+            !(material.thermal || is_light(material.emission))) {
             refuse("the material " + material.name +
-                   " has a reflectance outside [0,1], or a negative or non-finite "
-                   "emission");
+                   " has a reflectance outside [0,1], or a negative or non-finite emission");
         }
         if (!(material.mirror >= 0.0).all() ||
             !material.reflects_at_most_all(material.vertex_colours ? Rgb(Rgb::Zero())
@@ -111,6 +113,10 @@ std::shared_ptr<const SkyDome> graded_sky(const Vec3& up) {
 void add_lights(BakeResult& result, const Execution& execution) {
     Scene& scene = *result.scene;
     BakeOptions& options = result.options;
+    if (is_thermal(scene)) {
+        make_thermal(result, execution);
+        return;
+    }
     add_chosen_lights(scene, options);
     const bool lit = has_light(scene);
     if (!lit && options.sky) {
@@ -218,6 +224,9 @@ void read_into(BakeResult& result, const Registry& registry, const std::filesyst
     scene.point_lights = soup.lights.points;
     scene.sky = soup.lights.sky.value_or(Rgb::Zero());
     scene.dome = soup.lights.dome;
+    if (soup.surroundings) {
+        scene.thermal = ThermalSetting{soup.surroundings};
+    }
     result.camera = soup.camera;
     result.photometric = result.photometric || (result.options.units == "auto" && soup.photometric);
     result.up = up_of(soup, scene.mesh, execution);

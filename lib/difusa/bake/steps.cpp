@@ -4,6 +4,7 @@
 #include <difusa/bake/evaluation.h>
 #include <difusa/bake/goals.h>
 #include <difusa/bake/sensing.h>
+#include <difusa/bake/thermal.h>
 #include <difusa/core/error.h>
 #include <difusa/core/random.h>
 #include <difusa/core/text.h>
@@ -70,6 +71,10 @@ void check_coverage(BakeResult& result, const Discretisation& discretisation, co
                 std::to_string(result.options.mirror_depth) + " reflections in a row (--mirror-depth)");
         }
     }
+    if (result.scene->thermal) {
+        check_surroundings(result, transport, execution);
+        return;
+    }
     if (result.mean_back > 0.1) {
         execution.note(text_of(std::round(100.0 * result.mean_back)) +
                        " % of the light paths end on back faces, which neither receive nor emit light: if the "
@@ -100,6 +105,7 @@ void solve_with(BakeResult& result, const ElementChoice& elements, const Choices
         std::make_shared<RadiositySystem>(SystemParts{result.scene, choices.engine, choices.directions, choices.solver,
                                                       std::move(discretisation), *transport, result.options.seed});
     try {
+        find_temperatures(result, lighting_options(result, choices), execution);
         result.solution = result.system->solve(result.scene, lighting_options(result, choices), execution);
     } catch (const InputError& error) {
         throw InputError(result.file + ": " + error.what());
@@ -146,6 +152,7 @@ void check_request(BakeResult& result, const Choices& choices, const DirectLight
                    const Execution& execution) {
     check_output(result);
     find_places(result, execution);
+    check_places(result);
     result.goals = find_goals(result.options.goals, *result.scene, result.options.spacing, execution);
     result.estimate = estimate_cost(result, choices, lights, sites, execution);
 }
@@ -172,7 +179,7 @@ LightingOptions lighting_options(const BakeResult& result, const Choices& choice
     options.solve = result.options.solve;
     options.solve.stop = choices.stop_by_change ? StopBy::change : StopBy::residual;
     options.keep_iterates = result.options.keep_iterates;
-    options.may_be_dark = choices.may_be_dark;
+    options.may_be_dark = choices.may_be_dark || result.scene->thermal.has_value(); // all as warm as the surroundings
     options.first_bounce = choices.operator_bounce ? FirstBounce::operator_only : FirstBounce::live;
     return options;
 }
@@ -197,12 +204,14 @@ void evaluate_solution(BakeResult& result, const Execution& execution) {
     estimate_goals_of(result, execution);
     refine_output(result, execution);
     evaluate_output(result, execution);
+    evaluate_thermal(result, execution);
     list_savings(result, execution);
 }
 
 void evaluate_anew(BakeResult& result, const Execution& execution) {
     estimate_goals_of(result, execution);
     evaluate_output(result, execution);
+    evaluate_thermal(result, execution);
 }
 
 } // namespace difusa

@@ -387,7 +387,7 @@ std::size_t Projection::entry_count() const {
 }
 
 Values limited(const Basis& basis, const SiteSet& sites, const Values& values, Values coefficients,
-               const Execution& execution) {
+               const Execution& execution, bool any_sign) {
     parallel_for(sites.size(), 64, execution, [&](std::size_t begin, std::size_t end, unsigned) {
         BasisRow row;
         for (std::size_t j = begin; j < end; ++j) {
@@ -399,7 +399,7 @@ Values limited(const Basis& basis, const SiteSet& sites, const Values& values, V
             }
             auto own = coefficients.row(static_cast<Eigen::Index>(j));
             const Eigen::RowVectorXd more = 0.25 * (most - least);
-            least = (least - more).cwiseMax(least.cwiseMin(0.0));
+            least = any_sign ? Eigen::RowVectorXd(least - more) : (least - more).cwiseMax(least.cwiseMin(0.0)).eval();
             own = own.cwiseMax(least).cwiseMin(most + more).eval();
         }
     });
@@ -415,12 +415,12 @@ Values sum_of_parts(const Values& values, int channels) {
 }
 
 Values limited_parts(const Basis& basis, const SiteSet& sites, const Values& values, Values coefficients, int channels,
-                     const Execution& execution) {
+                     const Execution& execution, bool any_sign) {
     if (values.cols() == channels) {
-        return limited(basis, sites, values, std::move(coefficients), execution);
+        return limited(basis, sites, values, std::move(coefficients), execution, any_sign);
     }
     const Values sum = sum_of_parts(values, channels), own = sum_of_parts(coefficients, channels);
-    const Values change = limited(basis, sites, sum, own, execution) - own;
+    const Values change = limited(basis, sites, sum, own, execution, any_sign) - own;
     for (Eigen::Index i = 0; i < values.rows(); ++i) {
         for (Eigen::Index c = 0; c < values.cols(); ++c) {
             const Eigen::Index channel = c % channels;

@@ -51,16 +51,17 @@ std::vector<SurfacePoint> projection_points(const ProjectionChoice& choice, cons
 
 /// Coefficients whose field has hardly a bump or dip that the values do not have: each is kept within the range of the
 /// values at the sites whose elements live at its own, or a quarter of that range above or below, which the values at
-/// an edge need to go on as they come; and not below 0 where no value is. With a partition of unity the field is then 0
+/// an edge need to go on as they come; and not below 0 where no value is, unless values may have `any_sign`. With a
+/// partition of unity the field is then 0
 /// where no value around differs from 0, and, if no weight is negative either, keeps to the same limits.
 Values limited(const Basis& basis, const SiteSet& sites, const Values& values, Values coefficients,
-               const Execution& execution);
+               const Execution& execution, bool any_sign = false);
 
 /// `limited` for the sum of several parts, so that the parts add up to it: `values` and `coefficients` have `channels`
 /// columns for each part. What the limits take from or give to a coefficient of the sum is shared by the parts in
 /// proportion to their values there, so that a part which is dark at a site stays so.
 Values limited_parts(const Basis& basis, const SiteSet& sites, const Values& values, Values coefficients, int channels,
-                     const Execution& execution);
+                     const Execution& execution, bool any_sign = false);
 
 /// The sum of the parts: `channels` columns.
 Values sum_of_parts(const Values& values, int channels);

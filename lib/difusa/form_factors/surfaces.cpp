@@ -1,5 +1,6 @@
 #include <difusa/form_factors/surfaces.h>
 
+#include <array>
 #include <functional>
 #include <map>
 #include <utility>
@@ -40,6 +41,17 @@ Surfaces surfaces_by_name(const Mesh& mesh, bool join, const std::function<std::
     return surfaces;
 }
 
+/// #T: 1 for backs that were added to a face of the file, whose triangles are all turned the same way but for them.
+std::vector<char> added_backs(const Mesh& mesh) {
+    std::map<Index, Vec3> front;
+    std::vector<char> back;
+    for (Index t = 0; t < mesh.triangles.size(); ++t) {
+        const Vec3& first = front.try_emplace(mesh.original_face[t], mesh.normals[t]).first->second;
+        back.push_back(first.dot(mesh.normals[t]) < 0.0 ? 1 : 0);
+    }
+    return back;
+}
+
 } // namespace
 
 std::vector<double> Surfaces::areas(const Mesh& mesh) const {
@@ -51,14 +63,11 @@ std::vector<double> Surfaces::areas(const Mesh& mesh) const {
 }
 
 Surfaces surfaces_by_face(const Mesh& mesh) {
-    // Within a face all triangles are turned the same way but for those of its back.
+    const std::vector<char> back = added_backs(mesh);
     std::map<std::pair<Index, bool>, Index> number;
-    std::map<Index, Vec3> front;
     std::vector<std::pair<Index, bool>> key;
     for (Index t = 0; t < mesh.triangles.size(); ++t) {
-        const Index face = mesh.original_face[t];
-        const bool back = front.try_emplace(face, mesh.normals[t]).first->second.dot(mesh.normals[t]) < 0.0;
-        key.emplace_back(face, back);
+        key.emplace_back(mesh.original_face[t], back[t] != 0);
         number.try_emplace(key.back(), 0);
     }
     Surfaces surfaces;
@@ -74,6 +83,28 @@ Surfaces surfaces_by_face(const Mesh& mesh) {
 
 Surfaces surfaces_by_material(const Mesh& mesh, const std::vector<Material>& materials) {
     return surfaces_by_name(mesh, false, [&](Index m) { return material_name(materials, m); });
+}
+
+Surfaces with_backs_apart(const Mesh& mesh, const Surfaces& surfaces) {
+    const std::vector<char> back = added_backs(mesh);
+    std::vector<std::array<char, 2>> has(surfaces.size(), {0, 0});
+    for (std::size_t t = 0; t < back.size(); ++t) {
+        has[surfaces.of[t]][back[t] != 0 ? 1 : 0] = 1;
+    }
+    Surfaces apart;
+    std::vector<std::array<Index, 2>> number(surfaces.size(), {none, none});
+    for (std::size_t i = 0; i < surfaces.size(); ++i) {
+        for (std::size_t side = 0; side < 2; ++side) {
+            if (has[i][side] != 0) {
+                number[i][side] = static_cast<Index>(apart.name.size());
+                apart.name.push_back(surfaces.name[i] + (side == 1 && has[i][0] != 0 ? " (back)" : ""));
+            }
+        }
+    }
+    for (std::size_t t = 0; t < back.size(); ++t) {
+        apart.of.push_back(number[surfaces.of[t]][back[t] != 0 ? 1 : 0]);
+    }
+    return apart;
 }
 
 Surfaces surfaces_by_group(const Mesh& mesh, const std::vector<Material>& materials) {

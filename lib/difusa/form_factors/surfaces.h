@@ -28,6 +28,10 @@ Surfaces surfaces_by_face(const Mesh& mesh);
 /// One surface for each material that occurs, in their order; materials without a name are "material N".
 Surfaces surfaces_by_material(const Mesh& mesh, const std::vector<Material>& materials);
 
+/// The same surfaces, but the backs that were added for double-sided materials are surfaces of their own, "NAME
+/// (back)".
+Surfaces with_backs_apart(const Mesh& mesh, const Surfaces& surfaces);
+
 /// One surface for each light group: materials of one `light_group`, or by default of one name, together.
 Surfaces surfaces_by_group(const Mesh& mesh, const std::vector<Material>& materials);
 

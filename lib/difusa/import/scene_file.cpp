@@ -7,6 +7,7 @@
 #include <difusa/import/reader.h>
 #include <difusa/import/scene_checks.h>
 #include <difusa/import/scene_lights.h>
+#include <difusa/import/scene_thermal.h>
 #include <difusa/import/text_scanner.h>
 #include <difusa/import/texture_files.h>
 #include <difusa/repair/soup_check.h>
@@ -16,6 +17,8 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <string>
+#include <vector>
 
 namespace difusa {
 
@@ -37,7 +40,8 @@ class SceneFile {
             checks_.fail(version, "\"difusa_scene\" is the format version, and must be 1");
         }
         checks_.members(root, "a scene",
-                        {"difusa_scene", "unit", "up", "meshes", "materials", "lights", "sky", "camera", "defaults"});
+                        {"difusa_scene", "unit", "up", "meshes", "materials", "lights", "sky", "surroundings", "camera",
+                         "defaults"});
         checks_.read_conventions(root);
         soup_.up = checks_.up();
         soup_.says_up = true;
@@ -57,6 +61,9 @@ class SceneFile {
         }
         if (const JsonValue* sky = root.find("sky")) {
             read_scene_sky(checks_, *sky, soup_);
+        }
+        if (const JsonValue* surroundings = root.find("surroundings")) {
+            soup_.surroundings = scene_surroundings(checks_, *surroundings);
         }
         if (const JsonValue* camera = root.find("camera")) {
             soup_.camera = scene_camera(checks_, *camera);
@@ -89,9 +96,10 @@ class SceneFile {
         checks_.object(materials, quoted("materials"));
         for (std::size_t i = 0; i < materials.names.size(); ++i) {
             const JsonValue& from = materials.items[i];
-            checks_.members(from, "a material",
-                            {"reflectance", "reflectance_texture", "mirror", "emission", "luminance",
-                             "emission_texture", "double_sided", "light_group"});
+            std::vector<std::string> known{"reflectance", "reflectance_texture", "mirror",       "emission",
+                                           "luminance",   "emission_texture",    "double_sided", "light_group"};
+            known.insert(known.end(), thermal_members().begin(), thermal_members().end());
+            checks_.members(from, "a material", known);
             Material material;
             material.name = materials.names[i];
             const JsonValue *rho = from.find("reflectance"), *rho_texture = from.find("reflectance_texture");
@@ -119,6 +127,7 @@ class SceneFile {
                                               "light");
                 }
             }
+            material.thermal = scene_thermal(checks_, from, material.mirror);
             if (emission != nullptr || from.find("luminance") != nullptr) {
                 const Rgb light = checks_.light(from, "a material", "emission", "luminance", soup_.photometric);
                 material.emission = emission != nullptr ? light : Rgb(std::numbers::pi * light); // diffuse

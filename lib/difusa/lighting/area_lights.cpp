@@ -32,14 +32,21 @@ constexpr std::size_t few_shafts = 8;
 } // namespace
 
 std::vector<char> area_light_materials(const Scene& scene) {
-    const std::vector<char> emits = emitting_materials(scene);
+    std::vector<char> emits = emitting_materials(scene);
+    if (scene.thermal && scene.mesh.mirrors.any()) { // images of lamps are sampled by set, which may have both signs
+        std::fill(emits.begin(), emits.end(), char{0});
+    }
+    // Whether a material is an area light must not depend on a temperature that is solved for.
+    const auto is_found = [&](std::size_t m) {
+        return scene.materials[m].thermal && scene.materials[m].thermal->given == Thermal::Given::heat;
+    };
     std::vector<double> area(scene.materials.size(), 0.0);
     for (Index t = 0; t < scene.mesh.triangles.size(); ++t) {
         area[scene.mesh.material[t]] += scene.mesh.areas[t];
     }
     std::vector<std::size_t> even;
     for (std::size_t m = 0; m < scene.materials.size(); ++m) {
-        if (emits[m] != 0 && area[m] > 0.0 && !scene.materials[m].emits_unevenly()) {
+        if (emits[m] != 0 && area[m] > 0.0 && !scene.materials[m].emits_unevenly() && !is_found(m)) {
             even.push_back(m);
         }
     }
@@ -53,7 +60,7 @@ std::vector<char> area_light_materials(const Scene& scene) {
     const auto brightness = [&](std::size_t m) {
         const Material& material = scene.materials[m];
         const Rgb factor = material.emission_texture ? material.emission_texture->mean() : Rgb(Rgb::Ones());
-        return (factor * material.emission).mean();
+        return is_found(m) ? 0.0 : std::abs((factor * material.emission).mean());
     };
     double rest = 0.0, light = 0.0;
     for (std::size_t m = 0; m < lamps.size(); ++m) {
@@ -75,7 +82,7 @@ AreaLights::AreaLights(const Scene& scene, std::vector<Index> triangles, const T
     std::vector<double> power;
     power.reserve(triangles_.size());
     for (const Index t : triangles_) {
-        power.push_back(scene.mesh.areas[t] * emission(t).mean());
+        power.push_back(scene.mesh.areas[t] * strength(t));
     }
     tree_.emplace(scene.mesh, triangles_, power);
 }
@@ -98,7 +105,7 @@ void AreaLights::collect(const SurfacePoint& x, RandomStream& stream, Worker& wo
     const auto add = [&](Index triangle, double weight) {
         const double F = form_factor(x, triangle);
         if (F > 0.0) {
-            mean += weight * F * emission(triangle).mean();
+            mean += weight * F * strength(triangle);
             const Index material = scene_.mesh.material[triangle];
             const auto known = std::find_if(worker.shares.begin(), worker.shares.end(),
                                             [&](const Worker::Share& share) { return share.material == material; });
@@ -158,7 +165,7 @@ double AreaLights::cast_round(const SurfacePoint& x, std::size_t samples, std::s
             // Lights are chosen by mean irradiance, points on them by area; the kernel varies over the light.
             const double kernel = cosines / (r2 * r2) * scene_.mesh.areas[y.face] / part->form_factor;
             worker.segments.push_back({x.position, y.position, x.face, y.face});
-            worker.light.emplace_back(kernel / emission(y.face).mean() * emission(y.face));
+            worker.light.emplace_back(kernel / strength(y.face) * emission(y.face));
             worker.owner.push_back(part->share);
         }
     }
@@ -168,10 +175,10 @@ double AreaLights::cast_round(const SurfacePoint& x, std::size_t samples, std::s
     for (std::size_t s = 0; s < worker.segments.size(); ++s) {
         Worker::Share& share = worker.shares[worker.owner[s]];
         share.sampled += worker.light[s];
-        all += worker.light[s].sum();
+        all += worker.light[s].abs().sum();
         if (worker.blocked[s] == 0) {
             share.seen += worker.light[s];
-            seen += worker.light[s].sum();
+            seen += worker.light[s].abs().sum();
         }
     }
     return all > 0.0 ? seen / all : 1.0;
@@ -207,16 +214,16 @@ void AreaLights::irradiance(const SurfacePoint& x, std::size_t samples, RandomSt
     }
     Rgb seen = Rgb::Zero(), sampled = Rgb::Zero();
     for (const Worker::Share& share : worker.shares) {
-        seen += share.seen;
-        sampled += share.sampled;
+        seen += share.seen.abs();
+        sampled += share.sampled.abs();
     }
     constexpr double least = std::numeric_limits<double>::min();
     // Grazing: every sample may have fallen below the horizon. A material without samples is assumed as visible as the
     // others.
     const Rgb mean = (sampled > 0.0).select(seen / sampled.max(least), Rgb::Ones());
-    for (const Worker::Share& share : worker.shares) {
-        H[set_of[share.material]] +=
-            share.unblocked * (share.sampled > 0.0).select(share.seen / share.sampled.max(least), mean);
+    for (const Worker::Share& share : worker.shares) { // all samples of a material have the same sign
+        const Rgb all = share.sampled.abs();
+        H[set_of[share.material]] += share.unblocked * (all > 0.0).select(share.seen.abs() / all.max(least), mean);
     }
 }
 
@@ -236,7 +243,7 @@ AreaLights::Choice AreaLights::choose(const SurfacePoint& x, double u, Worker& w
     for (const Index triangle : triangles_) {
         const double F = form_factor(x, triangle);
         if (F > 0.0) {
-            const double own = F * emission(triangle).mean();
+            const double own = F * strength(triangle);
             mean += own;
             worker.parts.push_back({triangle, F, 0.0, mean, 0});
         }

@@ -11,6 +11,7 @@
 #include <difusa/scene/scene.h>
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -21,7 +22,8 @@ namespace difusa {
 
 /// 1 for each material whose faces are area lights: among those that emit evenly, the ones of smallest area, as long as
 /// together they cover at most a tenth of the surface; but no material less than four times as bright as the mean of
-/// the remaining surface, which then lights the scene so evenly that rays serve both.
+/// the remaining surface, which then lights the scene so evenly that rays serve both. In a thermal scene the magnitude
+/// of the emission counts; there are none besides mirrors, nor materials whose temperature is to be found.
 std::vector<char> area_light_materials(const Scene& scene);
 
 /// The area lights of a scene, and the light they send to a point. Keeps references to scene and mesh.
@@ -100,6 +102,8 @@ class AreaLights {
     Target target_on(const SurfacePoint& x, Index triangle, const std::array<double, 3>& u) const;
     double form_factor(const SurfacePoint& x, Index triangle) const;
     const Rgb& emission(Index triangle) const { return scene_.materials[scene_.mesh.material[triangle]].emission; }
+    /// By which lights are chosen: in thermal scenes they may emit less than nothing.
+    double strength(Index triangle) const { return std::abs(emission(triangle).mean()); }
     void collect(const SurfacePoint& x, RandomStream& stream, Worker& worker) const;
     bool may_be_hidden(const SurfacePoint& x, const Worker& worker) const;
     double cast_round(const SurfacePoint& x, std::size_t samples, std::size_t round, const std::array<double, 3>& start,

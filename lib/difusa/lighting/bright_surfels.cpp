@@ -17,7 +17,7 @@ namespace {
 constexpr double near = 4.0;
 
 bool is_dark(const Rgb& light) {
-    return !(light > 0.0).any();
+    return !(light != 0.0).any();
 }
 
 } // namespace
@@ -30,7 +30,7 @@ BrightSurfels::BrightSurfels(const Scene& scene, const Tracer& tracer, const Sur
     double squares = 0.0;
     for (std::size_t s = 0; s < surfels.size(); ++s) {
         const double area = surfels.area(static_cast<Index>(s));
-        const double q = area * first_bounce.row(static_cast<Eigen::Index>(s)).sum();
+        const double q = area * first_bounce.row(static_cast<Eigen::Index>(s)).cwiseAbs().sum();
         below[s + 1] = below[s] + q;
         squares += area > 0.0 ? q * q / area : 0.0;
     }

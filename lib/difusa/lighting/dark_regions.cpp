@@ -21,7 +21,7 @@ bool sees_light(const Scene& scene, const DirectLight& lights, std::span<const I
                 const SurfacePoint& x, RandomStream& stream, DirectLight::Worker& worker) {
     std::vector<Rgb> direct(lights.sets().count());
     lights.sample({&x, 1}, stream, direct, worker);
-    if (std::any_of(direct.begin(), direct.end(), [](const Rgb& H) { return (H > 0.0).any(); })) {
+    if (std::any_of(direct.begin(), direct.end(), [](const Rgb& H) { return (H != 0.0).any(); })) {
         return true;
     }
     if (!others.empty()) {

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <limits>
 #include <vector>
 
 namespace difusa {
@@ -92,7 +94,7 @@ class Averages {
         spread(surfels_, pieces_, count, shift, points_);
         at_points_.resize(count * H_.size());
         light_.sample(points_, stream, at_points_, worker_, &outside_);
-        double least = std::numeric_limits<double>::infinity(), most = 0.0;
+        double least = std::numeric_limits<double>::infinity(), most = -least;
         for (std::size_t i = 0; i < count; ++i) {
             double sum = 0.0;
             for (std::size_t set = 0; set < H_.size(); ++set) {
@@ -102,7 +104,7 @@ class Averages {
             least = std::min(least, sum);
             most = std::max(most, sum);
         }
-        return most - least <= uneven * most;
+        return most - least <= uneven * std::max(std::abs(most), std::abs(least));
     }
 
     void average_direct(Index s, RandomStream& stream, SurfelLight& result) {

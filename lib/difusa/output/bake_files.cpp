@@ -2,10 +2,13 @@
 
 #include <difusa/bake/saved_transport.h>
 #include <difusa/bake/sensing.h>
+#include <difusa/bake/thermal.h>
 #include <difusa/core/memory.h>
 #include <difusa/core/photometry.h>
 #include <difusa/io/field_writers.h>
+#include <difusa/output/error_chart.h>
 #include <difusa/output/point_list.h>
+#include <difusa/output/thermal_files.h>
 #include <difusa/version.h>
 
 #include <algorithm>
@@ -154,6 +157,10 @@ std::vector<FieldNote> notes_of(const BakeResult& result) {
     }
     notes.push_back({"default_reflectance", as_vector(options.reflectance.value_or(Material{}.reflectance))});
     notes.push_back({"sky", as_vector(result.scene->sky)});
+    if (result.scene->thermal) {
+        const std::vector<FieldNote> thermal = thermal_notes(result);
+        notes.insert(notes.end(), thermal.begin(), thermal.end());
+    }
     number("output_spacing", options.output_spacing);
     number("tolerance", options.solve.tolerance);
     number("max_iterations", options.solve.max_iterations);
@@ -220,15 +227,11 @@ double display_exposure(const BakeResult& result) {
     return bright > 0.0 ? 0.9 / bright : 1.0;
 }
 
-FieldFile field_of(const BakeResult& result, std::optional<double> chosen_exposure) {
-    FieldFile field;
-    const auto count = static_cast<Eigen::Index>(result.mesh.vertices.size());
-    for (const SurfacePoint& vertex : result.mesh.vertices) {
-        field.points.push_back(vertex.position);
-        field.normals.push_back(vertex.normal);
-    }
-    field.triangles = result.mesh.triangles;
+namespace {
 
+/// Light at the vertices, and colours that show it.
+void add_light(const BakeResult& result, std::optional<double> chosen_exposure, FieldFile& field) {
+    const auto count = static_cast<Eigen::Index>(result.mesh.vertices.size());
     const double exposure = chosen_exposure ? *chosen_exposure : display_exposure(result);
     std::vector<std::uint8_t> display(static_cast<std::size_t>(3 * count));
     for (Eigen::Index v = 0; v < count; ++v) {
@@ -240,6 +243,28 @@ FieldFile field_of(const BakeResult& result, std::optional<double> chosen_exposu
     field.point_arrays = arrays_of(result.output);
     add_scalars(result, result.output, field.point_arrays);
     field.point_arrays.push_back({"display_rgb", "", rgb, std::move(display)});
+    field.notes.push_back({"display_exposure", std::vector<double>{exposure}});
+    field.active_colours = "display_rgb";
+    field.quality = result.photometric ? "luminance" : "radiosity_weighted";
+}
+
+} // namespace
+
+FieldFile field_of(const BakeResult& result, std::optional<double> chosen_exposure) {
+    FieldFile field;
+    for (const SurfacePoint& vertex : result.mesh.vertices) {
+        field.points.push_back(vertex.position);
+        field.normals.push_back(vertex.normal);
+    }
+    field.triangles = result.mesh.triangles;
+
+    field.notes = notes_of(result);
+    if (result.thermal) {
+        field.point_arrays = thermal_arrays(result.thermal->at_vertices);
+        field.quality = "temperature";
+    } else {
+        add_light(result, chosen_exposure, field);
+    }
     std::vector<std::int32_t> face(result.mesh.face.size()), material(result.mesh.face.size());
     for (std::size_t f = 0; f < face.size(); ++f) {
         face[f] = static_cast<std::int32_t>(result.scene->mesh.original_face[result.mesh.face[f]]);
@@ -252,18 +277,37 @@ FieldFile field_of(const BakeResult& result, std::optional<double> chosen_exposu
     }
     field.cell_arrays = {numbers("original_face_id", std::move(face)), numbers("material_id", std::move(material))};
     add_groups(result.output, field.point_arrays);
-    if (result.centres) {
+    if (result.thermal && result.thermal->at_centres) {
+        const std::vector<FieldArray> centres = thermal_arrays(*result.thermal->at_centres);
+        field.cell_arrays.insert(field.cell_arrays.end(), centres.begin(), centres.end());
+    } else if (result.centres && !result.thermal) {
         const std::vector<FieldArray> centres = arrays_of(*result.centres);
         field.cell_arrays.insert(field.cell_arrays.end(), centres.begin(), centres.end());
         add_scalars(result, *result.centres, field.cell_arrays);
         add_groups(*result.centres, field.cell_arrays);
     }
-    field.notes = notes_of(result);
-    field.notes.push_back({"display_exposure", std::vector<double>{exposure}});
-    field.active_colours = "display_rgb";
-    field.quality = result.photometric ? "luminance" : "radiosity_weighted";
     return field;
 }
+
+namespace {
+
+/// The state at the sites.
+void add_thermal_sites(const BakeResult& result, FieldFile& field) {
+    std::vector<Index> material;
+    for (const SurfacePoint& site : result.sites->points) {
+        material.push_back(result.scene->mesh.material[site.face]);
+    }
+    const ThermalValues values =
+        thermal_values(result, sum_of_parts(result.solution.irradiance, 1), material, field.points);
+    field.point_arrays = {scalar("radius", "", result.sites->radius), scalar("area", "", result.sites->area)};
+    for (const FieldArray& array : thermal_arrays(values)) {
+        field.point_arrays.push_back({array.name, array.unit, {}, Values(*values_of(array))});
+    }
+    field.notes = notes_of(result);
+    field.quality = "temperature";
+}
+
+} // namespace
 
 FieldFile sites_of(const BakeResult& result) {
     FieldFile field;
@@ -277,6 +321,12 @@ FieldFile sites_of(const BakeResult& result) {
     }
     const int channels = result.channels;
     const auto count = static_cast<Eigen::Index>(result.sites->size());
+    if (result.thermal) {
+        add_thermal_sites(result, field);
+        field.point_arrays.push_back(numbers("original_face_id", std::move(face)));
+        field.point_arrays.push_back(numbers("region", std::move(region)));
+        return field;
+    }
     const Values H = three_channels(sum_of_parts(result.solution.irradiance, channels));
     Values rho(count, 3), E(count, 3);
     for (Eigen::Index i = 0; i < count; ++i) {
@@ -321,6 +371,16 @@ std::string format_seconds(double seconds) {
     return text.data();
 }
 
+std::vector<std::filesystem::path> BakeFiles::beside_field() const {
+    std::vector<std::filesystem::path> named;
+    for (const std::filesystem::path& file : {sites, listed, report, error_chart, transport}) {
+        if (!file.empty()) {
+            named.push_back(file);
+        }
+    }
+    return named;
+}
+
 void write_bake(const BakeResult& result, const BakeFiles& files, const Execution& execution) {
     execution.phase("write");
     std::vector<std::unique_ptr<WholeFile>> written;
@@ -338,6 +398,7 @@ void write_bake(const BakeResult& result, const BakeFiles& files, const Executio
     write(files.listed, [&](WholeFile& file) { file.write(point_table(result)); });
     write(files.transport, [&](WholeFile& file) { write_transport(saved_transport_of(result), file); });
     write(files.report, [&](WholeFile& file) { file.write(report_of(result)); });
+    write(files.error_chart, [&](WholeFile& file) { file.write(error_chart_of(result)); });
     for (const std::unique_ptr<WholeFile>& file : written) {
         file->commit();
     }
@@ -345,22 +406,41 @@ void write_bake(const BakeResult& result, const BakeFiles& files, const Executio
 
 namespace {
 
-/// Estimates and bound, relative to the root mean square of the radiosity.
-std::string error_sentence(const ErrorEstimate& error) {
+/// Estimates and bound, relative to the root mean square of what is judged.
+std::string error_sentence(const ErrorEstimate& error, bool thermal) {
     std::ostringstream text;
     const auto percent = [&](double value) { return error.reflected > 0.0 ? 100.0 * value / error.reflected : 0.0; };
-    text << std::setprecision(2) << "error (rms, of the rms reflected radiosity): about " << percent(error.total.rms)
-         << " %, below " << percent(error.total.high) << " % with a confidence of 97.5 %; indirect light about "
-         << percent(error.indirect.rms) << " %, below " << percent(error.indirect.high) << " % (" << error.points
-         << " points); ";
+    text << std::setprecision(2);
+    if (thermal) {
+        text << "error of the irradiance (rms): about " << error.total.rms << " W/m^2, below " << error.total.high
+             << " W/m^2 with a confidence of 97.5 %; of its rms difference to the reference temperature, about "
+             << percent(error.total.rms) << " %, below " << percent(error.total.high) << " % (" << error.points
+             << " points); ";
+    } else {
+        text << "error (rms, of the rms reflected radiosity): about " << percent(error.total.rms) << " %, below "
+             << percent(error.total.high) << " % with a confidence of 97.5 %; indirect light about "
+             << percent(error.indirect.rms) << " %, below " << percent(error.indirect.high) << " % (" << error.points
+             << " points); ";
+    }
     if (percent(error.bound) <= 100.0) {
         text << "bound from the residual: " << percent(error.bound) << " %";
     } else if (std::isfinite(error.bound)) {
         text << "no useful bound from the residual, because the surfaces absorb little (largest reflectance "
              << error.largest_reflectance << "); more sites and rays would tighten it";
     } else {
-        text << "no proven bound, since some surface absorbs nothing";
+        text << "no proven bound, since "
+             << (thermal ? "the net flux of some surface is prescribed" : "some surface absorbs nothing");
     }
+    return text.str();
+}
+
+std::string energy_sentence(const EnergyBalance& energy) {
+    std::ostringstream text;
+    text << std::setprecision(4) << "energy (W, mean of the channels): emitted " << energy.emitted.mean()
+         << ", from suns and point lights " << energy.from_lights.mean() << ", from the sky " << energy.from_sky.mean()
+         << ", absorbed " << energy.absorbed.mean() << ", escaped " << energy.escaped.mean() << ", lost on back faces "
+         << energy.blocked.mean() << "; imbalance at most " << std::setprecision(2)
+         << 100.0 * energy.imbalance.abs().maxCoeff() << " %\n";
     return text.str();
 }
 
@@ -440,26 +520,24 @@ std::string summary_of(const BakeResult& result) {
              << saving.unit << " saved)\n";
     }
     text << "solve: " << result.solution.solve.sentence() << "\n";
-    const EnergyBalance& energy = result.solution.energy;
-    text << std::setprecision(4) << "energy (W, mean of the channels): emitted " << energy.emitted.mean()
-         << ", from suns and point lights " << energy.from_lights.mean() << ", from the sky " << energy.from_sky.mean()
-         << ", absorbed " << energy.absorbed.mean();
-    text << ", escaped " << energy.escaped.mean() << ", lost on back faces " << energy.blocked.mean()
-         << "; imbalance at most " << std::setprecision(2) << 100.0 * energy.imbalance.abs().maxCoeff() << " %";
+    text << (result.thermal ? thermal_summary(result) : energy_sentence(result.solution.energy));
     double total = 0.0;
     for (const auto& [phase, took] : result.journal.seconds()) {
         total += took;
     }
-    text << "\n";
     for (std::size_t i = 0; i < result.attempts.size(); ++i) {
         const Attempt& attempt = result.attempts[i];
         text << std::setprecision(2) << "attempt " << i + 1 << ": " << attempt.effort.sites << " sites, "
              << attempt.effort.rays << " rays, " << attempt.effort.error_points << " error points: about "
-             << 100.0 * attempt.rms << " %, below " << 100.0 * attempt.high << " % (" << format_seconds(attempt.seconds)
-             << ")\n";
+             << 100.0 * attempt.rms << " %, below " << 100.0 * attempt.high << " %";
+        if (attempt.goals) {
+            text << "; goals with " << attempt.effort.goal_samples << " samples each: within " << 100.0 * *attempt.goals
+                 << " %";
+        }
+        text << " (" << format_seconds(attempt.seconds) << ")\n";
     }
     if (result.error) {
-        text << error_sentence(*result.error) << "\n";
+        text << error_sentence(*result.error, result.thermal.has_value()) << "\n";
     }
     for (std::size_t g = 0; g < result.options.grids.size(); ++g) {
         text << grid_sentence(result, g) << "\n";

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace difusa {
 
@@ -20,6 +21,7 @@ namespace difusa {
 /// light groups, radiosity_of_NAME and irradiance_of_NAME of each, at points and centres. With an error estimate, also
 /// error_estimate, error_noise and error_discretisation (W/m^2, ErrorsAt). Notes: versions, options,
 /// seed, iterations, residual, times, materials.
+/// Of a thermal scene: thermal_arrays (output/thermal_files.h) instead of all of these but the errors and Normals.
 /// `exposure`: of display_rgb; absent: that of the result.
 FieldFile field_of(const BakeResult& result, std::optional<double> exposure = {});
 FieldFile field_of(BakeResult&&, std::optional<double> exposure = {}) = delete;
@@ -42,9 +44,12 @@ struct BakeFiles {
     std::filesystem::path field = {}, sites = {}, report = {};
     std::filesystem::path listed = {};    ///< point_table (output/point_list.h)
     std::filesystem::path transport = {}; ///< write_transport (bake/saved_transport.h)
+    std::filesystem::path error_chart = {}; ///< error_chart_of (output/error_chart.h), of a bake with a target
+
+    std::vector<std::filesystem::path> beside_field() const; ///< names that are not empty, without the field's
 };
 
-/// Writes field_of, sites_of, point_table, report_of and the transport as the phase "write" of `execution`. All are
+/// Writes field_of, sites_of, point_table, report_of, error_chart_of and the transport as the phase "write" of `execution`. All are
 /// written before the first appears under its name: on failure none of them appears, and older files stay as they were.
 /// Throws what `write_field`, `require_finite` and `saved_transport_of` throw, and Interrupted.
 void write_bake(const BakeResult& result, const BakeFiles& files, const Execution& execution);

@@ -1,5 +1,6 @@
 #include <difusa/output/point_list.h>
 
+#include <difusa/bake/thermal.h>
 #include <difusa/core/error.h>
 #include <difusa/core/photometry.h>
 #include <difusa/core/text.h>
@@ -8,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 namespace difusa {
@@ -174,6 +176,12 @@ class ValueTable {
         : result_(result), grids_(!result.options.grids.empty()), errors_(result.error.has_value()) {
         text_ = grids_ ? "grid," : "";
         text_ += "x,y,z,surface_x,surface_y,surface_z,normal_x,normal_y,normal_z,distance,face";
+        if (result.scene->thermal) {
+            thermal_ = listed_state(result);
+            text_ += ",temperature,net_flux,radiosity,irradiance,emissivity";
+            text_ += errors_ ? ",error_estimate\n" : "\n";
+            return;
+        }
         std::vector<std::string> names{"radiosity",           "irradiance",  "irradiance_direct",
                                        "irradiance_indirect", "reflectance", "emission"};
         for (const GroupValues& group : groups) {
@@ -200,6 +208,14 @@ class ValueTable {
         write(found.normal);
         write(result_.listed_distance[i]);
         write(result_.scene->mesh.original_face[found.face]);
+        if (thermal_) {
+            for (const Values* column : {&thermal_->temperature, &thermal_->net_flux, &thermal_->radiosity,
+                                         &thermal_->irradiation, &thermal_->emissivity}) {
+                write((*column)(static_cast<Eigen::Index>(i), 0));
+            }
+            end(result_.listed_errors ? &result_.listed_errors->error : nullptr, i);
+            return;
+        }
         for (const Values* column :
              {&values.B, &values.H, &values.H_direct, &values.H_indirect, &values.rho, &values.E}) {
             write(*column, i);
@@ -277,8 +293,19 @@ class ValueTable {
         text_ += "\n";
     }
 
+    static ThermalValues listed_state(const BakeResult& result) {
+        std::vector<Index> material;
+        std::vector<Vec3> place;
+        for (const SurfacePoint& point : result.listed) {
+            material.push_back(result.scene->mesh.material[point.face]);
+            place.push_back(point.position);
+        }
+        return thermal_values(result, result.listed_values.H, material, place);
+    }
+
     const BakeResult& result_;
     const bool grids_, errors_;
+    std::optional<ThermalValues> thermal_; ///< of a thermal scene, at the listed places
     std::string text_;
     bool started_ = false; ///< the line has a field
 };

@@ -2,6 +2,7 @@
 #include <difusa/core/memory.h>
 #include <difusa/core/photometry.h>
 #include <difusa/output/bake_files.h>
+#include <difusa/output/thermal_files.h>
 #include <difusa/version.h>
 
 #include <nlohmann/json.hpp>
@@ -89,12 +90,15 @@ Json target_of(const BakeResult& result) {
         attempts.push_back({{"sites", attempt.effort.sites},
                             {"rays", attempt.effort.rays},
                             {"error_points", attempt.effort.error_points},
+                            {"goal_samples", attempt.goals ? Json(attempt.effort.goal_samples) : Json(nullptr)},
+                            {"goals_relative_half_width", attempt.goals ? json_number(*attempt.goals) : Json(nullptr)},
                             {"relative", attempt.rms},
                             {"relative_high", attempt.high},
                             {"noise_share", attempt.noise_share},
                             {"seconds", attempt.seconds}});
     }
     return {{"relative", target.relative},
+            {"of", result.options.goals.empty() ? "field" : "goals"},
             {"most_sites", target.most_sites},
             {"most_seconds", json_number(target.most_seconds)},
             {"reached", !result.target_missed},
@@ -215,6 +219,39 @@ Json transport_of(const BakeResult& result) {
     return transport;
 }
 
+/// Null unless the scene is a thermal one.
+Json thermal_of(const BakeResult& result) {
+    if (!result.thermal) {
+        return nullptr;
+    }
+    const ThermalSetting& setting = *result.scene->thermal;
+    Json surfaces = Json::array();
+    for (const ThermalSurface& surface : result.thermal->surfaces) {
+        const Material& material = result.scene->materials[surface.material];
+        surfaces.push_back({{"material", material.name},
+                            {"given", given_word(material)},
+                            {"emissivity", material.thermal ? material.thermal->emissivity : 0.0},
+                            {"area", surface.area},
+                            {"temperature", surface.mean_temperature},
+                            {"least_temperature", surface.least_temperature},
+                            {"largest_temperature", surface.largest_temperature},
+                            {"net_flux", surface.area > 0.0 ? surface.heat / surface.area : 0.0},
+                            {"net_heat", surface.heat},
+                            {"radiosity", surface.radiosity},
+                            {"irradiance", surface.irradiation},
+                            {"error_of_irradiance", result.errors ? Json(surface.error) : Json(nullptr)}});
+    }
+    return {{"units", "K, W/m^2, W, m^2; net fluxes and heats are positive if they leave the surface"},
+            {"surroundings", setting.surroundings ? Json(*setting.surroundings) : Json(nullptr)},
+            {"reference", setting.reference},
+            {"surfaces", surfaces},
+            {"net_heat", result.thermal->heat},
+            {"to_surroundings", result.thermal->to_surroundings},
+            {"to_backs_and_between_mirrors", result.thermal->to_backs},
+            {"imbalance", result.thermal->imbalance()},
+            {"exchanged", result.thermal->exchanged}};
+}
+
 /// What only a full bake has, not a dry run.
 void add_outcome(const BakeResult& result, Json& report) {
     report["solve"] = {{"reason", word(result.solution.solve.reason)},
@@ -255,6 +292,7 @@ void add_outcome(const BakeResult& result, Json& report) {
                                    {"uniformity", summary.uniformity},
                                    {"error_estimate", result.error ? Json(summary.error) : Json(nullptr)}});
     }
+    report["thermal"] = thermal_of(result);
     report["error"] = result.error ? error_of(*result.error) : Json(nullptr);
     report["error_target"] = result.options.target ? target_of(result) : Json(nullptr);
     report["goals"] = goals_of(result);

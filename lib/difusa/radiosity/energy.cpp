@@ -6,18 +6,26 @@ namespace difusa {
 
 namespace {
 
-/// ∫ E dA.
-Eigen::ArrayXd emitted_power(const Scene& scene, Eigen::Index channels) {
-    Eigen::ArrayXd power = Eigen::ArrayXd::Zero(channels);
+/// ∫ E dA, and ∫ |E| dA.
+struct EmittedPower {
+    Eigen::ArrayXd net, gross;
+    void add(double area, const Eigen::ArrayXd& E) {
+        net += area * E;
+        gross += area * E.abs();
+    }
+};
+
+EmittedPower emitted_power(const Scene& scene, Eigen::Index channels) {
+    EmittedPower power{Eigen::ArrayXd::Zero(channels), Eigen::ArrayXd::Zero(channels)};
     for (Index t = 0; t < scene.mesh.triangles.size(); ++t) {
         const Material& material = scene.materials[scene.mesh.material[t]];
         if (!material.emits_unevenly()) {
-            power += scene.mesh.areas[t] * material.emission.head(channels);
+            power.add(scene.mesh.areas[t], material.emission.head(channels));
             continue;
         }
         // Edge midpoints: exact for second-degree patterns on each triangle.
         for (const auto& [u, v] : {std::pair(0.5, 0.0), std::pair(0.5, 0.5), std::pair(0.0, 0.5)}) {
-            power += scene.mesh.areas[t] / 3.0 * scene.emission(scene.mesh.at(t, u, v)).head(channels);
+            power.add(scene.mesh.areas[t] / 3.0, scene.emission(scene.mesh.at(t, u, v)).head(channels));
         }
     }
     return power;
@@ -90,7 +98,8 @@ EnergyBalance energy_balance(const Scene& scene, const Discretisation& discretis
                              const Execution& execution) {
     const Eigen::Index channels = irradiance.cols();
     const Eigen::ArrayXd zero = Eigen::ArrayXd::Zero(channels);
-    EnergyBalance balance{emitted_power(scene, channels), zero, zero, zero, zero, zero, zero, zero};
+    const EmittedPower emitted = emitted_power(scene, channels);
+    EnergyBalance balance{emitted.net, zero, zero, zero, zero, zero, zero, zero};
     const LostShares lost = lost_shares(discretisation, transport, execution);
     const Values mirrors = mirrors_of(scene, *discretisation.surfels, channels);
     const Values H_sky = on_surfels(discretisation, from_sky, execution);
@@ -110,8 +119,10 @@ EnergyBalance energy_balance(const Scene& scene, const Discretisation& discretis
         balance.from_lights += area * kept * light.from_outside.row(s).transpose().array();
     }
     const Eigen::ArrayXd in = balance.emitted + balance.from_lights + balance.from_sky;
+    const Eigen::ArrayXd gross = emitted.gross + balance.from_lights + balance.from_sky;
     balance.imbalance =
-        (in > 0.0).select((in - balance.absorbed - balance.escaped - balance.blocked - balance.cut_off) / in, 0.0);
+        (gross > 0.0)
+            .select((in - balance.absorbed - balance.escaped - balance.blocked - balance.cut_off) / gross, 0.0);
     return balance;
 }
 

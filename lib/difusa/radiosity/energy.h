@@ -19,7 +19,8 @@ struct EnergyBalance {
     Eigen::ArrayXd blocked;     ///< lost on the backs of faces
     Eigen::ArrayXd cut_off;     ///< lost between mirrors, after Mirrors::most reflections in a row
     /// (in - absorbed - escaped - blocked - cut_off) / in with in = emitted + from_lights + from_sky: the light lost
-    /// (positive) or created (negative) by the discretisation.
+    /// (positive) or created (negative) by the discretisation. Divided by the sum of magnitudes in a thermal scene, of
+    /// which all these are differences to the reference temperature.
     Eigen::ArrayXd imbalance;
 };
 

@@ -72,8 +72,8 @@ RmsEstimate root_of(const Mean& mean) {
 struct Measured {
     Values own, first, second;
 
-    /// One measurement of rho (fresh - own), W/m².
-    Values residual(const Values& fresh, const Values& rho) const { return (fresh - own).cwiseProduct(rho); }
+    /// One measurement of weight (fresh - own), W/m².
+    Values residual(const Values& fresh, const Values& weight) const { return (fresh - own).cwiseProduct(weight); }
 };
 
 class Estimation {
@@ -85,9 +85,12 @@ class Estimation {
         result_.points = result_.at.size();
         result_.largest_reflectance = largest_reflectance(scene_, field_.channels());
         rho_.resize(static_cast<Eigen::Index>(result_.points), field_.channels());
+        weight_ = rho_;
         for (std::size_t p = 0; p < result_.points; ++p) {
             rho_.row(static_cast<Eigen::Index>(p)) =
                 scene_.reflectance(result_.at.place[p]).head(field_.channels()).matrix().transpose();
+            weight_.row(static_cast<Eigen::Index>(p)) =
+                judged_weight(scene_, result_.at.place[p]).head(field_.channels()).matrix().transpose();
         }
     }
 
@@ -155,12 +158,13 @@ class Estimation {
     /// p at point number `p`, from group `g`.
     Eigen::RowVectorXd carried(std::size_t p, Eigen::Index g) const {
         const auto row = static_cast<Eigen::Index>(p);
-        return carried_.row(row).segment(g * field_.channels(), field_.channels()).cwiseProduct(rho_.row(row));
+        return carried_.row(row).segment(g * field_.channels(), field_.channels()).cwiseProduct(weight_.row(row));
     }
 
     /// |e|² at each point if e = r + p, from two measurements of r and from p as the two other groups know it.
     std::vector<double> squares(const Measured& measured, bool with_carried) const {
-        const Values r_1 = measured.residual(measured.first, rho_), r_2 = measured.residual(measured.second, rho_);
+        const Values r_1 = measured.residual(measured.first, weight_),
+                     r_2 = measured.residual(measured.second, weight_);
         std::vector<double> squares(result_.points);
         for (std::size_t p = 0; p < result_.points; ++p) {
             const auto row = static_cast<Eigen::Index>(p);
@@ -188,8 +192,8 @@ class Estimation {
     Mean with_doubt_of_carried(Mean mean, const Measured* measured) const {
         std::array<double, ErrorPoints::groups> overlap{};
         const Values r = measured == nullptr ? Values(Values::Zero(rho_.rows(), rho_.cols()))
-                                             : Values(0.5 * (measured->residual(measured->first, rho_) +
-                                                             measured->residual(measured->second, rho_)));
+                                             : Values(0.5 * (measured->residual(measured->first, weight_) +
+                                                             measured->residual(measured->second, weight_)));
         for (std::size_t p = 0; p < result_.points; ++p) {
             Eigen::RowVectorXd e = r.row(static_cast<Eigen::Index>(p));
             for (Eigen::Index g = 0; g < groups; ++g) {
@@ -221,7 +225,7 @@ class Estimation {
         std::vector<double> reflected(result_.points);
         for (std::size_t p = 0; p < result_.points; ++p) {
             const auto row = static_cast<Eigen::Index>(p);
-            reflected[p] = total_.own.row(row).cwiseProduct(rho_.row(row)).squaredNorm();
+            reflected[p] = total_.own.row(row).cwiseProduct(weight_.row(row)).squaredNorm();
             result_.spread.push_back(0.5 * (smooth_.first.row(row) - smooth_.second.row(row)).squaredNorm());
         }
         result_.reflected = std::sqrt(mean_over(at, area, reflected).value);
@@ -242,7 +246,7 @@ class Estimation {
     const Scene& scene_;
     std::uint64_t seed_;
     const Execution& execution_;
-    Values rho_; ///< #points by #channels, as all below
+    Values rho_, weight_; ///< #points by #channels, as all below; weight_: judged_weight
     Measured indirect_, smooth_, total_;
     Values carried_; ///< #points by #groups #channels: p / rho
     ErrorEstimate result_;

@@ -8,6 +8,9 @@
 //
 // Besides this estimate there is a bound: with rho_max < 1 the largest reflectance, ‖e‖ <= ‖r‖ / (1 - rho_max), because
 // K has norm 1 at most (its kernel is symmetric and its row sums are at most 1).
+//
+// Of thermal scenes the irradiation is judged instead (judged_weights): r without the factor rho, p without the first
+// one, and the bound is the same, ‖r‖ + ‖K rho e‖ <= ‖r‖ / (1 - rho_max).
 #pragma once
 
 #include <difusa/radiosity/error_points.h>
@@ -25,7 +28,8 @@ struct RmsEstimate {
 struct ErrorEstimate {
     std::size_t points = 0, rays = 0, segments = 0; ///< surface points; rays and segments cast in all
     double reflected = 0.0; ///< rms of B - E, W/m²: what errors are told relative to, since the brightness of a lamp
-                            ///< says nothing about the light on the walls
+                            ///< says nothing about the light on the walls; of thermal scenes that of H, the difference
+                            ///< of the irradiation to that at the reference temperature
 
     RmsEstimate total;       ///< error of the radiosity, at most what the residual allows
     RmsEstimate indirect;    ///< of its part rho H_indirect

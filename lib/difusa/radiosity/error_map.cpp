@@ -78,7 +78,7 @@ double ErrorMap::passed_on(const std::vector<BasisRow>& rows, const Execution& e
 ErrorMap::Local ErrorMap::local(const SurfacePoint& x, const BasisRow& row) const {
     const Eigen::Index channels = coefficients_.cols();
     Local local;
-    const Rgb rho = solution_.field->parts().scene->reflectance(x);
+    const Rgb weights = judged_weight(*solution_.field->parts().scene, x);
     for (Eigen::Index c = 0; c < channels; ++c) {
         double f = 0.0, p = 0.0, noise = 0.0, variation = 0.0, all = 0.0;
         for (std::size_t k = 0; k < row.element.size(); ++k) {
@@ -92,7 +92,7 @@ ErrorMap::Local ErrorMap::local(const SurfacePoint& x, const BasisRow& row) cons
             variation += std::abs(row.weight[k]) * miss * miss;
             all += std::abs(row.weight[k]);
         }
-        const double squared = rho[c] * rho[c];
+        const double squared = weights[c] * weights[c];
         local.noise += squared * noise;
         local.variation += all > 0.0 ? squared * variation / all : 0.0;
         local.carried += squared * p * p;

@@ -8,7 +8,8 @@
 
 namespace difusa {
 
-/// Estimated errors of the radiosity at points, roots of the sum of the squares of all channels: #x by 1, W/m².
+/// Estimated errors of the radiosity, of thermal scenes of the irradiation, at points: roots of the sum of the squares
+/// of all channels: #x by 1, W/m².
 struct ErrorsAt {
     Values noise;          ///< of the rays cast from the sites
     Values discretisation; ///< what the basis cannot represent; of gathered light, what bounces carry on to it

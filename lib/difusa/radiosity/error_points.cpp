@@ -45,18 +45,18 @@ Values variance_of_rays(const Solution& solution, const Values& irradiance, cons
 /// The mixture's integral over each surfel; they sum to 1, or all are 0 if nothing reflects.
 std::vector<double> density_of(const Solution& solution, const ErrorSources& sources, const Execution& execution) {
     const Surfels& surfels = *solution.field->parts().system->discretisation().surfels;
-    const Values& rho = solution.light.reflectance;
+    const Values weights = judged_weights(solution);
     std::array<std::vector<double>, 3> parts;
     parts.fill(std::vector<double>(surfels.size()));
     std::vector<double> brightness(surfels.size()); // by which variances that are rounding errors are told from others
     parallel_for(surfels.size(), 4096, execution, [&](std::size_t begin, std::size_t end, unsigned) {
         for (std::size_t s = begin; s < end; ++s) {
             const auto row = static_cast<Eigen::Index>(s);
-            const Eigen::RowVectorXd rho_2 = rho.row(row).cwiseAbs2() * surfels.area(static_cast<Index>(s));
-            parts[0][s] = rho_2.sum();
-            parts[1][s] = rho_2.dot(sources.variation.row(row));
-            parts[2][s] = rho_2.dot(sources.noise.row(row));
-            brightness[s] = rho_2.dot(sources.light.row(row).cwiseAbs2());
+            const Eigen::RowVectorXd squared = weights.row(row).cwiseAbs2() * surfels.area(static_cast<Index>(s));
+            parts[0][s] = squared.sum();
+            parts[1][s] = squared.dot(sources.variation.row(row));
+            parts[2][s] = squared.dot(sources.noise.row(row));
+            brightness[s] = squared.dot(sources.light.row(row).cwiseAbs2());
         }
     });
     const double least = rounding * std::accumulate(brightness.begin(), brightness.end(), 0.0);
@@ -77,6 +77,15 @@ std::vector<double> density_of(const Solution& solution, const ErrorSources& sou
 }
 
 } // namespace
+
+Values judged_weights(const Solution& solution) {
+    const Values& rho = solution.light.reflectance;
+    return solution.field->parts().scene->thermal ? Values(Values::Ones(rho.rows(), rho.cols())) : rho;
+}
+
+Rgb judged_weight(const Scene& scene, const SurfacePoint& x) {
+    return scene.thermal ? Rgb(Rgb::Ones()) : scene.reflectance(x);
+}
 
 ErrorSources error_sources(const Solution& solution, const Execution& execution) {
     const FieldParts& field = solution.field->parts();

@@ -8,7 +8,7 @@
 
 namespace difusa {
 
-/// The weights of the points sum to the area where something is reflected.
+/// The weights of the points sum to the area where errors count (judged_weights).
 struct ErrorPoints : SurfelPoints {
     /// The variance over the rays of each point of the system (Discretisation::points) of the light they meet, to which
     /// their noise is in proportion: #points of the system by #channels, W²/m⁴; 0 for transport without rays.
@@ -26,12 +26,19 @@ struct ErrorSources {
     Values variance;  ///< ErrorPoints::variance
 };
 
+/// What an error of the irradiance of a surfel counts as in what is judged, #surfels by #channels: rho, since the
+/// radiosity is. In thermal scenes 1: the irradiation itself is judged, from which net fluxes and temperatures follow.
+Values judged_weights(const Solution& solution);
+
+/// The same at a point.
+Rgb judged_weight(const Scene& scene, const SurfacePoint& x);
+
 ErrorSources error_sources(const Solution& solution, const Execution& execution);
 
 /// `count` points, rounded up to a multiple of the groups: one of each group from each of as many equal shares of a
 /// density over the surfels as there are points in a group. The density is a mixture: in equal parts in proportion to
-/// rho², with which the square of an error of the irradiance counts in the radiosity, to rho² times
-/// ErrorSources::variation, and to rho² times ErrorSources::noise. None if nothing reflects.
+/// w², with which the square of an error of the irradiance counts (w = judged_weights), to w² times
+/// ErrorSources::variation, and to w² times ErrorSources::noise. None if nothing reflects.
 ErrorPoints draw_error_points(const Solution& solution, std::size_t count, std::uint64_t seed,
                               const Execution& execution);
 

@@ -108,7 +108,7 @@ class Gatherer {
                 of_set(indirect, set) += weight_[p] * of_set(H, set).cwiseProduct(rho);
             }
             const Index material = scene_.mesh.material[met_[p].face];
-            if (evaluated[material] == 0 && (scene_.materials[material].emission > 0.0).any()) {
+            if (evaluated[material] == 0 && (scene_.materials[material].emission != 0.0).any()) {
                 of_set(direct, sets_.material[material]) += weight_[p] * row_of(colour * scene_.emission(met_[p]));
             }
         }
@@ -237,15 +237,19 @@ PointValues Field::at(std::span<const SurfacePoint> x, std::size_t final_gather,
         const std::size_t half = (final_gather + 1) / 2;
         H = gather(x, half, seed, purpose + ", first", execution);
         const Irradiance other = gather(x, half, seed, purpose + ", second", execution);
-        values.noise = 0.5 * (radiosity(x, H.direct + H.indirect) - radiosity(x, other.direct + other.indirect));
+        const Values first = H.direct + H.indirect, second = other.direct + other.indirect;
+        values.noise = 0.5 * (scene.thermal ? sum_of_parts(Values(first - second), channels())
+                                            : Values(radiosity(x, first) - radiosity(x, second)));
         H.direct = 0.5 * (H.direct + other.direct);
         H.indirect = 0.5 * (H.indirect + other.indirect);
         H.rays += other.rays;
         H.segments += other.segments;
         H.clear += other.clear;
     }
-    raise_to_zero(H.direct, channels());
-    raise_to_zero(H.indirect, channels());
+    if (!scene.thermal) {
+        raise_to_zero(H.direct, channels());
+        raise_to_zero(H.indirect, channels());
+    }
     values.rays = H.rays;
     values.segments = H.segments;
     values.clear = H.clear;

@@ -53,7 +53,7 @@ struct PointValues {
     Values H_indirect; ///< after one reflection or more
     Values rho;        ///< reflectance at the exact point
     Values E;          ///< emitted radiosity at the exact point
-    Values noise;      ///< #points by #channels: estimated noise of B due to gathering; no rows if not gathered
+    Values noise; ///< #points by #channels: estimated noise of B, in thermal scenes of H, due to gathering; none if not
     std::vector<GroupValues> groups;    ///< empty if all light is one set; their B and H add up to B and H
     std::size_t rays = 0, segments = 0; ///< cast
     std::size_t clear = 0;              ///< points that needed no shadow rays to area lights
@@ -98,8 +98,8 @@ class Field {
     /// E + rho H for the irradiance H of each set, summed over the sets: #x by #channels.
     Values radiosity(std::span<const SurfacePoint> x, const Values& H) const;
 
-    /// Everything at points, with no sum of irradiances below 0. `final_gather` rays from each (an even number), in two
-    /// independent halves whose difference gives the noise; 0: the basis is evaluated.
+    /// Everything at points, with no sum of irradiances below 0, except of thermal scenes. `final_gather` rays from
+    /// each (an even number), in two independent halves whose difference gives the noise; 0: the basis is evaluated.
     PointValues at(std::span<const SurfacePoint> x, std::size_t final_gather, std::uint64_t seed,
                    const std::string& purpose, const Execution& execution) const;
 

@@ -205,7 +205,8 @@ class Solving {
         std::vector<Surfels::Piece> pieces;
         const Surfels& surfels = *discretisation_.surfels;
         for (Index s = 0; s < surfels.size() && !lit; ++s) {
-            if (result_.light.direct.row(s).maxCoeff() > 0.0 || result_.light.emission.row(s).maxCoeff() > 0.0) {
+            if ((result_.light.direct.row(s).array() != 0.0).any() ||
+                (result_.light.emission.row(s).array() != 0.0).any()) {
                 surfels.pieces(s, pieces);
                 lit = sites.is_dark(scene_->mesh.region[pieces.front().triangle]);
             }
@@ -302,6 +303,10 @@ class Solving {
                    "Pairwise transport overestimates the exchange between near surfaces: use --transport gather, or "
                    "pairwise:areas=integral with --kernel disc, or a reflectance below 1";
         }
+        if (scene_->thermal) {
+            return what + "Part of the surface exchanges heat neither with a fixed temperature nor with the "
+                          "surroundings, so that its temperature is not determined: fix some temperature there";
+        }
         return what + "A closed scene that absorbs nothing has no steady state: give some surface a reflectance "
                       "below 1";
     }
@@ -312,7 +317,8 @@ class Solving {
         if (!options_.limit || discretisation_.evaluation == discretisation_.projection) {
             return own;
         }
-        return limited_parts(*discretisation_.basis, *discretisation_.sites, values, own, channels_, execution_);
+        return limited_parts(*discretisation_.basis, *discretisation_.sites, values, own, channels_, execution_,
+                             scene_->thermal.has_value());
     }
 
     void make_field(std::shared_ptr<const RadiositySystem> owner) {
@@ -346,7 +352,8 @@ class Solving {
         const double lost = result_.energy.imbalance.abs().maxCoeff();
         if (lost > 0.1) {
             execution_.note(text_of(std::round(100.0 * lost)) +
-                            " % of the light is lost or created between the sites: use a smaller --spacing, and more "
+                            (scene_->thermal ? " % of the heat" : " % of the light") +
+                            " is lost or created between the sites: use a smaller --spacing, and more "
                             "--rays");
         }
     }

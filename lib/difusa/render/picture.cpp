@@ -30,53 +30,22 @@ const Rgb dark_grey = Rgb::Constant(0.02), dot_colour{0.02, 0.05, 0.35};
 /// Between the lights and the darks of most pictures; lighter around false colours and sites, whose ends are dark.
 const Rgb neutral = Rgb::Constant(0.18), light_neutral = Rgb::Constant(0.6);
 
-struct Name {
-    const char* text;
-    Quantity quantity;
-    const char* title;
-};
-
-constexpr Name names[] = {
-    {"radiosity", Quantity::radiosity, ""},
-    {"direct", Quantity::direct, ""},
-    {"indirect", Quantity::indirect, ""},
-    {"irradiance", Quantity::irradiance, ""},
-    {"irradiance-direct", Quantity::irradiance_direct, ""},
-    {"irradiance-indirect", Quantity::irradiance_indirect, ""},
-    {"emission", Quantity::emission, ""},
-    {"reflectance", Quantity::reflectance, ""},
-    {"luminance", Quantity::luminance, "luminance, cd/m^2"},
-    {"illuminance", Quantity::illuminance, "illuminance, lux"},
-    {"radiosity-weighted", Quantity::radiosity_weighted, "radiosity, W/m^2"},
-    {"irradiance-weighted", Quantity::irradiance_weighted, "irradiance, W/m^2"},
-    {"error", Quantity::error, "estimated error, W/m^2"},
-    {"basis", Quantity::basis, "sum of basis"},
-    {"sites", Quantity::sites, ""},
-};
-
 Pixel pixel_of(const Rgb& c) {
     DIFUSA_REQUIRE(c.allFinite(), text_of(c[0]) + "," + text_of(c[1]) + "," + text_of(c[2]));
     return {static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2])};
 }
 
-/// True for the light that leaves surfaces, which mirrors show.
-bool shows_in_mirrors(Quantity quantity) {
+double thermal_value(Quantity quantity, const ThermalState& state) {
     switch (quantity) {
-    case Quantity::radiosity:
-    case Quantity::direct:
-    case Quantity::indirect:
-    case Quantity::group:
-    case Quantity::luminance:
-    case Quantity::radiosity_weighted:
-        return true;
+    case Quantity::temperature:
+        return state.temperature;
+    case Quantity::net_flux:
+        return state.net_flux;
+    case Quantity::irradiance_weighted:
+        return state.irradiation;
     default:
-        return false;
+        return state.radiosity;
     }
-}
-
-/// True for quantities defined for the sky as well as for surfaces.
-bool meets_the_eye(Quantity quantity) {
-    return quantity == Quantity::radiosity || quantity == Quantity::direct || quantity == Quantity::group;
 }
 
 void add_to(Pixel& pixel, const Rgb& c) {
@@ -213,7 +182,8 @@ class Look {
                     if (seen == Seen::surface) {
                         point = scene_.mesh.at(hit.face, hit.u, hit.v);
                         point.normal = shading_normal(scene_.mesh, corner_normals_, hit.face, hit.u, hit.v);
-                        seen = (scene_.emission(point) > 0.0).any() ? Seen::lamp : Seen::surface;
+                        const bool lamp = !scene_.thermal && (scene_.emission(point) > 0.0).any();
+                        seen = lamp ? Seen::lamp : Seen::surface;
                     }
                     ++sample;
                 }
@@ -278,6 +248,13 @@ class Look {
         const auto row = static_cast<Eigen::Index>(p);
         const auto of = [row](const Values& values) { return Rgb(values.row(row).transpose().array()); };
         const SurfacePoint& x = points_[p];
+        if (scene_.thermal && show.quantity != Quantity::sites) {
+            // At a pixel the field may undershoot where nearly all heat that arrives is drawn: 0 K.
+            const ThermalState state =
+                thermal_state(scene_, scene_.mesh.material[x.face], light.H(row, 0)).value_or(ThermalState());
+            return Rgb::Constant(thermal_value(show.quantity, state)) *
+                   (shows_in_mirrors(show.quantity) ? colours_[p] : Rgb(Rgb::Ones()));
+        }
         switch (show.quantity) {
         case Quantity::radiosity:
             return colours_[p] * of(light.B);
@@ -313,6 +290,8 @@ class Look {
         case Quantity::sites:
             // Lit by a headlight, so that shapes are visible.
             return Rgb::Constant(0.25 + 0.45 * std::abs(x.normal.dot(directions_[numbers_[p]])));
+        case Quantity::temperature:
+        case Quantity::net_flux:
         case Quantity::error:
         case Quantity::basis:
             break;
@@ -389,6 +368,7 @@ class Look {
 
 void check(const BakeResult& result, const ViewOptions& options, const std::vector<Show>& shows) {
     check_view(options);
+    check_shows(*result.scene, shows);
     for (const Show& show : shows) {
         if (show.element && *show.element >= result.sites->size()) {
             throw UsageError("--element " + std::to_string(*show.element) +
@@ -452,44 +432,6 @@ void draw_sites(const BakeResult& result, const ViewOptions& options, Image& ima
 }
 
 } // namespace
-
-Colouring colouring_of(Quantity quantity) {
-    switch (quantity) {
-    case Quantity::luminance:
-    case Quantity::illuminance:
-    case Quantity::radiosity_weighted:
-    case Quantity::irradiance_weighted:
-    case Quantity::error:
-    case Quantity::basis:
-        return Colouring::map;
-    case Quantity::reflectance:
-        return Colouring::plain;
-    case Quantity::sites:
-        return Colouring::dots;
-    default:
-        return Colouring::light;
-    }
-}
-
-Show parse_show(const std::string& text) {
-    const std::string prefix = "group:";
-    if (text.rfind(prefix, 0) == 0 && text.size() > prefix.size()) {
-        return {Quantity::group, text.substr(prefix.size()), {}, ""};
-    }
-    std::string wanted = text, all;
-    std::replace(wanted.begin(), wanted.end(), '_', '-');
-    std::vector<std::string> known;
-    for (const Name& name : names) {
-        if (wanted == name.text) {
-            return {name.quantity, "", {}, name.title};
-        }
-        known.emplace_back(name.text);
-        all += std::string(name.text) + ", ";
-    }
-    const std::string near = nearest_name(text, known);
-    throw UsageError("--show " + text + ": unknown" + (near.empty() ? "." : ", did you mean " + near + "?") +
-                     " There are " + all + "group:NAME");
-}
 
 void check_view(const ViewOptions& options) {
     const auto grid = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(options.samples))));

@@ -3,6 +3,7 @@
 
 #include <difusa/bake.h>
 #include <difusa/render/colour_map.h>
+#include <difusa/render/show.h>
 #include <difusa/render/tone_map.h>
 #include <difusa/scene/camera.h>
 #include <difusa/scene/image.h>
@@ -14,42 +15,6 @@
 #include <vector>
 
 namespace difusa {
-
-/// What a picture can show.
-enum class Quantity {
-    radiosity,           ///< E + rho H
-    direct,              ///< E + rho H_direct: as if only the visible surface reflected light
-    indirect,            ///< rho H_indirect, the rest
-    group,               ///< the radiosity of one light group
-    irradiance,          ///< H
-    irradiance_direct,   ///< H_direct
-    irradiance_indirect, ///< H_indirect
-    emission,            ///< E
-    reflectance,         ///< rho
-    luminance,           ///< of the radiosity, cd/m² (core/photometry.h)
-    illuminance,         ///< of the irradiance, lux
-    radiosity_weighted,  ///< mean of the radiosity's channels, weighted by their luminance, W/m²
-    irradiance_weighted, ///< likewise
-    error,               ///< BakeResult::errors
-    basis,               ///< one basis element, or the sum of all
-    sites                ///< dots on pale surfaces
-};
-
-/// How values become colours.
-enum class Colouring { light, plain, map, dots };
-Colouring colouring_of(Quantity quantity);
-
-/// The content of one picture.
-struct Show {
-    Quantity quantity = Quantity::radiosity;
-    std::string group;            ///< name of the light group
-    std::optional<Index> element; ///< of the basis; absent: the sum
-    std::string title;            ///< above the colour bar, "luminance, cd/m^2"
-};
-
-/// A name as typed by a user: "radiosity", "irradiance-direct", "group:NAME". Throws UsageError with the nearest name
-/// and all names.
-Show parse_show(const std::string& text);
 
 struct ViewOptions {
     Camera camera;

@@ -46,6 +46,7 @@ struct PolygonSoup {
     bool says_up = false;                   ///< the file or the standard of its format says so
     bool photometric = false;               ///< lights are measured in lumens, candelas, lux, or cd/m²
     std::optional<Rgb> default_reflectance; ///< for faces without a material; absent: the caller's
+    std::optional<double> surroundings;     ///< temperature in K of what a thermal scene is in
 
     /// Positions in the file, for messages: line numbers from 1 (0 = unknown: binary files).
     std::vector<std::uint32_t> point_line; ///< empty, or #P

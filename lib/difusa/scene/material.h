@@ -3,9 +3,11 @@
 
 #include <difusa/core/types.h>
 #include <difusa/scene/texture.h>
+#include <difusa/scene/thermal.h>
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace difusa {
@@ -22,7 +24,8 @@ struct Material {
     std::string light_group = {};                            ///< of the light it emits; empty: its name
     /// A factor >= 0 on the emission by position; null: 1 everywhere.
     std::function<double(const Vec3& position)> emission_pattern = {};
-    Rgb mirror = Rgb::Zero(); ///< share of light reflected specularly, as by a mirror; rho + mirror <= 1
+    Rgb mirror = Rgb::Zero();            ///< share of light reflected specularly, as by a mirror; rho + mirror <= 1
+    std::optional<Thermal> thermal = {}; ///< of a thermal scene, in which rho and E follow from it (settle_thermal)
 
     /// The largest diffuse reflectance that its texture gives it, if vertex colours do not decide.
     Rgb brightest_reflectance() const {

@@ -44,7 +44,7 @@ Rgb Scene::emission(const SurfacePoint& x) const {
 
 bool Scene::has_emitters() const {
     return std::any_of(mesh.material.begin(), mesh.material.end(),
-                       [this](Index m) { return (materials[m].emission > 0.0).any(); });
+                       [this](Index m) { return (materials[m].emission != 0.0).any(); });
 }
 
 bool Scene::is_grey() const {
@@ -104,7 +104,7 @@ void settle_mirrors(Scene& scene, std::size_t most) {
 std::vector<char> emitting_materials(const Scene& scene) {
     std::vector<char> emits(scene.materials.size(), 0);
     for (std::size_t m = 0; m < emits.size(); ++m) {
-        emits[m] = (scene.materials[m].emission > 0.0).any() ? 1 : 0;
+        emits[m] = (scene.materials[m].emission != 0.0).any() ? 1 : 0;
     }
     return emits;
 }

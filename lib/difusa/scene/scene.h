@@ -7,6 +7,7 @@
 
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <vector>
 
 namespace difusa {
@@ -18,6 +19,9 @@ struct Scene {
     std::vector<PointLight> point_lights;
     Rgb sky = Rgb::Zero(); ///< irradiance in W/m² of a surface that sees only the uniform sky (pi times its radiance)
     std::shared_ptr<const SkyDome> dome; ///< additional light from the sky, by direction; null: none
+    /// Of a thermal scene. What its materials emit, and with it all solutions and fields, are then differences to what
+    /// they would be if everything were at the reference temperature, and may be negative (scene/thermal.h).
+    std::optional<ThermalSetting> thermal = {};
 
     /// Reflectance rho at a surface point, per channel, in [0,1].
     Rgb reflectance(const SurfacePoint& x) const;
@@ -32,7 +36,7 @@ struct Scene {
 
     bool has_sky() const { return dome != nullptr || (sky > 0.0).any(); }
 
-    /// True if some face emits.
+    /// True if some face emits, be it less than nothing in a thermal scene.
     bool has_emitters() const;
 
     /// True if all reflectances and lights have equal channels, so that one channel suffices.
@@ -42,7 +46,7 @@ struct Scene {
 /// Sets the mirrors of the mesh from the materials; `most`: Mirrors::most.
 void settle_mirrors(Scene& scene, std::size_t most);
 
-/// Materials with positive emission in some channel.
+/// Materials with an emission that is not 0 in some channel.
 std::vector<char> emitting_materials(const Scene& scene);
 
 /// True if one of them emits unevenly.

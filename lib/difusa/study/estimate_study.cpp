@@ -89,6 +89,16 @@ class EstimateClock final : public SubordinateProgress {
     bool estimating_ = false;
 };
 
+/// What the estimate judges (judged_weights): radiosity, or of thermal scenes the irradiation; and its indirect part.
+Values judged_of(const Scene& scene, const PointValues& values, Eigen::Index channels) {
+    return scene.thermal ? values.H.leftCols(channels) : values.B.leftCols(channels);
+}
+
+Values judged_indirect_of(const Scene& scene, const PointValues& values, Eigen::Index channels) {
+    return scene.thermal ? Values(values.H_indirect.leftCols(channels))
+                         : Values(values.rho.cwiseProduct(values.H_indirect).leftCols(channels));
+}
+
 EstimateTrial compare(const KnownLight& light, const BakeResult& result, const Execution& execution) {
     const ErrorEstimate& error = *result.error;
     EstimateTrial trial;
@@ -97,10 +107,10 @@ EstimateTrial compare(const KnownLight& light, const BakeResult& result, const E
     trial.indirect_estimate = error.indirect;
     const PointValues got = result.field().at(light.places, 0, result.options.seed, "judged", execution);
     const Eigen::Index channels = light.B.cols();
-    const Values miss = got.B.leftCols(channels) - light.B;
+    const Values miss = judged_of(*result.scene, got, channels) - light.B;
     trial.total = rms(light, miss);
     if (light.indirect.rows() > 0) {
-        trial.indirect = rms(light, got.rho.cwiseProduct(got.H_indirect).leftCols(channels) - light.indirect);
+        trial.indirect = rms(light, judged_indirect_of(*result.scene, got, channels) - light.indirect);
     }
     const ErrorMap map(result.solution, error, result.options.rays, execution);
     const Eigen::VectorXd expected = map.at(std::span(light.places).first(light.even), execution).error.col(0);
@@ -161,12 +171,12 @@ KnownLight known_light(const BakeResult& result, const std::string& name, std::s
     light.weight.insert(light.weight.end(), dense.weight.begin(), dense.weight.end());
     constexpr std::size_t rays = 8192;
     const PointValues values = result.field().at(light.places, rays, result.options.seed, "known", execution);
-    light.B = values.B.leftCols(result.channels);
+    light.B = judged_of(light.scene, values, result.channels);
     for (std::size_t i = places; i < light.places.size(); ++i) {
         light.noise += light.weight[i] * values.noise.row(static_cast<Eigen::Index>(i)).squaredNorm();
     }
     light.noise = std::sqrt(light.noise / light.scene.mesh.area);
-    light.indirect = values.rho.cwiseProduct(values.H_indirect).leftCols(result.channels);
+    light.indirect = judged_indirect_of(light.scene, values, result.channels);
     return light;
 }
 
