@@ -144,9 +144,8 @@ void check_target(const CLI::App& app, bool ordered) {
             throw UsageError(std::string(name) + ": does nothing without --error; order an accuracy, --error 1%");
         }
     }
-    for (const char* const name :
-         {"--quality", "--sites", "--spacing", "--adaptive", "--rays", "--error-points", "--goal-samples",
-          "--final-gather"}) {
+    for (const char* const name : {"--quality", "--sites", "--spacing", "--adaptive", "--rays", "--error-points",
+                                   "--goal-samples", "--final-gather"}) {
         if (ordered && app.count(name) > 0) {
             throw UsageError(std::string(name) + ": cannot be combined with --error, which chooses the effort; omit "
                                                  "one of them");

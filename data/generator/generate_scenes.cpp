@@ -38,6 +38,11 @@ const std::vector<Kept>& kept() {
         {"courtyard", [](const Directory& d) { write_off(courtyard(), d, "courtyard"); }},
         {"furnace_box", [](const Directory& d) { write_obj(furnace_box(), d, "furnace_box"); }},
         {"mirror_room", [](const Directory& d) { write_scene(mirror_room(), d, "mirror_room"); }},
+        {"office",
+         [](const Directory& d) {
+             write_text(office_json(), d / "office.json");
+             write_text(office_luminaire_ies(), d / "office_luminaire.ies");
+         }},
         {"oven", [](const Directory& d) { write_scene(oven(), d, "oven"); }},
         {"radiation_shield", [](const Directory& d) { write_scene(radiation_shield(), d, "radiation_shield"); }},
         {"room", [](const Directory& d) { write_off(room(), d, "room"); }},

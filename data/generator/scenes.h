@@ -41,6 +41,10 @@ Scene engine(std::size_t triangles);
 /// many.
 Surface room_with_balls(std::size_t triangles);
 
+/// A scene file that lights room.off by luminaires and a CIE sky, and the IES file of the luminaires.
+std::string office_json();
+std::string office_luminaire_ies();
+
 /// The complete text of an OFF file with every defect that can be repaired.
 std::string ugly_off();
 

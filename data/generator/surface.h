@@ -20,9 +20,9 @@ struct Colour {
 
 struct Material {
     std::string name;
-    Colour reflectance; ///< linear, 0 to 1
-    Colour emission;    ///< emitted radiosity, W/m²
-    Colour mirror = {}; ///< specular reflectance
+    Colour reflectance;       ///< linear, 0 to 1
+    Colour emission;          ///< emitted radiosity, W/m²
+    Colour mirror = {};       ///< specular reflectance
     std::string thermal = {}; ///< members of its entry in the scene file, which replaces the above there
 };
 

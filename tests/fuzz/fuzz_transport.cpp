@@ -29,9 +29,7 @@ struct Item {
     std::size_t columns = 0; ///< 0: an attribute
     Bytes bytes;
 
-    std::size_t width() const {
-        return type == Type::text || type == Type::byte ? 1 : type == Type::index ? 4 : 8;
-    }
+    std::size_t width() const { return type == Type::text || type == Type::byte ? 1 : type == Type::index ? 4 : 8; }
 };
 
 struct Content {
@@ -46,7 +44,9 @@ Item::Type type_of(hid_t type) {
     case H5T_FLOAT:
         return Item::Type::real;
     default:
-        return H5Tget_size(type) == 1 ? Item::Type::byte : H5Tget_size(type) == 4 ? Item::Type::index : Item::Type::whole;
+        return H5Tget_size(type) == 1   ? Item::Type::byte
+               : H5Tget_size(type) == 4 ? Item::Type::index
+                                        : Item::Type::whole;
     }
 }
 
@@ -54,8 +54,8 @@ void read_attributes(hid_t file, const std::string& group, Content& content) {
     const hid_t object = H5Oopen(file, group.c_str(), H5P_DEFAULT);
     const int count = H5Aget_num_attrs(object);
     for (int k = 0; k < count; ++k) {
-        const hid_t attribute = H5Aopen_by_idx(object, ".", H5_INDEX_NAME, H5_ITER_INC, static_cast<hsize_t>(k),
-                                               H5P_DEFAULT, H5P_DEFAULT);
+        const hid_t attribute =
+            H5Aopen_by_idx(object, ".", H5_INDEX_NAME, H5_ITER_INC, static_cast<hsize_t>(k), H5P_DEFAULT, H5P_DEFAULT);
         const hid_t type = H5Aget_type(attribute);
         std::array<char, 64> name{};
         H5Aget_name(attribute, name.size(), name.data());
@@ -126,9 +126,14 @@ static_assert(sizeof(Edit) == 12);
 Bytes remarkable(const Item& item, std::uint8_t which) {
     constexpr std::array<std::uint64_t, 8> wholes{
         0, 1, 2, 0x7fffffff, 0x80000000, 0xffffffff, 0x8000000000000000, 0xffffffffffffffff};
-    constexpr std::array<double, 8> reals{
-        0.0, 1.0, -1.0, 1e-300, 1e300, -0.0, std::numeric_limits<double>::infinity(),
-        std::numeric_limits<double>::quiet_NaN()};
+    constexpr std::array<double, 8> reals{0.0,
+                                          1.0,
+                                          -1.0,
+                                          1e-300,
+                                          1e300,
+                                          -0.0,
+                                          std::numeric_limits<double>::infinity(),
+                                          std::numeric_limits<double>::quiet_NaN()};
     Bytes bytes(item.width());
     if (item.type == Item::Type::real) {
         std::memcpy(bytes.data(), &reals[which % reals.size()], bytes.size());

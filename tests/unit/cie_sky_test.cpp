@@ -80,6 +80,23 @@ TEST_F(SceneFile, CieSkiesAndSunsByDate) {
               std::string::npos);
 }
 
+TEST_F(SceneFile, CieSkiesHaveNumbersAndNames) {
+    const auto radiance = [&](const std::string& sky) {
+        return with(R"("sky": {"type": "cie", "sky": )" + sky + R"(, "sun": [1, 0, 1], "illuminance": 1000})")
+            .lights.dome->radiance(Vec3(0.6, 0.0, 0.8))[0];
+    };
+    for (const auto& [name, number] :
+         {std::pair(R"("overcast")", "1"), std::pair(R"("uniform")", "5"), std::pair(R"("clear")", "12"),
+          std::pair(R"("clear polluted")", "13"), std::pair(R"("traditional overcast")", "16")}) {
+        EXPECT_EQ(radiance(name), radiance(number)) << name;
+    }
+    for (const char* const bad : {"0", "17", R"("cloudless")"}) {
+        EXPECT_NE(refused_with(R"("sky": {"type": "cie", "sky": )" + std::string(bad) + R"(, "illuminance": 1})")
+                      .find("1 to 15"),
+                  std::string::npos);
+    }
+}
+
 TEST(SunDisc, ThePenumbraOfAHalfPlaneIsACircularSegment) {
     // A floor, and a screen far larger than the penumbra 1 above it, with its edge at x = 0.
     Scene scene;

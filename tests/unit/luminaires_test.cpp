@@ -202,7 +202,7 @@ TEST(Opening, ItsLightConvergesToTheQuadratureOfTheSource) {
             }
         }
         sum /= n * (n / 4);
-        // The intensity has kinks between its angles, which cost more than the 1e-4 of smooth ones.
+        // The intensity has kinks at its angles.
         EXPECT_NEAR(light.mean_kernel(x, Vec3::UnitZ()), sum, 1e-3 * sum) << x.transpose();
     }
     // Far away it is a point, but for the tip of the table: from 0 to 10 degrees the intensity falls by 1.5 %, and the

@@ -204,7 +204,8 @@ TEST_F(SceneFile, ValuesOutOfRangeAreRefused) {
     EXPECT_THAT(refused_with("\"up\": [0, 0]"), HasSubstr("a list of 3 numbers, not a list of 2"));
     EXPECT_THAT(refused_with("\"lights\": [{\"type\": \"sun\", \"towards\": [0, 0, 1], \"irradiance\": -1}]"),
                 HasSubstr("\"irradiance\" must be from 0"));
-    EXPECT_THAT(refused_with("\"lights\": [{\"type\": \"sun\", \"irradiance\": 1}]"), HasSubstr("needs \"towards\""));
+    EXPECT_THAT(refused_with("\"lights\": [{\"type\": \"sun\", \"irradiance\": 1}]"),
+                HasSubstr("needs either \"towards\" or \"date\""));
     EXPECT_THAT(refused_with("\"lights\": [{\"type\": \"point\", \"position\": [0, 0, 0]}]"),
                 HasSubstr("needs either"));
     EXPECT_THAT(

@@ -65,8 +65,8 @@ double relative_half_width(const GoalEstimate& goal) {
     double largest = 0.0;
     for (int c = 0; c < 3; ++c) {
         if (const double half = 0.5 * (goal.high[c] - goal.low[c]); half > 0.0) {
-            largest = std::max(
-                largest, goal.mean[c] > 0.0 ? half / goal.mean[c] : std::numeric_limits<double>::infinity());
+            largest =
+                std::max(largest, goal.mean[c] > 0.0 ? half / goal.mean[c] : std::numeric_limits<double>::infinity());
         }
     }
     return largest;
@@ -174,7 +174,8 @@ class TargetSearch {
     void miss(const std::string& reason) {
         const Attempt& reached = attempts_[best_number_];
         missed_ = std::string(reached.goals ? "the error of the goals" : "the error") + " is not below " +
-                  percent_text(target_.relative) + ": below " + percent_text(error_of(reached)) + " was reached, with " + std::to_string(reached.effort.sites) + " sites and " +
+                  percent_text(target_.relative) + ": below " + percent_text(error_of(reached)) +
+                  " was reached, with " + std::to_string(reached.effort.sites) + " sites and " +
                   std::to_string(reached.effort.rays) + " rays from each; " + reason;
         if (!target_.best_effort) {
             throw NotConverged(missed_ + ". Order a larger --error, raise the limit, or take what is reached, "

@@ -10,10 +10,13 @@
 #include <difusa/scene/sun_position.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <numbers>
 #include <sstream>
+#include <string_view>
+#include <utility>
 
 namespace difusa {
 
@@ -193,17 +196,33 @@ Sun read_sun(const SceneChecks& checks, const JsonValue& from, PolygonSoup& soup
     return sun;
 }
 
+namespace {
+
+/// A type of CIE S 011 by number, or one of those that the standard calls by a name.
+std::size_t cie_type(const SceneChecks& checks, const JsonValue& from) {
+    constexpr std::array<std::pair<std::string_view, std::size_t>, 5> named{
+        {{"overcast", 1}, {"uniform", 5}, {"clear", 12}, {"clear polluted", 13}, {"traditional overcast", 16}}};
+    if (from.kind == JsonValue::Kind::text) {
+        for (const auto& [name, type] : named) {
+            if (from.text == name) {
+                return type;
+            }
+        }
+    } else if (const std::size_t type = checks.whole(from, quoted("sky")); type >= 1 && type <= 16) {
+        return type;
+    }
+    checks.fail(from, "\"sky\" must be a type of CIE S 011 from 1 to 15, or 16, or \"overcast\" (1), \"uniform\" (5), "
+                      "\"clear\" (12), \"clear polluted\" (13) or \"traditional overcast\" (16)");
+}
+
+} // namespace
+
 void read_cie_sky(const SceneChecks& checks, const JsonValue& from, PolygonSoup& soup) {
     const std::string what = "a sky";
     checks.members(from, what,
                    {"type", "sky", "sun", "latitude", "longitude", "date", "time", "time_zone", "north", "illuminance",
                     "irradiance", "zenith_luminance", "zenith_radiance", "ground_reflectance"});
-    const JsonValue& number = checks.required(from, what, "sky");
-    const std::size_t type = checks.whole(number, quoted("sky"));
-    if (type < 1 || type > 16) {
-        checks.fail(number, "\"sky\" must be a type of CIE S 011 from 1 (overcast) over 5 (uniform), 12 (clear) to "
-                            "15, or 16 (traditional overcast)");
-    }
+    const std::size_t type = cie_type(checks, checks.required(from, what, "sky"));
     const bool even = type == 1 || type == 3 || type == 5 || type == 16;
     const JsonValue *towards = from.find("sun"), *date = from.find("date");
     if ((towards != nullptr && date != nullptr) || (!even && towards == nullptr && date == nullptr)) {

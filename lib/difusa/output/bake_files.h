@@ -42,16 +42,17 @@ std::string format_seconds(double seconds);
 /// Where to write each file; an empty name: not written.
 struct BakeFiles {
     std::filesystem::path field = {}, sites = {}, report = {};
-    std::filesystem::path listed = {};    ///< point_table (output/point_list.h)
-    std::filesystem::path transport = {}; ///< write_transport (bake/saved_transport.h)
+    std::filesystem::path listed = {};      ///< point_table (output/point_list.h)
+    std::filesystem::path transport = {};   ///< write_transport (bake/saved_transport.h)
     std::filesystem::path error_chart = {}; ///< error_chart_of (output/error_chart.h), of a bake with a target
 
     std::vector<std::filesystem::path> beside_field() const; ///< names that are not empty, without the field's
 };
 
-/// Writes field_of, sites_of, point_table, report_of, error_chart_of and the transport as the phase "write" of `execution`. All are
-/// written before the first appears under its name: on failure none of them appears, and older files stay as they were.
-/// Throws what `write_field`, `require_finite` and `saved_transport_of` throw, and Interrupted.
+/// Writes field_of, sites_of, point_table, report_of, error_chart_of and the transport as the phase "write" of
+/// `execution`. All are written before the first appears under its name: on failure none of them appears, and older
+/// files stay as they were. Throws what `write_field`, `require_finite` and `saved_transport_of` throw, and
+/// Interrupted.
 void write_bake(const BakeResult& result, const BakeFiles& files, const Execution& execution);
 
 /// The factor from radiosity to linear display values: 0.9 over the luminance below which 95 % of the area of

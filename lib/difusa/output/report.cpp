@@ -97,12 +97,9 @@ Json target_of(const BakeResult& result) {
                             {"noise_share", attempt.noise_share},
                             {"seconds", attempt.seconds}});
     }
-    return {{"relative", target.relative},
-            {"of", result.options.goals.empty() ? "field" : "goals"},
-            {"most_sites", target.most_sites},
-            {"most_seconds", json_number(target.most_seconds)},
-            {"reached", !result.target_missed},
-            {"attempts", attempts}};
+    return {{"relative", target.relative},      {"of", result.options.goals.empty() ? "field" : "goals"},
+            {"most_sites", target.most_sites},  {"most_seconds", json_number(target.most_seconds)},
+            {"reached", !result.target_missed}, {"attempts", attempts}};
 }
 
 Json input_of(const BakeResult& result) {

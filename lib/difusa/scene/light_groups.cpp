@@ -58,7 +58,10 @@ LightSets light_groups(const Scene& scene) {
     for (std::size_t i = 0; i < scene.point_lights.size(); ++i) {
         const PointLight& light = scene.point_lights[i];
         if ((light.intensity > 0.0).any()) {
-            sets.point[i] = set_of(sets, !light.name.empty() ? light.name : light.distribution ? "luminaire" : light.is_spot() ? "spot" : "point");
+            sets.point[i] = set_of(sets, !light.name.empty()  ? light.name
+                                         : light.distribution ? "luminaire"
+                                         : light.is_spot()    ? "spot"
+                                                              : "point");
         }
     }
     if (scene.has_sky()) {

@@ -22,9 +22,9 @@ struct LightSets {
 LightSets all_lights(const Scene& scene);
 
 /// One set for each group of lights that emit. Emitting materials belong to their `light_group`, or by default to a
-/// group with their name; suns and point lights to one with their name, or by default "sun", "point", "spot" or "luminaire"; the sky
-/// to "sky". In the order: materials, suns, point lights, sky. Names are unique; characters a file cannot hold
-/// (storable_text), or that would end a line, become '_'. Without any light, the single set of all_lights.
+/// group with their name; suns and point lights to one with their name, or by default "sun", "point", "spot" or
+/// "luminaire"; the sky to "sky". In the order: materials, suns, point lights, sky. Names are unique; characters a file
+/// cannot hold (storable_text), or that would end a line, become '_'. Without any light, the single set of all_lights.
 LightSets light_groups(const Scene& scene);
 
 } // namespace difusa

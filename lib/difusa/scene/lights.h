@@ -83,8 +83,8 @@ struct PointLight {
     }
 
     /// The mean of `kernel` over the opening, all of it being in sight: `kernel` itself without an opening. By
-    /// Gauss-Legendre rules of three nodes a side on parts no larger than half the distance of x from the opening (at
-    /// most 48 a side): where the intensity is smooth, within 1e-4 from a tenth of the opening's size on.
+    /// Gauss-Legendre rules of three nodes a side on parts no larger than half the distance of x from the opening (2 to
+    /// 48 a side): a fifth of the opening's size away and more, within 1e-3, with intensities tabulated every 10°.
     double mean_kernel(const Vec3& x, const Vec3& n) const;
 };
 
