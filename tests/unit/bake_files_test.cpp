@@ -4,7 +4,7 @@
 
 #include <difusa/discretisation/basis.h>
 #include <difusa/discretisation/evaluate.h>
-#include <difusa/output/point_list.h>
+#include <difusa/output/point_table.h>
 #include <difusa/version.h>
 
 #include <file_size_limit.h>

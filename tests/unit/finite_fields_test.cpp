@@ -4,7 +4,6 @@
 #include <difusa/core/random.h>
 #include <difusa/import/shapes.h>
 #include <difusa/output/bake_files.h>
-#include <difusa/output/point_list.h>
 
 #include <support/lit_scenes.h>
 #include <support/plugins.h>

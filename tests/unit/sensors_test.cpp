@@ -5,7 +5,7 @@
 #include <difusa/core/error.h>
 #include <difusa/lighting/lambert.h>
 #include <difusa/output/bake_files.h>
-#include <difusa/output/point_list.h>
+#include <difusa/output/point_table.h>
 
 #include <support/lit_scenes.h>
 #include <support/plugins.h>

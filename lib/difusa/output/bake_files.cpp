@@ -7,7 +7,7 @@
 #include <difusa/core/photometry.h>
 #include <difusa/io/field_writers.h>
 #include <difusa/output/error_chart.h>
-#include <difusa/output/point_list.h>
+#include <difusa/output/point_table.h>
 #include <difusa/output/thermal_files.h>
 #include <difusa/version.h>
 

@@ -42,7 +42,7 @@ std::string format_seconds(double seconds);
 /// Where to write each file; an empty name: not written.
 struct BakeFiles {
     std::filesystem::path field = {}, sites = {}, report = {};
-    std::filesystem::path listed = {};      ///< point_table (output/point_list.h)
+    std::filesystem::path listed = {};      ///< point_table (output/point_table.h)
     std::filesystem::path transport = {};   ///< write_transport (bake/saved_transport.h)
     std::filesystem::path error_chart = {}; ///< error_chart_of (output/error_chart.h), of a bake with a target
 

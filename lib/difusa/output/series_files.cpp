@@ -4,7 +4,7 @@
 #include <difusa/core/text.h>
 #include <difusa/io/field_writers.h>
 #include <difusa/output/bake_files.h>
-#include <difusa/output/point_list.h>
+#include <difusa/output/point_table.h>
 
 #include <array>
 #include <cmath>
