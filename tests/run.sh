@@ -9,7 +9,7 @@ usage="usage: tests/run.sh [OPTION]...
     --no-viewers      without opening what is baked in ParaView and MeshLab, and without installing them
     --no-sanitize     without the tests under AddressSanitizer and UndefinedBehaviorSanitizer
     --no-fuzz         without the fuzz targets
-    --fuzz-seconds N  time for each fuzz target (10)
+    --fuzz-seconds N  time for each fuzz target (5)
     --build-dir DIR   build in DIR/test, DIR/sanitize and DIR/fuzz; pictures are kept in DIR/viewers (build)
     --jobs N          parallel jobs (all processors)
     --help            this text
@@ -19,7 +19,7 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=$root/build
 jobs=$(nproc)
-fuzz_seconds=10
+fuzz_seconds=5
 format=yes tidy=yes viewers=yes sanitize=yes fuzz=yes
 
 while [ $# -gt 0 ]; do
