@@ -1,5 +1,6 @@
 #include <difusa/algebra/hit_lists.h>
 #include <difusa/bake/saved_transport.h>
+#include <difusa/core/error.h>
 #include <difusa/core/random.h>
 #include <difusa/io/field_file.h>
 
@@ -121,6 +122,17 @@ TEST(SavedTransport, RefusesAThousandCorruptions) {
         EXPECT_THAT(refusal_of([&] { load_transport(scratch / "bad", Execution{}); }, "trial " + std::to_string(trial)),
                     HasSubstr("--save-transport"));
     }
+}
+
+/// Those of the scene are read from its file again; the ones among the options would be lost.
+TEST(SavedTransport, HasNoPlaceForExtendedLightsOfTheOptions) {
+    BakeResult result = small_bake();
+    EXPECT_NO_THROW(saved_transport_of(result));
+    BakeResult with_disc = result, with_opening = result;
+    with_disc.requested.suns[0].disc = 0.005;
+    EXPECT_THROW(saved_transport_of(with_disc), UsageError);
+    with_opening.requested.point_lights[0].half_length = 0.1;
+    EXPECT_THROW(saved_transport_of(with_opening), UsageError);
 }
 
 /// Files with a good seal, made by somebody else.

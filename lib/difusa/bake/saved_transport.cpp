@@ -11,6 +11,7 @@
 #include <difusa/transport/pairwise.h>
 #include <difusa/version.h>
 
+#include <algorithm>
 #include <span>
 #include <system_error>
 #include <type_traits>
@@ -256,6 +257,13 @@ SavedTransport saved_transport_of(const BakeResult& result) {
     if (!result.sites->dark.empty()) {
         throw UsageError("a transport can be saved only with sites on all of the surface, so that any light can be "
                          "shone on it: bake with BakeOptions::every_surface");
+    }
+    const auto extended = [](const auto& light) { return light.is_extended(); };
+    if (std::any_of(result.requested.suns.begin(), result.requested.suns.end(), extended) ||
+        std::any_of(result.requested.point_lights.begin(), result.requested.point_lights.end(),
+                    [&](const PointLight& light) { return light.distribution != nullptr || extended(light); })) {
+        throw UsageError("a saved transport has no place for the suns with a disc and the luminaires of BakeOptions: "
+                         "make them lights of the scene");
     }
     SavedTransport saved;
     std::error_code ignored;

@@ -43,7 +43,8 @@ std::uint64_t discretisation_fingerprint(const Discretisation& discretisation);
 /// Of the content of a file; 0 if it cannot be read.
 std::uint64_t content_fingerprint(const std::filesystem::path& file);
 
-/// Throws UsageError if there are no sites on some of the surface: the bake needs BakeOptions::every_surface.
+/// Throws UsageError if there are no sites on some of the surface, for which the bake needs BakeOptions::every_surface,
+/// and for suns with a disc and luminaires among its options, which the file cannot hold.
 SavedTransport saved_transport_of(const BakeResult& result);
 
 /// Writes the file; the caller commits it. Throws ResourceError.
