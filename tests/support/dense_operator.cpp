@@ -2,7 +2,8 @@
 
 #include <difusa/algebra/factors.h>
 
-#include <Eigen/Eigenvalues> // takes long to compile: here once
+#include <Eigen/Eigenvalues> // these take long to compile: here once
+#include <Eigen/LU>
 
 namespace difusa::test {
 
@@ -38,6 +39,10 @@ Eigen::MatrixXd random_nonnegative(Eigen::Index n, double density, RandomStream&
         entry = random.uniform() < density ? random.uniform() : 0.0;
     }
     return K;
+}
+
+Eigen::MatrixXd solve_dense(const Eigen::MatrixXd& A, const Eigen::MatrixXd& b) {
+    return A.partialPivLu().solve(b);
 }
 
 double exact_spectral_radius(const Eigen::MatrixXd& K) {

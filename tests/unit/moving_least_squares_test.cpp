@@ -5,7 +5,6 @@
 #include <support/sited.h>
 #include <support/surface_sampling.h>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include <gtest/gtest.h>
@@ -87,7 +86,7 @@ Twin twin(const Mesh& mesh, const SiteSet& sites, const SurfacePoint& x, double 
     const Eigen::Matrix3d M = p.transpose() * w.asDiagonal() * p;
     const Eigen::Vector2d m = M.block<2, 1>(1, 0) / M(0, 0);
     const Eigen::Matrix2d C = M.block<2, 2>(1, 1) / M(0, 0) - m * m.transpose();
-    result.least = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(C).eigenvalues()[0];
+    result.least = 0.5 * C.trace() - std::hypot(0.5 * (C(0, 0) - C(1, 1)), C(0, 1)); // its lesser eigenvalue
     if (result.least > 0.0) {
         result.delta = std::sqrt(m.dot(C.inverse() * m));
         const Eigen::Vector3d solution = M.inverse().col(0);

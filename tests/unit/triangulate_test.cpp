@@ -205,7 +205,7 @@ TEST(Triangulate, NonPlanarPolygonsAreSeenAlongTheirNormal) {
     // Stars that two half turns make equal, so that the heights do not tilt the Newell normal, (1, 1, 1): along it
     // they are simple, along a coordinate axis the heights shift corners across sides.
     const Eigen::Matrix3d tilt =
-        Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), Vec3::Ones()).normalized().toRotationMatrix();
+        Eigen::AngleAxisd(std::acos(std::sqrt(1.0 / 3.0)), Vec3(-1.0, 1.0, 0.0).normalized()).toRotationMatrix();
     for (std::uint64_t i = 0; i < 20; ++i) {
         SCOPED_TRACE(i);
         RandomStream random(13, "polygon", i);

@@ -38,10 +38,11 @@ void orient_luminaire(const SceneChecks& checks, const JsonValue& from, PointLig
         }
     } else {
         ahead = (ahead - ahead.dot(down) * down).normalized();
-        // Straight up: turned over about C0.
-        ahead = light.direction.dot(down) < -1.0 + 1e-12
-                    ? ahead
-                    : Eigen::Quaterniond::FromTwoVectors(down, light.direction) * ahead;
+        const double turn = 1.0 + down.dot(light.direction);
+        if (turn > 1e-12) { // straight up otherwise: turned over about C0
+            const Vec3 axis = down.cross(light.direction);
+            ahead = Eigen::Quaterniond(turn, axis.x(), axis.y(), axis.z()).normalized() * ahead;
+        }
     }
     light.c0 = (ahead - ahead.dot(light.direction) * light.direction).normalized();
     light.c90 = -light.direction.cross(light.c0);
