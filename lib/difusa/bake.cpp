@@ -9,6 +9,7 @@
 #include <difusa/bake/placing.h>
 #include <difusa/bake/scene.h>
 #include <difusa/bake/steps.h>
+#include <difusa/bake/trial.h>
 #include <difusa/core/error.h>
 
 #include <memory>
@@ -53,47 +54,64 @@ void build_visibility(BakeResult& result, const Registry& registry, Choices& cho
     }
 }
 
+/// What bakes, dry runs and attempts at an accuracy have in common.
+struct Stage {
+    const Registry& registry;
+    Tracer tracer;
+    DirectLight lights;
+    LitSurface lit;
+    Stage(const BakeResult& result, const Registry& registry_used, const Choices& choices, const Execution& execution)
+        : registry(registry_used), tracer(result.scene->mesh, *choices.engine), lights(*result.scene, tracer),
+          lit(lit_surface(result, lights, tracer, execution)) {}
+};
+
+/// Places the sites and solves.
+void solve_on(const Stage& stage, BakeResult& result, const Choices& choices, const Execution& execution) {
+    // An accuracy can be ordered from any sampler.
+    result.options.adaptive = result.options.adaptive && !choices.sampler->needs_visibility();
+    const Placed placed{result.options.adaptive
+                            ? place_adaptively(result, stage.registry, choices, stage.lit, stage.tracer, execution)
+                            : place_sites(result, choices, stage.lit, execution),
+                        stage.lit.dark_area};
+    result.sites = placed.sites;
+    check_request(result, choices, stage.lights, placed.sites->size(), execution);
+    solve_placed(result, choices, placed, transport_by_rays(result, choices, stage.tracer), execution);
+    estimate_error_of(result, execution);
+}
+
 /// Estimates the cost, placing sites only where that is cheap.
-void forecast(BakeResult& result, const Choices& choices, const Execution& execution) {
-    const Tracer tracer(result.scene->mesh, *choices.engine);
-    const DirectLight lights(*result.scene, tracer);
-    const LitSurface lit = lit_surface(result, lights, tracer, execution);
+void forecast(BakeResult& result, const Registry& registry, const Choices& choices, const Execution& execution) {
+    const Stage stage(result, registry, choices, execution);
+    const LitSurface& lit = stage.lit;
     const std::optional<std::size_t> many = forecast_sites(result, choices, lit, execution);
     if (!many) {
         result.sites = place_sites(result, choices, lit, execution);
     }
-    check_request(result, choices, lights, many ? *many : result.sites->size(), execution);
+    check_request(result, choices, stage.lights, many ? *many : result.sites->size(), execution);
     result.estimate.predicted = many.has_value();
-    time_sample(result.estimate, result, choices, lights, execution);
+    count_further_rays(result.estimate, result, execution);
+    predict_time(
+        result, registry, choices,
+        [&](BakeResult& trial, Choices& own_choices, const Execution& own) {
+            solve_on(stage, trial, own_choices, own);
+        },
+        execution);
 }
 
 /// The steps after the scene is there.
 void finish(BakeResult& result, const Registry& registry, Choices& choices, const Execution& execution) {
-    const Tracer tracer(result.scene->mesh, *choices.engine);
-    const DirectLight lights(*result.scene, tracer);
-    const LitSurface lit = lit_surface(result, lights, tracer, execution);
-    const auto solve = [&](BakeResult& attempt, const Execution& own) {
-        // An accuracy can be ordered from any sampler.
-        attempt.options.adaptive = attempt.options.adaptive && !choices.sampler->needs_visibility();
-        const Placed placed{attempt.options.adaptive ? place_adaptively(attempt, registry, choices, lit, tracer, own)
-                                                     : place_sites(attempt, choices, lit, own),
-                            lit.dark_area};
-        attempt.sites = placed.sites;
-        check_request(attempt, choices, lights, placed.sites->size(), own);
-        solve_placed(attempt, choices, placed, transport_by_rays(attempt, choices, tracer), own);
-        estimate_error_of(attempt, own);
-    };
+    const Stage stage(result, registry, choices, execution);
     if (result.options.target) {
         const BakeOptions wanted = result.options;
         const auto solve_afresh = [&](BakeResult& attempt, const Execution& own) {
             Choices fresh = make_choices(registry, wanted); // a basis is bound to the sites of one attempt
             choices.elements = std::move(fresh.elements);
             choices.fallback = std::move(fresh.fallback);
-            solve(attempt, own);
+            solve_on(stage, attempt, choices, own);
         };
         reach_target(result, solve_afresh, execution);
     } else {
-        solve(result, execution);
+        solve_on(stage, result, choices, execution);
     }
     evaluate_solution(result, execution);
 }
@@ -129,7 +147,7 @@ BakeResult dry_run(const Registry& registry, const std::filesystem::path& file, 
         }
         read_into(result, registry, file, own);
         build_visibility(result, registry, choices, own);
-        forecast(result, choices, own);
+        forecast(result, registry, choices, own);
         result.dry_run = true;
     });
 }

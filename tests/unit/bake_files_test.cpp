@@ -387,7 +387,7 @@ TEST(BakeFiles, ReportIsJson) {
     const BakeResult& result = coloured();
     const json report = json::parse(report_of(result));
     EXPECT_EQ(report["schema"], "difusa-bake-report");
-    EXPECT_EQ(report["schema_version"], 3);
+    EXPECT_EQ(report["schema_version"], 4);
     EXPECT_EQ(report["difusa_version"], version());
     EXPECT_EQ(report["library_versions"].size(), library_versions().size());
     EXPECT_EQ(report["dry_run"], false);
@@ -453,11 +453,36 @@ TEST(BakeFiles, ReportOfADryRun) {
     const json report = json::parse(report_of(result));
     EXPECT_EQ(report["dry_run"], true);
     EXPECT_EQ(report["transport"]["estimated_rays"], 32 * result.sites->size());
-    EXPECT_GT(report["transport"]["estimated_seconds"], 0.0);
+    // Those of a bake, but for what that does beside.
+    std::vector<std::string> phases;
+    for (const json& phase : report["estimated_seconds"]) {
+        phases.push_back(phase["phase"]);
+        EXPECT_GE(phase["seconds"], 0.0);
+    }
+    std::vector<std::string> real;
+    const BakeResult baked = bake(Registry::load(), DIFUSA_TEST_DATA "/cornell_box.obj", options, Execution{});
+    for (const auto& [phase, seconds] : baked.journal.seconds()) {
+        real.push_back(phase);
+    }
+    EXPECT_THAT(phases, testing::UnorderedElementsAreArray(real));
     EXPECT_FALSE(report.contains("solve"));
     EXPECT_FALSE(report.contains("energy"));
     EXPECT_FALSE(report.contains("output"));
     EXPECT_THAT(summary_of(result), HasSubstr("memory for transport: at most "));
+    EXPECT_THAT(summary_of(result), HasSubstr("time: about "));
+}
+
+/// A trial that fails is no reason to refuse the rest.
+TEST(BakeFiles, ReportOfADryRunWhoseTrialFails) {
+    BakeOptions options;
+    options.sites = 4000;
+    options.rays = 32;
+    options.solve.max_iterations = 1;
+    options.solve.tolerance = 1e-14;
+    const BakeResult result = dry_run(Registry::load(), DIFUSA_TEST_DATA "/cornell_box.obj", options, Execution{});
+    EXPECT_TRUE(result.estimate.phases.empty());
+    EXPECT_THAT(result.journal.notes(), testing::Contains(HasSubstr("the time cannot be predicted")));
+    EXPECT_THAT(summary_of(result), HasSubstr("time: unknown"));
 }
 
 /// A square whose red is x at its corners: interpolated, it is x everywhere.

@@ -5,12 +5,10 @@
 #include <difusa/discretisation/discretisation.h>
 #include <difusa/lighting/surfel_light.h>
 #include <difusa/mesh/output_mesh.h>
-#include <difusa/mesh/surface_sampling.h>
 #include <difusa/radiosity/error_points.h>
 #include <difusa/rays/tracer.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 namespace difusa {
@@ -20,14 +18,6 @@ namespace {
 constexpr double bytes_per_ray = 2.5;      ///< in HitLists, an upper estimate
 constexpr double bytes_per_surfel = 250.0; ///< surfel, averages and light
 constexpr double pooled_directions = 32.0; ///< sets of directions in a DirectionPool
-constexpr double other_work = 1.25;        ///< factor on the time of the rays
-
-/// How expensive direct light is to evaluate.
-struct ShadowRays {
-    bool every_surfel;  ///< lies in a penumbra
-    std::size_t rounds; ///< towards area lights, per point
-};
-constexpr ShadowRays most{true, AreaLights::most_rounds}, usual{false, 2};
 constexpr std::size_t rays_of_round = 64;
 
 /// Number of surfels to expect; an upper estimate.
@@ -68,16 +58,15 @@ double solver_bytes(const Solver& solver, const ElementChoice& elements, const B
            (solver.needs_columns() ? stored_entries * (sizeof(Index) + sizeof(double)) : 0.0);
 }
 
-/// Visibility segments of a bake up to its field.
-std::size_t segments_for(std::size_t sites, const BakeResult& result, const Choices& choices, const DirectLight& lights,
-                         const ShadowRays& needed) {
+/// Visibility segments of a bake up to its field, if every surfel and every point lies in a penumbra.
+std::size_t most_segments(std::size_t sites, const BakeResult& result, const Choices& choices,
+                          const DirectLight& lights) {
     const std::size_t points = gather_points(choices.elements.projection, sites);
     const SurfelSamples samples = SurfelSamples::of(lights.rays_per_sample());
-    const std::size_t on_surfel = samples.pilot + (needed.every_surfel ? samples.edge : samples.even);
-    const double on_surfels = surfels_of(result.scene->mesh, Discretisation::surfel_edge(result.options.spacing)) *
-                              static_cast<double>(on_surfel * lights.rays_per_sample());
+    const std::size_t on_surfel = samples.pilot + samples.edge;
+    const double on_surfels = expected_surfels(result) * static_cast<double>(on_surfel * lights.rays_per_sample());
     std::size_t segments =
-        static_cast<std::size_t>(on_surfels) + points * lights.rays_per_point(needed.rounds * rays_of_round);
+        static_cast<std::size_t>(on_surfels) + points * lights.rays_per_point(AreaLights::most_rounds * rays_of_round);
     if (lights.any()) {
         segments += points * ((result.options.rays + 1) / 2); // towards samples on bright surfels
     }
@@ -118,18 +107,16 @@ BakeEstimate estimate_cost(const BakeResult& result, const Choices& choices, con
     if (result.options.adaptive) {
         estimate.rays += static_cast<std::size_t>(pilot_sites * n) * pilot_rays(result.options.rays);
     }
-    estimate.segments = segments_for(sites, result, choices, lights, most);
+    estimate.segments = most_segments(sites, result, choices, lights);
     estimate.transport_bytes =
-        static_cast<double>(points) * rays * bytes_per_ray +
-        surfels_of(result.scene->mesh, Discretisation::surfel_edge(result.options.spacing)) * bytes_per_surfel;
+        static_cast<double>(points) * rays * bytes_per_ray + expected_surfels(result) * bytes_per_surfel;
     if (choices.pairwise) {
         // Lists of mutually visible sites, then the matrix.
         estimate.transport_bytes += n * n * (2.0 * sizeof(Index) + sizeof(double));
     }
     const double stored_entries = choices.pairwise ? n * n : static_cast<double>(points) * rays;
-    estimate.transport_bytes += solver_bytes(
-        *choices.solver, choices.elements, result.options,
-        surfels_of(result.scene->mesh, Discretisation::surfel_edge(result.options.spacing)), stored_entries);
+    estimate.transport_bytes +=
+        solver_bytes(*choices.solver, choices.elements, result.options, expected_surfels(result), stored_entries);
     // Directions are pooled; each thread holds the rays and hits of one site.
     const double scratch =
         rays * (pooled_directions * 4.0 * sizeof(double) + execution.threads * (sizeof(Ray) + sizeof(Hit)));
@@ -140,42 +127,18 @@ BakeEstimate estimate_cost(const BakeResult& result, const Choices& choices, con
     return estimate;
 }
 
-void time_sample(BakeEstimate& estimate, const BakeResult& result, const Choices& choices, const DirectLight& lights,
-                 const Execution& execution) {
-    execution.phase("time a sample of rays");
+double expected_surfels(const BakeResult& result) {
+    return surfels_of(result.scene->mesh, Discretisation::surfel_edge(result.options.spacing));
+}
+
+void count_further_rays(BakeEstimate& estimate, const BakeResult& result, const Execution& execution) {
     const BakeOptions& options = result.options;
-    const DirectionPool pool(*choices.directions, std::min<std::size_t>(options.rays, 1024), options.seed);
-    std::vector<SurfacePoint> points;
-    if (result.sites) {
-        const std::size_t sample = std::min<std::size_t>(estimate.sites, 64);
-        for (std::size_t i = 0; i < sample; ++i) {
-            points.push_back(result.sites->points[i * estimate.sites / sample]);
-        }
-    } else {
-        points = even_points(result.scene->mesh, 64, RandomStream(options.seed, "sample of rays"));
-    }
-    Hemisphere around(Tracer(result.scene->mesh, *choices.engine), pool);
-    const auto begin = std::chrono::steady_clock::now();
-    for (std::size_t j = 0; j < points.size(); ++j) {
-        around.look(points[j], j);
-    }
-    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-    const double each =
-        took.count() / static_cast<double>(points.size() * pool.count() * execution.threads) * other_work;
-    estimate.seconds =
-        each * static_cast<double>(estimate.rays + segments_for(estimate.sites, result, choices, lights, usual));
-    const auto gathered_twice = [&](std::size_t at, std::size_t half) {
-        const std::size_t shadow = lights.rays_per_sample();
-        estimate.further_rays += 2 * at * half;
-        estimate.further_seconds +=
-            each * 2.0 * static_cast<double>(at) * static_cast<double>(half * (1 + shadow) + lights.rays_per_point(64));
-    };
-    gathered_twice(error_points(options, estimate.sites), error_rays(options));
-    gathered_twice(options.goals.size() * options.goal_samples / 2, error_rays(options));
+    estimate.further_rays = 2 * error_rays(options) *
+                            (error_points(options, estimate.sites) + options.goals.size() * options.goal_samples / 2);
     if (options.final_gather > 0) {
         const OutputMesh output = refine(result.scene->mesh, options.output_spacing, options.crease_angle,
                                          most_output_triangles(options), execution);
-        gathered_twice(output.vertices.size(), (options.final_gather + 1) / 2);
+        estimate.further_rays += 2 * output.vertices.size() * ((options.final_gather + 1) / 2);
     }
 }
 

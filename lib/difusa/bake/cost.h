@@ -24,8 +24,10 @@ std::size_t most_output_triangles(const BakeOptions& options);
 BakeEstimate estimate_cost(const BakeResult& result, const Choices& choices, const DirectLight& lights,
                            std::size_t sites, const Execution& execution);
 
-/// Casts the rays of a few surface points to estimate the time for all sites. Phase "time a sample of rays".
-void time_sample(BakeEstimate& estimate, const BakeResult& result, const Choices& choices, const DirectLight& lights,
-                 const Execution& execution);
+/// How many surfels to expect at the spacing of the sites; an upper estimate.
+double expected_surfels(const BakeResult& result);
+
+/// Fills in BakeEstimate::further_rays.
+void count_further_rays(BakeEstimate& estimate, const BakeResult& result, const Execution& execution);
 
 } // namespace difusa

@@ -26,9 +26,9 @@ struct BakeEstimate {
     bool predicted = false; ///< the sites have not been placed: their number is predicted to about 1 %
     std::size_t rays = 0, segments = 0;
     double transport_bytes = 0.0; ///< upper estimate
-    double seconds = 0.0;         ///< of the whole bake up to its field, from a sample of rays; 0 if not measured
-    std::size_t further_rays = 0; ///< those of the error estimate, of goals and of a final gather; 0 if not measured
-    double further_seconds = 0.0; ///< likewise, with their shadow rays
+    std::size_t further_rays = 0; ///< those of the error estimate, of goals and of a final gather; 0 if not counted
+    /// Wall time of each phase in s, in their order (bake/trial.h); empty if it was not predicted.
+    std::vector<std::pair<std::string, double>> phases;
 };
 
 /// Sites and rays of a bake, and the points at which its error and each goal are estimated.

@@ -359,6 +359,30 @@ FieldFile sites_of(const BakeResult& result) {
     return field;
 }
 
+namespace {
+
+/// The line of a dry run: the whole, and the longest phases.
+std::string predicted_time(const BakeEstimate& estimate) {
+    if (estimate.phases.empty()) {
+        return "time: unknown\n";
+    }
+    std::vector<std::pair<double, std::string>> longest;
+    double all = 0.0;
+    for (const auto& [phase, seconds] : estimate.phases) {
+        longest.emplace_back(seconds, phase);
+        all += seconds;
+    }
+    std::stable_sort(longest.begin(), longest.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+    std::string text = "time: about " + format_seconds(all);
+    const std::size_t named = std::min<std::size_t>(longest.size(), 4);
+    for (std::size_t i = 0; i < named; ++i) {
+        text += (i == 0 ? ", of which " : ", ") + longest[i].second + " " + format_seconds(longest[i].first);
+    }
+    return text + "\n";
+}
+
+} // namespace
+
 std::string format_seconds(double seconds) {
     std::array<char, 32> text{};
     if (seconds < 120.0) {
@@ -498,11 +522,10 @@ std::string summary_of(const BakeResult& result) {
     if (result.dry_run) {
         const BakeEstimate& estimate = result.estimate;
         text << "rays: " << estimate.rays << ", visibility segments: at most " << estimate.segments << "\n"
-             << "memory for transport: at most " << format_bytes(estimate.transport_bytes) << "\n"
-             << "time for transport: about " << format_seconds(estimate.seconds) << "\n"
              << "error estimate" << (result.options.goals.empty() ? "" : ", goals")
-             << (result.options.final_gather > 0 ? ", final gather: " : ": ") << estimate.further_rays
-             << " rays, about " << format_seconds(estimate.further_seconds) << "\n";
+             << (result.options.final_gather > 0 ? ", final gather: " : ": ") << estimate.further_rays << " rays\n"
+             << "memory for transport: at most " << format_bytes(estimate.transport_bytes) << "\n"
+             << predicted_time(estimate);
         return text.str();
     }
     if (result.transport_file.empty()) {

@@ -189,9 +189,7 @@ Json transport_of(const BakeResult& result) {
     transport["estimated_segments"] = result.estimate.segments;
     transport["estimated_bytes"] = result.estimate.transport_bytes;
     if (result.dry_run) {
-        transport["estimated_seconds"] = result.estimate.seconds;
         transport["estimated_further_rays"] = result.estimate.further_rays;
-        transport["estimated_further_seconds"] = result.estimate.further_seconds;
     } else {
         transport["rays"] = result.journal.count_of("rays");
         transport["segments"] = result.journal.count_of("segments");
@@ -306,7 +304,7 @@ std::string report_of(const BakeResult& result) {
     const bool baked = !result.dry_run;
     Json report;
     report["schema"] = "difusa-bake-report";
-    report["schema_version"] = 3;
+    report["schema_version"] = 4;
     report["difusa_version"] = version();
     for (const auto& [name, number] : library_versions()) {
         report["library_versions"][name] = number;
@@ -323,13 +321,19 @@ std::string report_of(const BakeResult& result) {
     report["options"] = options_of(result);
     report["sites"] = {{"count", result.estimate.sites}, {"spacing", result.options.spacing}};
     report["transport"] = transport_of(result);
+    const auto times = [](const std::vector<std::pair<std::string, double>>& phases) {
+        Json list = Json::array();
+        for (const auto& [phase, took] : phases) {
+            list.push_back({{"phase", phase}, {"seconds", took}});
+        }
+        return list;
+    };
     if (baked) {
         add_outcome(result, report);
+    } else {
+        report["estimated_seconds"] = times(result.estimate.phases);
     }
-    report["seconds"] = Json::array();
-    for (const auto& [phase, took] : result.journal.seconds()) {
-        report["seconds"].push_back({{"phase", phase}, {"seconds", took}});
-    }
+    report["seconds"] = times(result.journal.seconds());
     report["peak_memory_bytes"] = peak_memory();
     return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

@@ -1,0 +1,143 @@
+#include <difusa/bake/trial.h>
+
+#include <difusa/bake/cost.h>
+#include <difusa/bake/steps.h>
+#include <difusa/core/error.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <string_view>
+
+namespace difusa {
+
+namespace {
+
+constexpr double share_of_sites = 0.1, fewest_placed = 300.0, most_placed = 2000.0;
+constexpr double most_rays = 1 << 20;
+constexpr std::size_t fewest_rays = 64, most_gathered = 64;
+
+/// The trial, and by what factors the bake is larger.
+class Trial {
+  public:
+    Trial(const BakeResult& bake, bool pairwise) : pairwise_(pairwise), result(bake) {
+        const auto n = static_cast<double>(bake.estimate.sites);
+        const double few = std::min(n, std::clamp(share_of_sites * n, fewest_placed, most_placed));
+        BakeOptions& options = result.options;
+        options.sites = 0;
+        options.spacing *= std::sqrt(n / few);
+        options.output_spacing *= std::sqrt(n / few);
+        options.rays = std::min(options.rays, std::max(fewest_rays, static_cast<std::size_t>(most_rays / few)));
+        options.final_gather = std::min(options.final_gather, most_gathered);
+        options.keep_iterates = false;
+        result.listed.clear(); // found again
+        result.listed_distance.clear();
+        result.listed_number.clear();
+        result.sensors.clear();
+    }
+
+    /// Once the trial is done.
+    void compare(const BakeResult& bake) {
+        const auto placed = static_cast<double>(result.sites->size()), n = static_cast<double>(bake.estimate.sites);
+        const auto triangles = static_cast<double>(result.scene->mesh.triangles.size());
+        sites_ = n / placed;
+        rays_ = ratio(bake.options.rays, result.options.rays);
+        gathered_ = ratio(bake.options.final_gather, result.options.final_gather);
+        bound_ = (n + triangles) / (placed + triangles);
+        surfels_ = expected_surfels(bake) / expected_surfels(result);
+        error_points_ = ratio(error_points(bake.options, bake.estimate.sites), result.options.error_points.value_or(0));
+        // Refining adds vertices to those of the mesh in proportion to the sites.
+        const auto vertices = static_cast<double>(result.mesh.vertices.size());
+        const double own = std::min(vertices, static_cast<double>(result.scene->mesh.points.size()));
+        vertices_ = vertices > 0.0 ? (own + sites_ * (vertices - own)) / vertices : 1.0;
+    }
+
+    double growth(std::string_view phase) const {
+        if (phase == "transport") {
+            return pairwise_ ? sites_ * sites_ : sites_ * rays_;
+        }
+        if (phase == "direct light" || phase == "pilot bake") {
+            return sites_ * rays_;
+        }
+        if (phase == "light surfels" || phase == "divide surface" || phase == "project") {
+            return surfels_;
+        }
+        if (phase == "bind basis" || phase == "place sites") {
+            return bound_;
+        }
+        if (phase == "estimate error") {
+            return error_points_ * rays_;
+        }
+        if (phase == "estimate goals") {
+            return rays_; // at as many points
+        }
+        if (phase == "refine output" || phase == "evaluate") {
+            return vertices_ * (phase == "evaluate" ? gathered_ : 1.0);
+        }
+        return sites_;
+    }
+
+  private:
+    static double ratio(std::size_t whole, std::size_t part) {
+        return part > 0 ? static_cast<double>(whole) / static_cast<double>(part) : 1.0;
+    }
+
+    bool pairwise_;
+    double sites_ = 1.0, rays_ = 1.0, gathered_ = 1.0, bound_ = 1.0, surfels_ = 1.0, error_points_ = 1.0,
+           vertices_ = 1.0;
+
+  public:
+    BakeResult result;
+};
+
+/// Adds up what has the same name, in the order of the first of each.
+void add(std::vector<std::pair<std::string, double>>& phases, const std::string& name, double seconds) {
+    const auto found =
+        std::find_if(phases.begin(), phases.end(), [&](const auto& phase) { return phase.first == name; });
+    if (found == phases.end()) {
+        phases.emplace_back(name, seconds);
+    } else {
+        found->second += seconds;
+    }
+}
+
+} // namespace
+
+void predict_time(BakeResult& result, const Registry& registry, const Choices& choices, const SolveSteps& solve,
+                  const Execution& execution) {
+    execution.phase("trial bake");
+    // What was done already takes as long in the bake.
+    std::vector<std::pair<std::string, double>> phases;
+    if (execution.journal != nullptr) {
+        for (const auto& [name, seconds] : execution.journal->seconds()) {
+            // A bake chooses the spacing where it places sites.
+            add(phases, name == "predict sites" ? "place sites" : name, seconds);
+        }
+    }
+    Trial trial(result, choices.pairwise);
+    SubordinateProgress unreported(execution.progress);
+    Journal journal;
+    const Execution own{execution.threads, &unreported, &journal};
+    try {
+        Choices fresh = make_choices(registry, trial.result.options); // a basis is bound to its sites
+        fresh.engine = choices.engine;
+        solve(trial.result, fresh, own);
+        evaluate_solution(trial.result, own);
+        journal.end();
+    } catch (const Interrupted&) {
+        throw;
+    } catch (const Error& error) {
+        execution.note(std::string("the time cannot be predicted, because a bake with fewer sites fails: ") +
+                       error.what());
+        return;
+    }
+    trial.compare(result);
+    for (const auto& [name, seconds] : journal.seconds()) {
+        if (name != "place sites" || !result.sites) {
+            add(phases, name, seconds * trial.growth(name));
+        }
+    }
+    result.estimate.phases = std::move(phases);
+}
+
+} // namespace difusa

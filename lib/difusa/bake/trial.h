@@ -1,0 +1,23 @@
+// The time of a bake, predicted from a smaller one.
+#pragma once
+
+#include <difusa/bake/choices.h>
+#include <difusa/bake/placing.h>
+#include <difusa/bake/result.h>
+#include <difusa/rays/tracer.h>
+
+#include <functional>
+
+namespace difusa {
+
+/// Places sites, solves and estimates the error, as the bake does.
+using SolveSteps = std::function<void(BakeResult& attempt, Choices& choices, const Execution& execution)>;
+
+/// Fills in BakeEstimate::phases: bakes the scene with a tenth of the sites, 300 to 2000, at a spacing that is wider
+/// accordingly, and multiplies the time of each phase with what its work grows by. Each bake has at most 2^20 rays to
+/// cast for its transport, and 64 for each point of a final gather. `result`: its request is checked, its spacing
+/// chosen. Fills in nothing, and notes why, if the smaller bake fails. Phase "trial bake".
+void predict_time(BakeResult& result, const Registry& registry, const Choices& choices, const SolveSteps& solve,
+                  const Execution& execution);
+
+} // namespace difusa
