@@ -16,9 +16,11 @@ namespace {
 
 /// Which groups are lamps.
 std::vector<char> lamps_of(const Scene& scene, const LightSets& sets) {
-    std::vector<char> lamp(sets.count(), 1);
+    std::vector<char> lamp(sets.count(), sets.names.front().empty() ? 0 : 1); // no name: there is no light
     for (std::size_t i = 0; i < scene.suns.size(); ++i) {
-        lamp[sets.sun[i]] = 0;
+        if ((scene.suns[i].irradiance > 0.0).any()) {
+            lamp[sets.sun[i]] = 0;
+        }
     }
     if (scene.has_sky()) {
         lamp[sets.sky] = 0;
@@ -29,7 +31,7 @@ std::vector<char> lamps_of(const Scene& scene, const LightSets& sets) {
 } // namespace
 
 double LampPowers::rms() const {
-    return std::sqrt((after.array() - wanted).square().mean());
+    return std::sqrt((after - wanted).array().square().mean());
 }
 
 std::string LampPowers::text() const {
@@ -38,7 +40,7 @@ std::string LampPowers::text() const {
     for (const auto& [name, factor] : factors) {
         all += " " + name + " x " + text_of(factor) + ",";
     }
-    return all + " for " + text_of(wanted) + unit + " at " + std::to_string(after.size()) +
+    return all + " for " + text_of(wanted.mean()) + unit + " at " + std::to_string(after.size()) +
            (after.size() == 1 ? " place: " : " places: ") + text_of(after.minCoeff()) + " to " +
            text_of(after.maxCoeff()) + ", rms deviation " + text_of(rms()) + " (before: " + text_of(before.minCoeff()) +
            " to " + text_of(before.maxCoeff()) +
@@ -47,12 +49,13 @@ std::string LampPowers::text() const {
            text_of(fixed) + " on average)";
 }
 
-LampPowers lamp_powers(const BakeResult& result, double wanted) {
+LampPowers lamp_powers(const BakeResult& result, const Eigen::VectorXd& wanted) {
     const auto listed = static_cast<Eigen::Index>(result.listed.size());
     const auto places = listed + static_cast<Eigen::Index>(result.sensors.size());
     if (places == 0) {
         throw UsageError("--solve-lamps: needs places, --at or --grid");
     }
+    DIFUSA_REQUIRE(wanted.size() == places);
     const LightSets& sets = result.field().sets();
     const std::vector<char> is_lamp = lamps_of(*result.scene, sets);
     const double unit = result.photometric ? lumens_per_watt : 1.0;
@@ -61,7 +64,8 @@ LampPowers lamp_powers(const BakeResult& result, double wanted) {
     powers.photometric = result.photometric;
     Eigen::MatrixXd A(places, 0);
     Eigen::VectorXd fixed = Eigen::VectorXd::Zero(places);
-    for (std::size_t set = 0; set < sets.count(); ++set) {
+    const bool dark = sets.names.front().empty();
+    for (std::size_t set = 0; set < sets.count() && !dark; ++set) {
         Eigen::VectorXd own(places);
         if (listed > 0) {
             own.head(listed) = unit * (result.listed_values.groups[set].H * luminance_weights);
@@ -82,7 +86,7 @@ LampPowers lamp_powers(const BakeResult& result, double wanted) {
             "--solve-lamps: the scene has no lamp whose light reaches the places: emitting materials, point "
             "lights and luminaires are lamps, suns and skies are not");
     }
-    const Eigen::VectorXd x = nonnegative_least_squares(A, (Eigen::VectorXd::Constant(places, wanted) - fixed).eval());
+    const Eigen::VectorXd x = nonnegative_least_squares(A, wanted - fixed);
     for (Eigen::Index k = 0; k < x.size(); ++k) {
         powers.factors[static_cast<std::size_t>(k)].second = x[k];
     }
@@ -102,7 +106,8 @@ BakeResult relight_lamps(const Registry& registry, const SavedTransport& saved, 
     apart.evaluate = false;
     BakeResult groups = relight(registry, saved, apart, execution);
     read_places(groups, nullptr, execution);
-    powers = lamp_powers(groups, wanted);
+    const auto places = static_cast<Eigen::Index>(groups.listed.size() + groups.sensors.size());
+    powers = lamp_powers(groups, Eigen::VectorXd::Constant(places, wanted));
     RelightOptions solved = options;
     solved.change.scale.insert(solved.change.scale.end(), powers.factors.begin(), powers.factors.end());
     BakeResult result = relight(registry, saved, solved, execution);
