@@ -35,7 +35,7 @@ DaylightMatrix made_up(int channels) {
 }
 
 TEST(DaylightFiles, AreReadBack) {
-    const ScratchDirectory scratch;
+    const test::ScratchDirectory scratch;
     for (const int channels : {1, 3}) {
         const DaylightMatrix matrix = made_up(channels);
         write_daylight(matrix, true, scratch / "c.mtx");
@@ -57,7 +57,7 @@ TEST(DaylightFiles, AreReadBack) {
 }
 
 TEST(DaylightFiles, OfOtherProgramsNeedNoDirections) {
-    const ScratchDirectory scratch;
+    const test::ScratchDirectory scratch;
     std::ofstream file(scratch / "r.mtx");
     file << "#?RADIANCE\nrcontrib -I+ ...\nNCOMP=3\nNROWS=1\nNCOLS=146\nFORMAT=ascii\n\n";
     for (int k = 0; k < 146; ++k) {
@@ -71,7 +71,7 @@ TEST(DaylightFiles, OfOtherProgramsNeedNoDirections) {
 }
 
 TEST(DaylightFiles, AreRefusedIfTheyAreNoMatrix) {
-    const ScratchDirectory scratch;
+    const test::ScratchDirectory scratch;
     write_daylight(made_up(1), false, scratch / "good.mtx");
     const std::string good = content_of(scratch / "good.mtx");
     const auto refused = [&](const std::string& text, const std::string& why) {
@@ -82,7 +82,7 @@ TEST(DaylightFiles, AreRefusedIfTheyAreNoMatrix) {
         std::string text = good;
         return text.replace(text.find(from), from.size(), to);
     };
-    refused("", "#?RADIANCE");
+    refused("", "is empty");
     refused("1 2 3\n", "#?RADIANCE");
     refused("#?RADIANCE\nNROWS=1\n", "ends within its header");
     refused(changed("FORMAT=ascii", "FORMAT=float"), "FORMAT=ascii");

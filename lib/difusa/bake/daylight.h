@@ -15,7 +15,7 @@ namespace difusa {
 struct DaylightRequest {
     int factor = 1;            ///< SkyDivision: 1 for Tregenza's parts, 2 for 577, 4 for 2305, and the ground
     std::optional<Vec3> north; ///< absent: default_north (bake/sun_path.h)
-    std::size_t rays = 4096;   ///< from each place, about
+    std::size_t rays = 2048;   ///< from each place, about
 };
 
 struct DaylightMatrix {

@@ -23,37 +23,40 @@ class CellRays {
         for (const SkyCell& cell : cells) {
             moment_.push_back(sky.moment(cell));
         }
+        place_.resize(cells.size());
     }
 
     void look(const SurfacePoint& x, RandomStream stream) {
         const Mesh& mesh = tracer_.mesh();
         const SurfacePoint from = inset(mesh, x);
         const Vec3& own = x.face == none ? x.normal : mesh.normals[x.face];
+        sort_cells(x.normal);
         rays_.clear();
         weights_.clear();
-        std::vector<std::size_t>& cut = cut_;
-        cut.clear();
-        double whole = 0.0, parted = 0.0;
+        cut_.clear();
+        double parted = 0.0;
         for (std::size_t k = 0; k < cells_.size(); ++k) {
             const double u = stream.uniform(), v = stream.uniform();
-            const double share = moment_[k].dot(x.normal);
-            const bool is_whole = share > 0.0 && sky_.is_above(cells_[k], x.normal);
+            if (place_[k] == Place::below) {
+                continue;
+            }
             Vec3 towards = sky_.direction(cells_[k], u, v);
-            const double weight = is_whole ? share : cells_[k].solid_angle() * x.normal.dot(towards);
+            const bool is_whole = place_[k] == Place::above;
+            const double weight = is_whole ? moment_[k].dot(x.normal) : cells_[k].solid_angle() * x.normal.dot(towards);
             if (!(weight > 0.0)) {
                 continue;
             }
-            (is_whole ? whole : parted) += weight;
             if (!is_whole) {
-                cut.push_back(rays_.size());
+                parted += weight;
+                cut_.push_back(rays_.size());
             }
             const double height = own.dot(towards); // below 0 with a shading normal: as Hemisphere does
             towards -= height < 0.0 ? Vec3(2.0 * height * own) : Vec3(Vec3::Zero());
             rays_.push_back({from.position, towards, x.face});
             weights_.push_back(weight);
         }
-        const double factor = parted > 0.0 ? std::max(0.0, (std::numbers::pi - whole) / parted) : 0.0;
-        for (const std::size_t k : cut) {
+        const double factor = parted > 0.0 ? std::max(0.0, (std::numbers::pi - whole_) / parted) : 0.0;
+        for (const std::size_t k : cut_) {
             weights_[k] *= factor;
         }
         hits_.resize(rays_.size());
@@ -92,10 +95,31 @@ class CellRays {
     }
 
   private:
+    enum class Place : char { below, cut, above };
+
+    /// Where the cells are from a plane; most often it is parallel to the latest.
+    void sort_cells(const Vec3& normal) {
+        if (normal == normal_) {
+            return;
+        }
+        normal_ = normal;
+        whole_ = 0.0;
+        for (std::size_t k = 0; k < cells_.size(); ++k) {
+            const double share = moment_[k].dot(normal);
+            place_[k] = share > 0.0 && sky_.is_above(cells_[k], normal)    ? Place::above
+                        : share < 0.0 && sky_.is_above(cells_[k], -normal) ? Place::below
+                                                                           : Place::cut;
+            whole_ += place_[k] == Place::above ? share : 0.0;
+        }
+    }
+
     const Tracer tracer_;
     const SkyDivision& sky_;
     const std::vector<SkyCell>& cells_;
     std::vector<Vec3> moment_;
+    Vec3 normal_ = Vec3::Zero(); ///< that of place_
+    std::vector<Place> place_;   ///< #cells
+    double whole_ = 0.0;         ///< sum of the weights of those above
     std::vector<Ray> rays_;
     std::vector<double> weights_;
     std::vector<std::size_t> cut_;

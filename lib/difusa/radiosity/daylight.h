@@ -15,7 +15,7 @@ struct DaylightOptions {
     /// more, and sorted by the parts of the division.
     std::size_t site_rays = 512;
     /// About so many rays from each of the points into the hemisphere above it; at least one into each part.
-    std::size_t rays = 4096;
+    std::size_t rays = 2048;
     std::uint64_t seed = 1;
     SolveOptions solve = {};
     std::size_t most_bytes = std::size_t{512} << 20U; ///< of the radiosities of the surfels that are in memory at once

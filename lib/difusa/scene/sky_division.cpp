@@ -87,7 +87,9 @@ Vec3 SkyDivision::centre(Index part) const {
 
 Vec3 SkyDivision::direction(const SkyCell& cell, double u, double v) const {
     const double sine = (1.0 - u) * std::sin(cell.low) + u * std::sin(cell.high);
-    return along(std::asin(std::clamp(sine, -1.0, 1.0)), (1.0 - v) * cell.from + v * cell.to);
+    const double azimuth = (1.0 - v) * cell.from + v * cell.to;
+    return sine * up_ +
+           std::sqrt(std::max(0.0, 1.0 - sine * sine)) * (std::sin(azimuth) * east_ + std::cos(azimuth) * north_);
 }
 
 Vec3 SkyDivision::moment(const SkyCell& cell) const {
