@@ -6,6 +6,7 @@
 #include <difusa/output/gradient_table.h>
 #include <difusa/radiosity/goal_gradient.h>
 
+#include <initializer_list>
 #include <iostream>
 
 namespace difusa {
@@ -105,6 +106,35 @@ void run_gradients(const StudyArguments& a, const BakeResult& result, const RunA
     }
 }
 
+/// Refuses options that would do nothing.
+void check_needless(const StudyArguments& a, const BakeArguments& bake) {
+    const auto refuse_given = [&](std::initializer_list<const char*> options, const std::string& why) {
+        for (const char* const option : options) {
+            if (bake.given(option)) {
+                throw UsageError(std::string(option) + ": has no effect " + why + ": omit it");
+            }
+        }
+    };
+    if (a.without_field()) {
+        refuse_given({"--final-gather", "--face-centres", "--error-points", "--light-groups"},
+                     "where no field is evaluated");
+    }
+    if (a.daylight.empty()) {
+        refuse_given({"--sky-parts", "--daylight-rays"}, "without --daylight");
+    }
+    if (!a.daylight.empty()) {
+        refuse_given({"--goal"}, "on daylight coefficients");
+    }
+    if (!a.gradients.empty()) {
+        refuse_given({"--at", "--grid", "--first-bounce", "--output-spacing"}, "on gradients");
+    }
+    if (!a.daylight_from.empty()) {
+        refuse_given({"--at", "--grid", "--goal", "--north", "--scene", "--scale", "--emission", "--reflectance",
+                      "--sun", "--point-light", "--sky", "--output-spacing"},
+                     "on coefficients from a file");
+    }
+}
+
 } // namespace
 
 void declare_studies(CLI::App& app, StudyArguments& a) {
@@ -154,6 +184,7 @@ void check_studies(const StudyArguments& a, const BakeArguments& bake, bool path
     if (!a.daylight.empty()) {
         check_daylight_file(a.daylight);
     }
+    check_needless(a, bake);
 }
 
 std::vector<OutputName> outputs_of(const StudyArguments& a) {

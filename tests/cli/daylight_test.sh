@@ -63,6 +63,9 @@ usage "did you mean cie" --daylight-from c.mtx --daylight-sky cje:type=1 --dayli
 usage "must be at most 16" office.difusa --daylight c2.mtx --sky-parts 17
 usage "daylight coefficients are those of planes" office.difusa --daylight c2.mtx --grid 0:spacing=0.5,height=1 \
     --sensor spherical
+usage "--goal: has no effect on daylight coefficients" office.difusa --daylight c2.mtx --goal goals.json
+usage "--final-gather: has no effect where no field is evaluated" office.difusa --daylight c2.mtx --final-gather 8
+usage "--sky-parts: has no effect without --daylight" office.difusa out.vtp --sky-parts 2
 usage "needs goals" office.difusa --gradients g2.csv
 usage "needs places" office.difusa out.vtp --solve-lamps 500
 usage "of other lightings" office.difusa out.pvd --solve-lamps 500 --sun-path 48,11,2026-06-21
