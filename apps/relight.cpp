@@ -1,7 +1,9 @@
 // relight transport out: lights a surface whose transport was saved by bake_radiosity. Parses options, writes files.
 #include "bake_arguments.h"
+#include "relight_studies.h"
 #include "run_bake.h"
 
+#include <difusa/bake/lamp_powers.h>
 #include <difusa/bake/relight.h>
 #include <difusa/import/text_scanner.h>
 #include <difusa/output/series_files.h>
@@ -36,6 +38,14 @@ Examples:
       a day in Munich, every 30 minutes: open day.pvd in ParaView and press Play
   relight room.difusa other.vtp --scene other.json
       the materials, textures and lights of another scene with the same surface
+  relight room.difusa --daylight room.mtx --at desk.csv
+      the irradiance of desks for each part of the sky, for Radiance's matrix tools
+  relight --daylight-from room.mtx --daylight-sky perez:direct=700,diffuse=120,elevation=40 --daylight-output lux.csv
+      what they receive under a sky, as a product
+  relight room.difusa --gradients by.csv --goal goals.json
+      how the means of goals depend on every emission and reflectance
+  relight room.difusa even.vtp --at desk.csv --solve-lamps 500
+      lamps that light the desks to 500 lux as evenly as they can
 
 Exit codes: 0 done, 1 usage, 2 input, 3 not converged, 4 resources, 5 internal, 130 interrupted.
 )";
@@ -50,6 +60,7 @@ struct Arguments {
     std::optional<double> time_zone;
     std::optional<difusa::Vec3> north;
     std::optional<Rgb> strength;
+    difusa::StudyArguments studies;
     bool verbose = false;
 };
 
@@ -189,6 +200,7 @@ void declare(CLI::App& app, Arguments& a) {
     app.add_option("transport", a.transport, "file written by bake_radiosity --save-transport")->type_name("TRANSPORT");
     declare_light(app, a);
     declare_path(app, a);
+    declare_studies(app, a.studies);
     const std::string transport = "Light transport";
     difusa::BakeOptions& options = a.bake.options;
     app.add_option("--first-bounce", options.first_bounce,
@@ -220,10 +232,11 @@ void check_series(const Arguments& a) {
         throw UsageError(a.path ? out + ": the output of --sun-path must end in .pvd (a series that ParaView plays)"
                                 : out + ": a series needs --sun-path; for one lighting, write a .vtp or .ply");
     }
-    if (!a.path && (a.hours || a.time_zone || a.north || a.strength)) {
-        throw UsageError(
-            "--hours, --time-zone, --north and --sun-strength say where the sun of --sun-path stands: give "
-            "that, too");
+    const bool north_of_sky = a.north && !a.studies.daylight.empty();
+    if (!a.path && (a.hours || a.time_zone || (a.north && !north_of_sky) || a.strength)) {
+        throw UsageError("--hours, --time-zone, --north and --sun-strength say where the sun of --sun-path stands (and "
+                         "--north where "
+                         "the parts of --daylight begin): give that, too");
     }
     if (a.path && (!a.bake.files.report.empty() || !a.bake.files.sites.empty() || !a.bake.goal.empty())) {
         throw UsageError("--report, --sites-output and --goal are of one lighting: omit them with --sun-path");
@@ -254,10 +267,18 @@ std::vector<std::filesystem::path> series_of(const Arguments& a) {
 }
 
 void check_files(const Arguments& a) {
+    check_studies(a.studies, a.bake, a.path.has_value());
+    if (!a.studies.daylight_from.empty()) {
+        if (!a.transport.empty()) {
+            throw UsageError("--daylight-from: the product needs no transport: omit " + a.transport.string());
+        }
+        check_outputs(outputs_of(a.studies), {{a.studies.daylight_from, "the coefficients"}});
+        return;
+    }
     if (a.transport.empty()) {
         throw UsageError("a saved transport is expected: relight room.difusa out.vtp (--help)");
     }
-    if (a.bake.files.field.empty()) {
+    if (a.bake.files.field.empty() && !a.studies.without_field()) {
         throw UsageError("an output file is expected: relight " + a.transport.string() + " out.vtp (--help)");
     }
     std::vector<std::pair<std::filesystem::path, std::string>> inputs{{a.transport, "the transport"}};
@@ -266,7 +287,13 @@ void check_files(const Arguments& a) {
     }
     check_series(a);
     difusa::BakeArguments bake = a.bake;
-    std::vector<difusa::OutputName> outputs;
+    std::vector<difusa::OutputName> outputs = outputs_of(a.studies);
+    if (!bake.at.empty() && (a.studies.without_field() || a.studies.lamps) && bake.files.listed.empty()) {
+        inputs.emplace_back(bake.at, "the list of points"); // which need no table of their own
+        bake.at.clear();
+        bake.options.sensor = "planar";
+        bake.options.snap = false;
+    }
     if (a.path) {
         for (const std::filesystem::path& file : series_of(a)) {
             outputs.push_back({file, !is_series(file)});
@@ -328,6 +355,25 @@ void relight_series(const Arguments& a, const difusa::Registry& registry, difusa
     }
 }
 
+/// Daylight coefficients, gradients: of a solution that is not evaluated.
+void run_without_field(const Arguments& a, const difusa::Registry& registry, difusa::RelightOptions& how) {
+    how.evaluate = false;
+    difusa::StudyArguments studies = a.studies;
+    studies.request.north = a.north;
+    for (const difusa::OutputName& output : outputs_of(studies)) {
+        how.bake.outputs.push_back(output.file);
+    }
+    if (!studies.gradients.empty()) {
+        how.bake.light_groups = true;
+        how.bake.first_bounce = "operator";
+    }
+    run_studies(studies, a.run, [&](const difusa::Execution& execution) {
+        return with_transport(a, how, execution, [&](const difusa::SavedTransport& saved) {
+            return difusa::relight(registry, saved, how, execution);
+        });
+    });
+}
+
 void run(const Arguments& a) {
     const difusa::Registry registry = difusa::Registry::load(a.run.plugin_path);
     check_files(a);
@@ -337,13 +383,19 @@ void run(const Arguments& a) {
     if (!a.scene.empty()) {
         how.scene = a.scene;
     }
+    if (a.studies.without_field()) {
+        run_without_field(a, registry, how);
+        return;
+    }
     if (a.path) {
         relight_series(a, registry, how);
         return;
     }
     run_bake(a.bake.files, a.run, a.verbose, [&](const difusa::Execution& execution) {
         return with_transport(a, how, execution, [&](const difusa::SavedTransport& saved) {
-            return difusa::relight(registry, saved, how, execution);
+            difusa::LampPowers powers;
+            return a.studies.lamps ? relight_lamps(registry, saved, how, *a.studies.lamps, powers, execution)
+                                   : difusa::relight(registry, saved, how, execution);
         });
     });
 }

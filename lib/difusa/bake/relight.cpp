@@ -50,7 +50,7 @@ class Relighting {
                Choices& choices, const Execution& execution)
         : saved_(saved), how_(how), path_(path), result_(result), choices_(choices), execution_(execution) {
         result.options.sites = saved.options.sites;
-        choices.may_be_dark = path != nullptr; // the sun may be behind a wall
+        choices.may_be_dark = path != nullptr || !how.evaluate; // the sun may be behind a wall
         result.transport_file = saved.file.string();
         BakeOptions& all = result.requested; // in case it is saved again
         all.sky = all.sky ? all.sky : saved.options.sky;
@@ -85,6 +85,9 @@ class Relighting {
     /// `visit`: of the steps of the path.
     void run(const SunStepVisit& visit) {
         solve();
+        if (!how_.evaluate) {
+            return;
+        }
         estimate_error_of(result_, execution_);
         evaluate_solution(result_, execution_);
         if (path_ != nullptr) {

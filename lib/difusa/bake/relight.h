@@ -26,6 +26,9 @@ struct RelightOptions {
     /// units, light groups. What the transport depends on is that of the transport, whatever stands here: basis,
     /// sampler, spacing, sites, neighbours, projection, transport, kernel, directions, rays, target, seed, flip.
     BakeOptions bake;
+
+    /// False: the system, its solution, places and goals are found, but no field is evaluated; the light may be dark.
+    bool evaluate = true;
 };
 
 /// The choices of the bake that a relit one may make differently: solver, tolerance, iterations, direct light,

@@ -9,6 +9,9 @@
 
 namespace difusa {
 
+/// Where north is if nobody says so: +y where z is up, else -z.
+Vec3 default_north(const Vec3& up);
+
 struct SunPath {
     double latitude = 0.0, longitude = 0.0; ///< degrees, north and east
     Date date;
@@ -16,7 +19,7 @@ struct SunPath {
     double from = 0.0, to = 24.0;   ///< hours
     double step = 1.0;              ///< hours
     std::optional<Rgb> strength;    ///< irradiance of a surface that faces the sun, W/m²; absent: `clear_sky_sun`
-    std::optional<Vec3> north = {}; ///< absent: +y where z is up, else -z
+    std::optional<Vec3> north = {}; ///< absent: default_north
 };
 
 /// The sun at one time of a path.

@@ -5,6 +5,7 @@
 #include <difusa/core/parallel.h>
 #include <difusa/core/text.h>
 #include <difusa/radiosity/reflected_transport.h>
+#include <difusa/radiosity/response.h>
 #include <difusa/scene/sky_parts.h>
 #include <difusa/transport/mirrored.h>
 
@@ -18,9 +19,6 @@ namespace {
 /// A spectral radius within rounding of 1 counts as 1.
 constexpr double contraction = 1.0 - 1e-9;
 constexpr int arnoldi_steps = 40;
-/// Columns of right-hand sides that are solved for together: a row of the transport is decoded once for all of them,
-/// and what it is multiplied with should stay in the cache.
-constexpr Eigen::Index columns_at_once = 24;
 constexpr double arnoldi_tolerance = 1e-5;
 
 /// What an operator does to one of the channels: coloured mirrors tell them apart by their columns.

@@ -24,9 +24,10 @@ struct Bins {
 /// What the points see in mirrors.
 class InMirrors {
   public:
-    InMirrors(const Surfels& surfels, const Mirrors& mirrors, std::size_t points, LightTransport& transport)
-        : surfels_(surfels), channels_(mirrors.is_grey() ? 1 : 3), transport_(transport),
-          rows_(std::make_shared<ChannelRows>(points, surfels.size() + SkyParts::count, channels_)) {
+    InMirrors(const Surfels& surfels, const SkyBins& sky, const Mirrors& mirrors, std::size_t points,
+              LightTransport& transport)
+        : surfels_(surfels), sky_(sky), channels_(mirrors.is_grey() ? 1 : 3), transport_(transport),
+          rows_(std::make_shared<ChannelRows>(points, surfels.size() + sky.count, channels_)) {
         const auto count = static_cast<Eigen::Index>(points);
         transport.back_in_mirrors.setZero(count, channels_);
         transport.cut_off.setZero(count, channels_);
@@ -41,7 +42,7 @@ class InMirrors {
                 entries.emplace_back(surfels_.at(hit.face, hit.u, hit.v), weight * colour);
             },
             [&](const Vec3& direction, double weight, const Rgb& colour) {
-                entries.emplace_back(first_sky + SkyParts::at(direction), weight * colour);
+                entries.emplace_back(first_sky + sky_.at(direction), weight * colour);
             },
             [&](double weight, const Rgb& colour, bool cut_off) {
                 Values& lost = cut_off ? transport_.cut_off : transport_.back_in_mirrors;
@@ -54,6 +55,7 @@ class InMirrors {
 
   private:
     const Surfels& surfels_;
+    const SkyBins& sky_;
     int channels_;
     LightTransport& transport_;
     std::shared_ptr<ChannelRows> rows_;
@@ -78,10 +80,10 @@ void put(Bins& bins, std::vector<std::pair<Index, double>>& order, SparseRows::R
 } // namespace
 
 LightTransport gathered(const Tracer& tracer, std::span<const SurfacePoint> points, const Surfels& surfels,
-                        const Directions& directions, std::size_t rays, std::uint64_t seed,
+                        const SkyBins& sky_bins, const Directions& directions, std::size_t rays, std::uint64_t seed,
                         const Execution& execution) {
     const DirectionPool pool(directions, rays, seed);
-    const std::size_t columns = surfels.size() + SkyParts::count;
+    const std::size_t columns = surfels.size() + sky_bins.count;
     // A range of a few thousand rays: short enough to stop soon when cancelled.
     const std::size_t grain = std::clamp<std::size_t>(4096 / pool.count(), 1, 16);
     LightTransport transport;
@@ -95,7 +97,7 @@ LightTransport gathered(const Tracer& tracer, std::span<const SurfacePoint> poin
     const Mirrors& mirrors = tracer.mesh().mirrors;
     std::optional<InMirrors> in_mirrors;
     if (mirrors.any()) {
-        in_mirrors.emplace(surfels, mirrors, points.size(), transport);
+        in_mirrors.emplace(surfels, sky_bins, mirrors, points.size(), transport);
     }
     const auto first_sky = static_cast<Index>(surfels.size());
     parallel_for(points.size(), grain, execution, [&](std::size_t begin, std::size_t end, unsigned) {
@@ -115,7 +117,7 @@ LightTransport gathered(const Tracer& tracer, std::span<const SurfacePoint> poin
                     front += weight;
                 },
                 [&](const Vec3& direction, double weight) {
-                    bins.bin.push_back(first_sky + SkyParts::at(direction));
+                    bins.bin.push_back(first_sky + sky_bins.at(direction));
                     bins.weight.push_back(weight);
                     sky += weight;
                 });
@@ -141,6 +143,12 @@ LightTransport gathered(const Tracer& tracer, std::span<const SurfacePoint> poin
         transport.W = std::make_shared<MirroredTransport>(transport.W, in_mirrors->rows());
     }
     return transport;
+}
+
+LightTransport gathered(const Tracer& tracer, std::span<const SurfacePoint> points, const Surfels& surfels,
+                        const Directions& directions, std::size_t rays, std::uint64_t seed,
+                        const Execution& execution) {
+    return gathered(tracer, points, surfels, {SkyParts::count, SkyParts::at}, directions, rays, seed, execution);
 }
 
 } // namespace difusa

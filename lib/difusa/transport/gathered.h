@@ -9,13 +9,25 @@
 #include <difusa/transport/light_transport.h>
 
 #include <cstdint>
+#include <functional>
 #include <span>
 
 namespace difusa {
+
+/// How the sky is divided: number of parts, and the part that contains a unit direction.
+struct SkyBins {
+    Index count = 0;
+    std::function<Index(const Vec3& towards)> at;
+};
 
 /// `points`: where irradiance is needed. `rays`: requested directions per point. Rows are HitLists if all directions
 /// have the same weight, otherwise SparseRows.
 LightTransport gathered(const Tracer& tracer, std::span<const SurfacePoint> points, const Surfels& surfels,
                         const Directions& directions, std::size_t rays, std::uint64_t seed, const Execution& execution);
+
+/// The same rays, sorted into other parts of the sky than those of scene/sky_parts.h.
+LightTransport gathered(const Tracer& tracer, std::span<const SurfacePoint> points, const Surfels& surfels,
+                        const SkyBins& sky, const Directions& directions, std::size_t rays, std::uint64_t seed,
+                        const Execution& execution);
 
 } // namespace difusa

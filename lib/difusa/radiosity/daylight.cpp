@@ -1,0 +1,271 @@
+#include <difusa/radiosity/daylight.h>
+
+#include <difusa/core/error.h>
+#include <difusa/core/parallel.h>
+#include <difusa/radiosity/response.h>
+#include <difusa/transport/gathered.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+namespace difusa {
+
+namespace {
+
+/// The rays of one point into the cells of the sky, with the parts of the irradiance that they stand for; scratch of a
+/// thread.
+class CellRays {
+  public:
+    CellRays(const Tracer& tracer, const SkyDivision& sky, const std::vector<SkyCell>& cells)
+        : tracer_(tracer), sky_(sky), cells_(cells) {
+        for (const SkyCell& cell : cells) {
+            moment_.push_back(sky.moment(cell));
+        }
+        place_.resize(cells.size());
+    }
+
+    void look(const SurfacePoint& x, RandomStream stream) {
+        const Mesh& mesh = tracer_.mesh();
+        const SurfacePoint from = inset(mesh, x);
+        const Vec3& own = x.face == none ? x.normal : mesh.normals[x.face];
+        sort_cells(x.normal);
+        rays_.clear();
+        weights_.clear();
+        cut_.clear();
+        double parted = 0.0;
+        for (std::size_t k = 0; k < cells_.size(); ++k) {
+            const double u = stream.uniform(), v = stream.uniform();
+            if (place_[k] == Place::below) {
+                continue;
+            }
+            Vec3 towards = sky_.direction(cells_[k], u, v);
+            const bool is_whole = place_[k] == Place::above;
+            const double weight = is_whole ? moment_[k].dot(x.normal) : cells_[k].solid_angle() * x.normal.dot(towards);
+            if (!(weight > 0.0)) {
+                continue;
+            }
+            if (!is_whole) {
+                parted += weight;
+                cut_.push_back(rays_.size());
+            }
+            const double height = own.dot(towards); // below 0 with a shading normal: as Hemisphere does
+            towards -= height < 0.0 ? Vec3(2.0 * height * own) : Vec3(Vec3::Zero());
+            rays_.push_back({from.position, towards, x.face});
+            weights_.push_back(weight);
+        }
+        const double factor = parted > 0.0 ? std::max(0.0, (std::numbers::pi - whole_) / parted) : 0.0;
+        for (const std::size_t k : cut_) {
+            weights_[k] *= factor;
+        }
+        hits_.resize(rays_.size());
+        tracer_.first_hits(rays_, hits_);
+    }
+
+    std::size_t count() const { return rays_.size(); }
+
+    /// Calls `on_sky(part, weight, colour)` and `on_front(hit, weight, colour)` for what is seen directly and in
+    /// mirrors. The weights are parts of the irradiance at a radiance of 1.
+    template <class OnSky, class OnFront> void for_each(const OnSky& on_sky, const OnFront& on_front) const {
+        const Mesh& mesh = tracer_.mesh();
+        for (std::size_t k = 0; k < rays_.size(); ++k) {
+            Vec3 direction = rays_[k].direction;
+            Hit hit = hits_[k];
+            Rgb colour = Rgb::Ones();
+            for (std::size_t depth = 0;; ++depth) {
+                if (hit.face == none) {
+                    on_sky(sky_.at(direction), weights_[k], colour);
+                } else if (hit.front) {
+                    on_front(hit, weights_[k], colour);
+                }
+                const Index kind = hit.face != none && hit.front ? mesh.mirrors.kind(hit.face) : none;
+                if (kind == none || depth >= mesh.mirrors.most) {
+                    break;
+                }
+                colour *= mesh.mirrors.reflectance[kind];
+                if (!(colour > 0.0).any()) {
+                    break;
+                }
+                const Ray next = reflected_ray(mesh, hit, direction);
+                direction = next.direction;
+                tracer_.first_hits(std::span(&next, 1), std::span(&hit, 1));
+            }
+        }
+    }
+
+  private:
+    enum class Place : char { below, cut, above };
+
+    /// Where the cells are from a plane; most often it is parallel to the latest.
+    void sort_cells(const Vec3& normal) {
+        if (normal == normal_) {
+            return;
+        }
+        normal_ = normal;
+        whole_ = 0.0;
+        for (std::size_t k = 0; k < cells_.size(); ++k) {
+            const double share = moment_[k].dot(normal);
+            place_[k] = share > 0.0 && sky_.is_above(cells_[k], normal)    ? Place::above
+                        : share < 0.0 && sky_.is_above(cells_[k], -normal) ? Place::below
+                                                                           : Place::cut;
+            whole_ += place_[k] == Place::above ? share : 0.0;
+        }
+    }
+
+    const Tracer tracer_;
+    const SkyDivision& sky_;
+    const std::vector<SkyCell>& cells_;
+    std::vector<Vec3> moment_;
+    Vec3 normal_ = Vec3::Zero(); ///< that of place_
+    std::vector<Place> place_;   ///< #cells
+    double whole_ = 0.0;         ///< sum of the weights of those above
+    std::vector<Ray> rays_;
+    std::vector<double> weights_;
+    std::vector<std::size_t> cut_;
+    std::vector<Hit> hits_;
+};
+
+class DaylightComputation {
+  public:
+    DaylightComputation(const RadiositySystem& system, const Values& reflectance, std::span<const SurfacePoint> x,
+                        const SkyDivision& sky, const DaylightOptions& options, const Execution& execution)
+        : system_(system), x_(x), sky_(sky), options_(options), execution_(execution),
+          cells_(sky.cells(std::max<std::size_t>(1, options.rays / (sky.count() - 1)))) {
+        const bool grey = system.tracer().mesh().mirrors.is_grey() &&
+                          (reflectance.cols() == 1 ||
+                           (reflectance.col(0) == reflectance.col(1) && reflectance.col(0) == reflectance.col(2)));
+        reflectance_ = grey ? Values(reflectance.col(0)) : reflectance;
+        DIFUSA_REQUIRE(reflectance_.cols() == 1 || reflectance_.cols() == 3);
+        channels_ = reflectance_.cols();
+        result_.channels = static_cast<int>(channels_);
+    }
+
+    DaylightCoefficients run() {
+        const SystemParts& parts = system_.parts();
+        execution_.phase("sky at the sites");
+        const LightTransport sites =
+            gathered(system_.tracer(), system_.discretisation().points, *system_.discretisation().surfels,
+                     {sky_.count(), [this](const Vec3& towards) { return sky_.at(towards); }}, *parts.directions,
+                     options_.site_rays, parts.seed, execution_);
+        result_.site_rays = sites.rays;
+        const auto count = static_cast<Eigen::Index>(sky_.count());
+        result_.value.setZero(static_cast<Eigen::Index>(x_.size()), count * channels_);
+        const auto bytes_of_part = static_cast<std::size_t>(channels_) * sizeof(double) *
+                                   std::max<std::size_t>(1, system_.discretisation().surfels->size());
+        const auto group = static_cast<Eigen::Index>(std::max<std::size_t>(1, options_.most_bytes / bytes_of_part));
+        for (Eigen::Index first = 0; first < count; first += group) {
+            const Eigen::Index end = std::min(count, first + group);
+            const Values b = reflected(sites, first, end);
+            gather(b, first, end);
+        }
+        return std::move(result_);
+    }
+
+  private:
+    /// The radiosity of the surfels for a radiance of 1 in each of these parts.
+    Values reflected(const LightTransport& sites, Eigen::Index first, Eigen::Index end) {
+        execution_.phase("solve for the sky");
+        const Discretisation& discretisation = system_.discretisation();
+        const auto surfels = static_cast<Eigen::Index>(sites.surfels);
+        const Eigen::Index columns = (end - first) * channels_;
+        Values b(surfels, columns);
+        const Eigen::Index block = std::max<Eigen::Index>(1, columns_at_once / channels_);
+        for (Eigen::Index from = first; from < end; from += block) {
+            const Eigen::Index to = std::min(end, from + block);
+            Values sky = Values::Zero(static_cast<Eigen::Index>(sky_.count()), (to - from) * channels_);
+            for (Eigen::Index part = from; part < to; ++part) {
+                sky.row(part).segment((part - from) * channels_, channels_).setConstant(std::numbers::pi);
+            }
+            Values g, irradiance;
+            sites.gather(Values::Zero(surfels, sky.cols()), sky, g, Unreported(execution_));
+            const Values h = solve_for(system_, reflectance_, g, options_.solve, Unreported(execution_));
+            discretisation.averages->apply(discretisation.evaluation->coefficients(h, Unreported(execution_)),
+                                           irradiance, Unreported(execution_));
+            for (Eigen::Index c = 0; c < irradiance.cols(); ++c) {
+                b.col((from - first) * channels_ + c) = irradiance.col(c).cwiseProduct(reflectance_.col(c % channels_));
+            }
+            if (execution_.progress != nullptr) {
+                execution_.progress->advance(static_cast<double>(to - first) / static_cast<double>(end - first));
+            }
+        }
+        return b;
+    }
+
+    /// The columns of these parts at the points. The rays are the same for all groups of parts.
+    void gather(const Values& b, Eigen::Index first, Eigen::Index end) {
+        execution_.phase("sky at the points");
+        const Surfels& surfels = *system_.discretisation().surfels;
+        std::vector<std::size_t> cast(x_.size(), 0);
+        std::vector<std::unique_ptr<CellRays>> workers(execution_.threads);
+        parallel_for(x_.size(), 4, execution_, [&](std::size_t begin, std::size_t last, unsigned worker) {
+            if (!workers[worker]) {
+                workers[worker] = std::make_unique<CellRays>(system_.tracer(), sky_, cells_);
+            }
+            CellRays& rays = *workers[worker];
+            for (std::size_t i = begin; i < last; ++i) {
+                rays.look(x_[i], RandomStream(options_.seed, "daylight", i));
+                cast[i] = rays.count();
+                auto row = result_.value.row(static_cast<Eigen::Index>(i))
+                               .segment(first * channels_, (end - first) * channels_);
+                rays.for_each(
+                    [&](Index part, double weight, const Rgb& colour) {
+                        const auto p = static_cast<Eigen::Index>(part);
+                        if (p >= first && p < end) {
+                            row.segment((p - first) * channels_, channels_) +=
+                                weight * colour.head(channels_).matrix().transpose();
+                        }
+                    },
+                    [&](const Hit& hit, double weight, const Rgb& colour) {
+                        add_surfel(row, b.row(static_cast<Eigen::Index>(surfels.at(hit.face, hit.u, hit.v))),
+                                   weight * std::numbers::inv_pi, colour);
+                    });
+            }
+        });
+        result_.rays = 0;
+        for (const std::size_t each : cast) {
+            result_.rays += each;
+        }
+    }
+
+    template <class Row, class Radiosity>
+    void add_surfel(Row& row, const Radiosity& b, double share, const Rgb& colour) const {
+        if (channels_ == 1 || (colour == colour[0]).all()) {
+            row += share * colour[0] * b;
+            return;
+        }
+        for (Eigen::Index c = 0; c < b.size(); ++c) {
+            row[c] += share * colour[c % channels_] * b[c];
+        }
+    }
+
+    const RadiositySystem& system_;
+    const std::span<const SurfacePoint> x_;
+    const SkyDivision& sky_;
+    const DaylightOptions& options_;
+    const Execution& execution_;
+    const std::vector<SkyCell> cells_;
+    Values reflectance_;
+    Eigen::Index channels_ = 3;
+    DaylightCoefficients result_;
+};
+
+} // namespace
+
+Values DaylightCoefficients::irradiance(const Values& radiance) const {
+    DIFUSA_REQUIRE(radiance.cols() == 3 && radiance.rows() * channels == value.cols());
+    Values sum(value.rows(), 3);
+    for (int c = 0; c < 3; ++c) {
+        const Values own = value(Eigen::all, Eigen::seqN(channels == 1 ? 0 : c, radiance.rows(), channels));
+        sum.col(c) = own * radiance.col(c);
+    }
+    return sum;
+}
+
+DaylightCoefficients daylight_coefficients(const RadiositySystem& system, const Values& reflectance,
+                                           std::span<const SurfacePoint> x, const SkyDivision& sky,
+                                           const DaylightOptions& options, const Execution& execution) {
+    return DaylightComputation(system, reflectance, x, sky, options, execution).run();
+}
+
+} // namespace difusa
