@@ -334,11 +334,12 @@ void validate(Arguments& a, const difusa::Registry& registry, const difusa::Exec
         throw UsageError("--validation takes a single --final-gather");
     }
     options.final_gather = a.plan.final_gathers.empty() ? 0 : a.plan.final_gathers.front();
+    const std::vector<difusa::ValidationCase> cases = difusa::cie_171_cases(a.plan.cases);
     std::string table = difusa::validation_header(), csv = difusa::validation_csv_header();
     if (!a.run.quiet) {
         std::cout << table << std::flush;
     }
-    for (const difusa::ValidationCase& one : difusa::cie_171_cases(a.plan.cases)) {
+    for (const difusa::ValidationCase& one : cases) {
         const difusa::ValidationResult result = difusa::validate(registry, one, options, execution);
         const std::string row = difusa::validation_row(result);
         if (!a.run.quiet) {

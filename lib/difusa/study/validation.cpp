@@ -49,9 +49,11 @@ std::vector<ValidationCase> cie_171_cases(const std::vector<std::string>& starts
     for (const std::string& start : starts) {
         if (std::none_of(all.begin(), all.end(),
                          [&](const ValidationCase& one) { return one.name.starts_with(start); })) {
-            std::string names;
+            std::string names, last;
             for (const ValidationCase& one : all) {
-                names += (names.empty() ? "" : "; ") + one.name;
+                const std::string words = one.name.substr(0, one.name.find(','));
+                names += words == last ? "" : (names.empty() ? "" : "; ") + words;
+                last = words;
             }
             throw UsageError("--case " + start + ": no case of cie-171 begins so (" + names + ")");
         }
