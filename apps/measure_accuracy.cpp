@@ -11,6 +11,7 @@
 #include <difusa/study/ring_curves.h>
 #include <difusa/study/solver_study.h>
 #include <difusa/study/study.h>
+#include <difusa/study/validation.h>
 
 #include <algorithm>
 #include <cmath>
@@ -50,6 +51,11 @@ Examples:
   measure_accuracy --output study --solver krylov --solver jacobi --solver progressive --scene data/room_a.json
       what solvers need, on the same system: iterations, matrix entries, time
 
+  measure_accuracy --output study --validation cie-171
+      published validation cases of lighting programs, CIE 171:2006 (data/VALIDATION.md)
+  measure_accuracy --output study --validation cie-171 --case 5.11 --rays 8192
+      those whose names begin with 5.11, with more rays
+
 Cases: %CASES%.
 
 Exit codes: 0 done, 1 usage, 3 not converged, 4 resources, 5 internal, 130 interrupted.
@@ -66,6 +72,7 @@ struct Arguments {
     std::vector<std::string> solvers;
     std::vector<double> albedos;
     std::optional<std::size_t> sites; ///< of those systems
+    std::string validation;           ///< name of the collection
     difusa::RunArguments run;
 };
 
@@ -114,6 +121,10 @@ void declare(CLI::App& app, Arguments& a) {
                            return difusa::parse_whole<std::size_t>(option, text, 1);
                        })
         ->type_name("N");
+
+    app.add_option("--validation", a.validation,
+                   "published validation cases instead: cie-171; --case names them by how they begin, e.g. 5.9")
+        ->type_name("NAME");
 
     app.add_flag("--adaptive", a.plan.common.adaptive, "graded sites: as many as at the spacing, but where they help");
     difusa::add_parsed(app, "--error", a.error,
@@ -299,6 +310,48 @@ void compare_solvers(Arguments& a, const difusa::Registry& registry, const difus
     write(a.output / "solvers.csv", csv);
 }
 
+/// What --validation does not take.
+void check_validation(const Arguments& a) {
+    if (a.validation.empty()) {
+        return;
+    }
+    if (a.validation != "cie-171") {
+        throw UsageError("--validation " + a.validation + ": unknown, must be cie-171");
+    }
+    const std::vector<std::pair<bool, std::string>> given{
+        {!a.scenes.empty(), "--scene"}, {!a.solvers.empty(), "--solver"}, {a.chapter7, "--chapter7"},
+        {a.estimate > 0, "--estimate"}, {a.repeats > 1, "--repeat"},      {a.error.has_value(), "--error"}};
+    for (const auto& [is, name] : given) {
+        if (is) {
+            throw UsageError("--validation does not take " + name);
+        }
+    }
+}
+
+void validate(Arguments& a, const difusa::Registry& registry, const difusa::Execution& execution) {
+    difusa::BakeOptions options = bake_of(a, "--validation");
+    if (a.plan.final_gathers.size() > 1) {
+        throw UsageError("--validation takes a single --final-gather");
+    }
+    options.final_gather = a.plan.final_gathers.empty() ? 0 : a.plan.final_gathers.front();
+    const std::vector<difusa::ValidationCase> cases = difusa::cie_171_cases(a.plan.cases);
+    std::string table = difusa::validation_header(), csv = difusa::validation_csv_header();
+    if (!a.run.quiet) {
+        std::cout << table << std::flush;
+    }
+    for (const difusa::ValidationCase& one : cases) {
+        const difusa::ValidationResult result = difusa::validate(registry, one, options, execution);
+        const std::string row = difusa::validation_row(result);
+        if (!a.run.quiet) {
+            std::cout << row << std::flush;
+        }
+        table += row;
+        csv += difusa::validation_csv_rows(result);
+    }
+    write(a.output / "validation.md", table);
+    write(a.output / "validation.csv", csv);
+}
+
 /// What --solver needs, and does not take.
 void check_solvers(const Arguments& a, const difusa::Registry& registry) {
     if (a.solvers.empty() && (!a.albedos.empty() || a.sites)) {
@@ -418,8 +471,11 @@ void run(Arguments& a) {
     }
     const difusa::Registry registry = difusa::Registry::load(a.run.plugin_path);
     // Wrong names are rejected before the work starts.
+    check_validation(a);
     for (const std::string& name : a.plan.cases) {
-        difusa::require_reference_case(name);
+        if (a.validation.empty()) {
+            difusa::require_reference_case(name);
+        }
     }
     for (const std::string& basis : a.plan.bases) {
         registry.describe("basis", basis);
@@ -451,7 +507,9 @@ void run(Arguments& a) {
     difusa::check_output_path(a.output / "measurements.csv", false);
     difusa::TerminalProgress progress(true); // interruptible; the measurements show the progress
     const difusa::Execution execution{a.run.threads, &progress};
-    if (a.chapter7) {
+    if (!a.validation.empty()) {
+        validate(a, registry, execution);
+    } else if (a.chapter7) {
         chapter7(a, registry, execution);
     } else if (!a.solvers.empty()) {
         compare_solvers(a, registry, execution);

@@ -36,6 +36,12 @@ const std::vector<Kept>& kept() {
         {"bowl", [](const Directory& d) { write_ply(bowl(), d, "bowl"); }},
         {"cornell_box", [](const Directory& d) { write_scene(cornell_box(), d, "cornell_box"); }},
         {"courtyard", [](const Directory& d) { write_off(courtyard(), d, "courtyard"); }},
+        {"daylit_room",
+         [](const Directory& d) {
+             write_obj(daylit_room(), d, "daylit_room");
+             write_text(daylit_room_json(), d / "daylit_room.json");
+             write_text(daylit_room_points(), d / "daylit_room_points.csv");
+         }},
         {"furnace_box", [](const Directory& d) { write_obj(furnace_box(), d, "furnace_box"); }},
         {"mirror_room", [](const Directory& d) { write_scene(mirror_room(), d, "mirror_room"); }},
         {"office",

@@ -45,6 +45,11 @@ Surface room_with_balls(std::size_t triangles);
 std::string office_json();
 std::string office_luminaire_ies();
 
+/// Test case 5.11 of CIE 171:2006: a room with a window, its scene file with an overcast sky, and its points.
+Surface daylit_room();
+std::string daylit_room_json();
+std::string daylit_room_points();
+
 /// The complete text of an OFF file with every defect that can be repaired.
 std::string ugly_off();
 

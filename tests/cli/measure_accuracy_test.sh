@@ -30,6 +30,16 @@ expect_exit 0 "$measure" --output chapter --chapter7 --basis shepard --spacing 8
 expect_text chapter/chapter7.md "| pairwise | shepard | 8 |" "disc, indirect"
 [ "$(wc -l <chapter/chapter7.csv)" = 1201 ] || fail "twelve curves of a hundred places and a header were expected"
 
+# Published validation cases.
+expect_refusal 1 "--validation cie-17: unknown, must be cie-171" "$measure" --output study --validation cie-17
+expect_refusal 1 "--case 5.10: no case of cie-171 begins so" "$measure" --output study --validation cie-171 --case 5.10
+expect_refusal 1 "--validation does not take --solver" "$measure" --output study --validation cie-171 --solver krylov
+expect_exit 0 "$measure" --output validation --validation cie-171 --case 5.2 --case "5.9 roof 4x4, sky 5" --spacing 0.5 \
+    --rays 64
+expect_text stdout "| 5.2 point source | 10 |" "| 5.9 roof 4x4, sky 5 | 14 |" "written: validation"
+expect_text validation/validation.md "| 10 of 10 | 0 |"
+[ "$(wc -l <validation/validation.csv)" = 25 ] || fail "24 readings and a header were expected"
+
 # Solvers on one system.
 expect_refusal 1 "did you mean 'southwell'?" "$measure" --output study --solver soutwell --scene "$box"
 expect_refusal 1 "needs a scene" "$measure" --output study --solver krylov

@@ -18,6 +18,7 @@ namespace {
 
 constexpr std::size_t around_a_sphere = 128, around_an_axis = 32;
 constexpr std::size_t probes = 64;
+constexpr std::size_t parts_of_a_reading = 4; ///< gathered apart from each other, for the noise
 constexpr std::size_t sensors_at_once = 1024; ///< the points of that many are in memory
 
 /// Number of planar sensors that a sensor is the mean of.
@@ -111,14 +112,14 @@ class Sensing {
     }
 
   private:
-    Reading half(std::size_t begin, std::size_t end, const std::string& purpose) {
+    Reading part(std::size_t begin, std::size_t end, const std::string& purpose) {
         const std::size_t planes = count_of(sensors_[begin].kind);
         std::vector<SurfacePoint> points;
         points.reserve((end - begin) * planes);
         for (std::size_t i = begin; i < end; ++i) {
             add_planes(sensors_[i], RandomStream(seed_, purpose, i), points);
         }
-        const std::size_t each = std::max<std::size_t>(1, rays_ / 2 / planes);
+        const std::size_t each = std::max<std::size_t>(1, rays_ / parts_of_a_reading / planes);
         const Irradiance H =
             field_.gather(points, each, seed_, purpose + ", from " + std::to_string(begin), execution_);
         result_.rays += H.rays;
@@ -127,14 +128,22 @@ class Sensing {
     }
 
     void read_some(std::size_t begin, std::size_t end) {
-        const Reading first = half(begin, end, "sensors, first"), second = half(begin, end, "sensors, second");
         const auto from = static_cast<Eigen::Index>(begin), count = static_cast<Eigen::Index>(end - begin);
-        direct_.middleRows(from, count) = 0.5 * (first.direct + second.direct);
-        indirect_.middleRows(from, count) = 0.5 * (first.indirect + second.indirect);
-        result_.noise.middleRows(from, count) =
-            0.5 * sum_of_parts(first.direct + first.indirect - second.direct - second.indirect, field_.channels())
-                      .rowwise()
-                      .norm();
+        constexpr auto number = static_cast<double>(parts_of_a_reading);
+        std::vector<Values> totals;
+        for (std::size_t k = 0; k < parts_of_a_reading; ++k) {
+            const Reading one = part(begin, end, "sensors, part " + std::to_string(k));
+            direct_.middleRows(from, count) += one.direct / number;
+            indirect_.middleRows(from, count) += one.indirect / number;
+            totals.push_back(sum_of_parts(one.direct + one.indirect, field_.channels()));
+        }
+        const Values mean =
+            sum_of_parts(direct_.middleRows(from, count) + indirect_.middleRows(from, count), field_.channels());
+        Values squares = Values::Zero(count, 1);
+        for (const Values& total : totals) {
+            squares += (total - mean).rowwise().squaredNorm();
+        }
+        result_.noise.middleRows(from, count) = (squares / (number * (number - 1.0))).cwiseSqrt();
         if (errors_ != nullptr) {
             for (std::size_t i = begin; i < end; ++i) {
                 const auto row = static_cast<Eigen::Index>(i);

@@ -34,9 +34,9 @@ struct SensorReadings {
     std::size_t rays = 0, segments = 0; ///< cast
 };
 
-/// Gathers the light at each sensor with about `rays` fresh rays (at least 2), in two independent halves whose
-/// difference gives the noise; suns, point lights and area lights are evaluated as on surfaces. Spherical and
-/// cylindrical sensors are means over planar ones, randomly turned: 2 times 128 all around, 2 times 32 around the axis.
+/// Gathers the light at each sensor with about `rays` fresh rays (at least 4), in four independent parts whose
+/// scatter gives the noise; suns, point lights and area lights are evaluated as on surfaces. Spherical and cylindrical
+/// sensors are means over planar ones, randomly turned: 4 times 128 all around, 4 times 32 around the axis.
 ///
 /// Errors: an error of the light where a sensor's rays end adds to its own in proportion to the share of the rays. What
 /// bounces carry on is taken to have one sign all around; what is local (noise and discretisation) to be independent
