@@ -1,5 +1,6 @@
 // Thermal scenes baked whole, against closed forms and identities.
 #include <difusa/bake/relight.h>
+#include <difusa/core/error.h>
 #include <difusa/form_factors/enclosure.h>
 
 #include <meshes.h>
@@ -11,7 +12,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
@@ -238,6 +241,24 @@ TEST(ThermalBake, DrawnHeatIsNegativeHeat) {
 }
 
 /// A ball in a ball. The formula is that of uniform radiosities; on polyhedra the irradiation varies.
+/// A closed box whose temperatures follow from heat alone beside one at 300 K: whatever the rays and the solver leave
+/// between them is no reason to find any.
+TEST(ThermalBake, ABoxOnItsOwnHasNoTemperature) {
+    Mesh mesh = box(Vec3::Zero(), Vec3::Ones(), 1, Front::inside);
+    for (Index& m : mesh.material) {
+        m = std::min<Index>(m, 2);
+    }
+    add(mesh, box(Vec3(3, 0, 0), Vec3(4, 1, 1), 1, Front::inside), 3);
+    const Scene scene = thermal_scene(
+        mesh, {with_heat(50.0, 0.8), with_heat(-50.0, 0.8), with_heat(0.0, 0.5), at_temperature(300.0, 0.9)});
+    BakeOptions options = lit::quick(0.4, 64);
+    options.error_points = 0;
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+        options.seed = seed;
+        EXPECT_THROW(baked(scene, options), InputError) << seed;
+    }
+}
+
 TEST(ThermalBake, ConcentricSpheres) {
     const double T1 = 500, T2 = 300, e1 = 0.8, e2 = 0.6;
     Mesh mesh = test::icosphere(2, 1.0);

@@ -78,6 +78,11 @@ TEST_F(SceneFile, CieSkiesAndSunsByDate) {
     EXPECT_NEAR(sun.disc, std::sin(0.2665 * pi / 180.0), 1e-12);
     EXPECT_NE(refused_with("\"sky\": {\"type\": \"cie\", \"sky\": 12, \"illuminance\": 1}").find("\"sun\""),
               std::string::npos);
+    for (const std::string sky : {"1", "12, \"sun\": [1, 0, 1]"}) { // a place and a time without a date
+        EXPECT_NE(refused_with("\"sky\": {\"type\": \"cie\", \"illuminance\": 1, \"time\": 77, \"sky\": " + sky + "}")
+                      .find("\"time\" places the sun together with a \"date\""),
+                  std::string::npos);
+    }
 }
 
 TEST_F(SceneFile, CieSkiesHaveNumbersAndNames) {

@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
 
 namespace difusa::direct_light_test {
 namespace {
@@ -39,6 +40,26 @@ Mesh floor_with_screen() {
     Mesh mesh = rectangle(Vec3(0, 0, 0), Vec3(4, 0, 0), Vec3(0, 4, 0));
     add(mesh, rectangle(Vec3(1, 1, 1), Vec3(1, 0, 0), Vec3(0, 1, 0)), 0); // facing up: its back blocks
     return mesh;
+}
+
+TEST(DirectLight, ANarrowBeamOfALargeOpeningIsNotMissed) {
+    // From below, only a thirtieth of the opening is within the beam, which ends at 2.5 degrees; nothing blocks it.
+    Lit lit(rectangle(Vec3(-2, -2, 0), Vec3(4, 0, 0), Vec3(0, 4, 0)));
+    PointLight beam;
+    beam.position = Vec3(0, 0, 3);
+    beam.intensity = Rgb(1, 2, 3);
+    beam.half_length = beam.half_width = 0.6;
+    beam.distribution = std::make_shared<IntensityDistribution>(
+        IntensityDistribution::Table{PhotometryType::C, {0}, {0, 2, 2.5, 90}, {1, 1, 0, 0}});
+    lit.scene.point_lights.push_back(beam);
+    const DirectLight light(lit.scene, lit.tracer());
+    for (const SurfacePoint& x : even_points(lit.scene.mesh, 400, RandomStream(1, "points"))) {
+        if (x.position.cwiseAbs().maxCoeff() < 0.4) {
+            const double kernel = beam.mean_kernel(x.position, x.normal);
+            EXPECT_GT(kernel, 0.0);
+            EXPECT_TRUE(light_at(light, x).isApprox(kernel * beam.intensity, 1e-12)) << x.position.transpose();
+        }
+    }
 }
 
 TEST(DirectLight, ASunGivesTheCosineOrNothing) {

@@ -80,6 +80,17 @@ TEST(Ies, SymmetricPlanesStandForAll) {
         }
     }
     EXPECT_NEAR(whole->intensity(away(90, 45)), 2.0, 1e-12);
+    // Symmetric about one plane only: 4 in C90, 3 in C270, or 4 in C180, 1 in C0.
+    const auto about_90 = of("3 1 2 0 0 0\n1 1 0\n0 90\n90 180 270\n", "5 4\n5 1\n5 3\n");
+    const auto about_0 = of("3 1 2 0 0 0\n1 1 0\n0 90\n0 90 180\n", "5 1\n5 3\n5 4\n");
+    EXPECT_NEAR(about_90->intensity(away(90, 90)), 4.0, 1e-12);
+    EXPECT_NEAR(about_90->intensity(away(90, 270)), 3.0, 1e-12);
+    EXPECT_NEAR(about_90->intensity(away(90, 45)), 2.5, 1e-12);
+    EXPECT_NEAR(about_90->intensity(away(90, 315)), 2.0, 1e-12);
+    EXPECT_NEAR(about_0->intensity(away(90, 0)), 1.0, 1e-12);
+    EXPECT_NEAR(about_0->intensity(away(90, 180)), 4.0, 1e-12);
+    EXPECT_NEAR(about_0->intensity(away(90, 225)), 3.5, 1e-12);
+    EXPECT_NEAR(about_0->intensity(away(90, 315)), 2.0, 1e-12);
     EXPECT_NEAR(flux_by_points(*whole), whole->flux(), 1e-4 * whole->flux());
 }
 
@@ -101,6 +112,36 @@ TEST(Ies, TypesAAndBAreEvaluatedInTheirOwnAngles) {
     for (const auto& of : {a, b}) { // half of the sphere is dark: the edge costs the midpoint rule an order
         EXPECT_NEAR(flux_by_points(*of), of->flux(), 5e-3 * of->flux());
     }
+}
+
+TEST(Ies, HorizontalAnglesOfTypesAAndBFromZeroStandForBothSides) {
+    // Type A: horizontal 0 and 90, vertical -90, 0, 90. Type B: the same angles.
+    const std::string rest = "2 0 0 0\n1 1 0\n-90 0 90\n0 90\n";
+    const auto a = parse_ies(ies_head + "TILT=NONE\n1 -1 1 3 2 3 " + rest + "4 9 5\n6 7 8\n", "a.ies").distribution;
+    EXPECT_NEAR(a->intensity({1, 0, 0}), 9.0, 1e-12);
+    EXPECT_NEAR(a->intensity({0, -1, 0}), 7.0, 1e-12);
+    EXPECT_NEAR(a->intensity({0, 1, 0}), 7.0, 1e-12);
+    const auto b = parse_ies(ies_head + "TILT=NONE\n1 -1 1 3 2 2 " + rest + "4 9 5\n6 7 8\n", "b.ies").distribution;
+    EXPECT_NEAR(b->intensity({0, 0, -1}), 9.0, 1e-12);
+    EXPECT_NEAR(b->intensity({1, 0, 0}), 5.0, 1e-12);
+    EXPECT_NEAR(b->intensity({-1, 0, 0}), 4.0, 1e-12);
+    const double half = std::sqrt(0.5); // vertical 0, horizontal 45 and -45
+    EXPECT_NEAR(b->intensity({0, half, -half}), 8.0, 1e-12);
+    EXPECT_NEAR(b->intensity({0, -half, -half}), 8.0, 1e-12);
+    // Vertical angles from 0 are of the half above (A), or of that on one side (B).
+    const std::string upper = "2 0 0 0\n1 1 0\n0 90\n-90 0 90\n2 2\n9 5\n7 7\n";
+    const auto above = parse_ies(ies_head + "TILT=NONE\n1 -1 1 2 3 3 " + upper, "a.ies").distribution;
+    EXPECT_GT(above->intensity(Vec3(1, 0, 1).normalized()), 0.0);
+    EXPECT_EQ(above->intensity(Vec3(1, 0, -1).normalized()), 0.0);
+}
+
+TEST(Ies, LabelsMayBeginWithTilt) {
+    const Luminaire old =
+        parse_ies("Lamp of 1986\nTilted head\nTILT = NONE\n1 -1 1 2 1 1 2 0 0 0\n1 0.5 0\n0 90\n0\n8 8\n", "a.ies");
+    EXPECT_NEAR(old.distribution->largest(), 4.0, 1e-12); // with its ballast-lamp factor
+    const Luminaire worded =
+        parse_ies("IES file of a lamp\nTILT=NONE\n1 -1 1 2 1 1 2 0 0 0\n1 0.5 0\n0 90\n0\n8 8\n", "a.ies");
+    EXPECT_NEAR(worded.distribution->largest(), 4.0, 1e-12);
 }
 
 TEST(Ies, TiltFactorsAreRead) {
@@ -125,6 +166,13 @@ TEST(Ies, MessagesNameFileLineAndRemedy) {
     EXPECT_THAT(refused("TILT=NONE\n1 -1 1 2 1 1 2 0 0 0\n1 1 0\n0 90\n0\n1\n"), HasSubstr("a candela value"));
     EXPECT_THAT(refused("TILT=NONE\n1 -1 1 2 1 1 2 0 0 0\n1 1 0\n90 0\n0\n1 1\n"), HasSubstr("do not ascend"));
     EXPECT_THAT(refused("TILT=away.tlt\n"), HasSubstr("cannot be found"));
+    EXPECT_THAT(refused("TILT=NONE\n1 -1 1 2 3 1 2 0 0 0\n1 1 0\n0 90\n0 30 60\n1 1 2 2 3 3\n"),
+                HasSubstr("its planes are from 0 to 60 degrees"));
+    for (const std::string type : {"2", "3"}) {
+        const std::string angles = type == "3" ? "3 1" : "1 3", lists = type == "3" ? "-90 0 90\n0\n" : "0\n-90 0 90\n";
+        EXPECT_THAT(refused("TILT=NONE\n1 -1 1 " + angles + " " + type + " 2 0 0 0\n1 1 0\n" + lists + "1 2 3\n"),
+                    HasSubstr("at least two planes"));
+    }
 }
 
 std::string eulumdat(int symmetry, int planes, const std::string& c, const std::string& values,
@@ -159,6 +207,34 @@ TEST(Eulumdat, AllSymmetriesGiveTheSamePlanes) {
             EXPECT_NEAR(each->distribution->intensity(away(60, plane)), known, 1e-12) << plane;
         }
     }
+}
+
+TEST(Eulumdat, SymmetryIsAboutThePlaneThatItSays) {
+    const std::string c = "0\n90\n180\n270\n", x = "9\n4\n1\n", y = "9\n2\n1\n", z = "9\n3\n1\n";
+    // Indicator 2: about C0-C180. Indicator 3: about C90-C270; the file has C270, C0, C90.
+    const Luminaire two = parse_eulumdat(eulumdat(2, 4, c, x + y + z), "a.ldt");
+    EXPECT_NEAR(two.distribution->intensity(away(90, 0)), 8.0, 1e-12); // 4 cd/klm of 2000 lm
+    EXPECT_NEAR(two.distribution->intensity(away(90, 180)), 6.0, 1e-12);
+    EXPECT_NEAR(two.distribution->intensity(away(90, 270)), 4.0, 1e-12);
+    EXPECT_NEAR(two.distribution->intensity(away(90, 225)), 5.0, 1e-12);
+    const Luminaire three = parse_eulumdat(eulumdat(3, 4, c, x + y + z), "a.ldt");
+    EXPECT_NEAR(three.distribution->intensity(away(90, 270)), 8.0, 1e-12);
+    EXPECT_NEAR(three.distribution->intensity(away(90, 0)), 4.0, 1e-12);
+    EXPECT_NEAR(three.distribution->intensity(away(90, 180)), 4.0, 1e-12);
+    EXPECT_NEAR(three.distribution->intensity(away(90, 90)), 6.0, 1e-12);
+    EXPECT_NEAR(three.distribution->intensity(away(90, 135)), 5.0, 1e-12);
+}
+
+TEST(Eulumdat, WhatDoesNotFitIsRefusedOrNoted) {
+    const std::string c = "0\n90\n180\n270\n", x = "9\n4\n1\n";
+    EXPECT_THROW(parse_eulumdat(eulumdat(4, 4, "0\n80\n180\n270\n", x + x), "a.ldt"), InputError);
+    EXPECT_THROW(parse_eulumdat(eulumdat(2, 4, "0\n90\n160\n270\n", x + x + x), "a.ldt"), InputError);
+    const Luminaire more = parse_eulumdat(eulumdat(1, 4, c, x + x), "a.ldt");
+    EXPECT_THAT(more.notes, testing::Contains(HasSubstr("what follows its last intensity")));
+    std::string blank = eulumdat(1, 4, c, x);
+    const std::size_t ratios = blank.find("60\n0\n0\n") + 3;
+    blank.erase(ratios, 1); // a blank line in place of a ratio
+    EXPECT_NEAR(parse_eulumdat(blank, "a.ldt").distribution->intensity(away(90, 10)), 8.0, 1e-12);
 }
 
 TEST_F(SceneFile, ALuminaireTurnsWithItsDirection) {

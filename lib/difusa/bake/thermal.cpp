@@ -21,8 +21,27 @@ namespace {
 /// The share of the radiation that may leave a surface without surroundings: more is an opening, less a crack.
 constexpr double largest_leak = 1e-3;
 
-/// A temperature is undetermined if this little of what a body emits reaches others.
-constexpr double least_exchange = 1e-9;
+/// A temperature is undetermined if no more of what a body emits reaches others than this many times what the solver
+/// leaves, or ten times what is lost.
+constexpr double resolved = 100.0;
+
+/// The mean share of the radiation that leaves the surface.
+double sky_share(const LightTransport& transport, const Execution& execution) {
+    if (transport.cut_off.rows() > 0) { // over mirrors, too
+        const auto surfels = static_cast<Eigen::Index>(transport.surfels);
+        Values share;
+        transport.gather(
+            Values::Zero(surfels, transport.cut_off.cols()),
+            Values::Ones(static_cast<Eigen::Index>(transport.W->columns()) - surfels, transport.cut_off.cols()), share,
+            execution);
+        return share.mean();
+    }
+    double sum = 0.0;
+    for (const double share : transport.sky) {
+        sum += share / static_cast<double>(transport.points());
+    }
+    return sum;
+}
 
 bool is_body(const Material& material) {
     return material.thermal && material.thermal->given == Thermal::Given::heat;
@@ -250,20 +269,7 @@ void check_places(const BakeResult& result) {
 }
 
 void check_surroundings(const BakeResult& result, const LightTransport& transport, const Execution& execution) {
-    double sky = 0.0;
-    if (transport.cut_off.rows() > 0) { // over mirrors, too
-        const auto surfels = static_cast<Eigen::Index>(transport.surfels);
-        Values share;
-        transport.gather(
-            Values::Zero(surfels, transport.cut_off.cols()),
-            Values::Ones(static_cast<Eigen::Index>(transport.W->columns()) - surfels, transport.cut_off.cols()), share,
-            execution);
-        sky = share.mean();
-    } else {
-        for (const double share : transport.sky) {
-            sky += share / static_cast<double>(transport.points());
-        }
-    }
+    const double sky = sky_share(transport, execution);
     const auto percent = [](double share) { return text_of(std::round(1e5 * share) / 1e3) + " %"; };
     if (result.scene->thermal->surroundings) {
         if (result.mean_back > largest_leak) {
@@ -328,9 +334,16 @@ void find_temperatures(BakeResult& result, const LightingOptions& options, const
     // By the heat that each would emit into the open.
     const Eigen::MatrixXd exchange = size.cwiseInverse().asDiagonal() * bodies.exchange;
     const Eigen::JacobiSVD<Eigen::MatrixXd> solver(exchange, Eigen::ComputeThinU | Eigen::ComputeThinV);
-    if (!(solver.singularValues().minCoeff() > least_exchange)) {
-        throw InputError("the temperatures of materials whose \"heat\" is given are not determined: some of them "
-                         "exchange heat with each other alone; fix the temperature of one");
+    const double exchanged = solver.singularValues().minCoeff();
+    // Losses count as exchange with the surroundings, which are there or not.
+    const double lost =
+        scene.thermal->surroundings ? 0.0 : result.mean_back + sky_share(result.system->transport(), execution);
+    if (const double least = std::max(resolved * result.options.solve.tolerance, 10.0 * lost); !(exchanged > least)) {
+        throw InputError("the temperatures of materials whose \"heat\" is given are not determined: but for a share "
+                         "of " +
+                         text_of(exchanged) + " of what they emit, of which at least " + text_of(least) +
+                         " would be needed, some of them exchange heat with each other alone; fix the temperature of "
+                         "one, or give a smaller --tolerance if they do exchange so little with others");
     }
     const Eigen::VectorXd power = solver.solve(heat.cwiseQuotient(size));
     for (Eigen::Index k = 0; k < power.size(); ++k) {

@@ -41,11 +41,13 @@ class EulumdatFile {
                                        " degrees: the light is that of the luminaire so tilted");
         }
         const double lumens = lamp_lumens(lamp_set);
-        for (int i = 0; i < 10; ++i) {
-            number("a direct ratio");
-        }
+        skip(10); // direct ratios of ten rooms, blank in some files
         read_table(conversion * lumens / 1000.0);
         check_flux(downward, efficiency, lumens);
+        if (rest_.find_first_not_of(" \t\r\n\x1a") != std::string_view::npos) {
+            luminaire_.notes.push_back("what follows its last intensity, after line " + std::to_string(line_) +
+                                       ", is ignored");
+        }
         return std::move(luminaire_);
     }
 
@@ -195,6 +197,13 @@ class EulumdatFile {
                 table.plane.push_back(angle_of(p));
             }
             table.value = values;
+        }
+        if (const double end = table.plane.back(), wanted = symmetry_ == 2   ? 180.0
+                                                            : symmetry_ == 3 ? 270.0
+                                                                             : 90.0;
+            symmetry_ > 1 && (end != wanted || table.plane.front() != (symmetry_ == 3 ? 90.0 : 0.0))) {
+            fail("its C-planes are not those that the symmetry indicator " + std::to_string(symmetry_) +
+                 " stands for: see that they are evenly spaced from 0 on, or export it again without symmetry");
         }
         try {
             luminaire_.distribution = std::make_shared<IntensityDistribution>(std::move(table));

@@ -40,19 +40,15 @@ class IesFile {
         while (scanner_.to_token()) {
             const std::string_view line = scanner_.rest_of_line();
             const std::string lower = lower_case(line);
-            if (lower.starts_with("tilt")) {
-                const std::size_t sign = lower.find('=');
-                if (sign == std::string::npos) {
-                    scanner_.fail("expected TILT=NONE, TILT=INCLUDE or TILT=file, found " + excerpt(line));
-                }
+            // Labels of 1986 may begin with any word.
+            const std::size_t sign = lower.find_first_not_of(" \t", std::min<std::size_t>(4, lower.size()));
+            if (lower.starts_with("tilt") && sign != std::string::npos && lower[sign] == '=') {
                 tilt_ = line.substr(sign + 1);
                 tilt_.erase(0, tilt_.find_first_not_of(" \t"));
                 return;
             }
             // Before 1995 the third factor was that of ballast and lamp.
-            if (first && lower.starts_with("ies") && lower.find("ies91") == std::string::npos &&
-                lower.find("iesna91") == std::string::npos && lower.find("1991") == std::string::npos &&
-                lower.find("1986") == std::string::npos) {
+            if (first && (lower.starts_with("iesna:lm-63-") || lower.starts_with("ies:lm-63-"))) {
                 has_lamp_factor_ = false;
             }
             first = false;

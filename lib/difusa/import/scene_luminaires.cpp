@@ -99,6 +99,15 @@ SunPosition sun_at(const SceneChecks& checks, const JsonValue& from, const std::
     return position;
 }
 
+/// What says nothing without a "date".
+void refuse_parts_of_time(const SceneChecks& checks, const JsonValue& from) {
+    for (const char* const name : {"latitude", "longitude", "time", "time_zone", "north"}) {
+        if (const JsonValue* given = from.find(name)) {
+            checks.fail(*given, quoted(name) + " places the sun together with a \"date\", which is not given");
+        }
+    }
+}
+
 } // namespace
 
 void read_luminaire_light(const SceneChecks& checks, const JsonValue& from, PolygonSoup& soup) {
@@ -183,11 +192,7 @@ Sun read_sun(const SceneChecks& checks, const JsonValue& from, PolygonSoup& soup
         const SunPosition position = sun_at(checks, from, what, sun.towards);
         sun.irradiance = Rgb::Constant(clear_sky_sun(position));
     } else {
-        for (const char* const name : {"latitude", "longitude", "time", "time_zone", "north"}) {
-            if (const JsonValue* given = from.find(name)) {
-                checks.fail(*given, quoted(name) + " belongs to a sun with a \"date\", not to one with \"towards\"");
-            }
-        }
+        refuse_parts_of_time(checks, from);
         sun.towards = checks.direction(checks.required(from, what, "towards"), quoted("towards"));
     }
     if (!by_time || from.find("irradiance") != nullptr || from.find("illuminance") != nullptr) {
@@ -231,6 +236,9 @@ void read_cie_sky(const SceneChecks& checks, const JsonValue& from, PolygonSoup&
                              "\"date\" (with latitude, longitude and time)", towards != nullptr);
     }
     Vec3 sun = checks.up();
+    if (date == nullptr) {
+        refuse_parts_of_time(checks, from);
+    }
     if (date != nullptr) {
         sun_at(checks, from, what, sun);
     } else if (towards != nullptr) {

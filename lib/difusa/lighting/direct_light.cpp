@@ -187,7 +187,8 @@ double DirectLight::visible_share(std::size_t samples, RandomStream& stream, Wor
         sum += share;
         squares += share * share;
         n += 1.0;
-        if (round + 1 >= rounds_at_least &&
+        // Narrow beams may be missed by the first rounds.
+        if (all > 0.0 && round + 1 >= rounds_at_least &&
             squares - sum * sum / n <= n * (n - 1.0) * AreaLights::settled * AreaLights::settled) {
             break;
         }

@@ -1,5 +1,7 @@
 #include <difusa/scene/intensity_distribution.h>
 
+#include <difusa/core/text.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -20,6 +22,13 @@ bool ascends(const std::vector<double>& angles, double least, double most) {
            std::is_sorted(angles.begin(), angles.end(), [](double a, double b) { return a <= b; });
 }
 
+/// Whether planes of type C are those of one of the symmetries of IES LM-63, or of none.
+bool goes_round(const std::vector<double>& plane) {
+    const double first = plane.front(), last = plane.back();
+    return plane.size() == 1 || (first == 0.0 && (last == 90.0 || last == 180.0)) || (first == 90.0 && last == 270.0) ||
+           last - first > 180.0;
+}
+
 void check(const Table& table) {
     const auto refuse = [](const std::string& why) { throw std::invalid_argument(why); };
     const bool c = table.type == PhotometryType::C;
@@ -30,6 +39,14 @@ void check(const Table& table) {
     }
     if (!ascends(table.in_plane, c ? 0.0 : -90.0, c ? 180.0 : 90.0) || rows < 2) {
         refuse("the angles in its planes do not ascend within their range, or are fewer than two");
+    }
+    if (!c && table.plane.size() < 2) {
+        refuse("a table of type A or B needs at least two planes");
+    }
+    if (c && !goes_round(table.plane)) {
+        refuse("its planes are from " + text_of(table.plane.front()) + " to " + text_of(table.plane.back()) +
+               " degrees: they must end at 90 or 180, or go from 90 to 270, if they stand for others by symmetry, and "
+               "beyond 180 if not");
     }
     if (table.value.size() != table.plane.size() * rows) {
         refuse("it does not have one intensity for each angle of each plane");
@@ -90,12 +107,16 @@ void mirror_rows(Table& table) {
     table.value = std::move(values);
 }
 
-/// All planes of what symmetry leaves out.
+/// All planes of what symmetry leaves out. Horizontal angles of the types A and B from 0 on stand for those below 0;
+/// vertical ones are of half a sphere.
 void expand(Table& table) {
-    if (table.type != PhotometryType::C) {
-        if (table.plane.front() == 0.0 && table.plane.size() > 1) {
+    if (table.type == PhotometryType::A) {
+        if (table.plane.front() == 0.0) {
             mirror_planes(table, 0.0, true);
         }
+        return;
+    }
+    if (table.type == PhotometryType::B) {
         if (table.in_plane.front() == 0.0) {
             mirror_rows(table);
         }
