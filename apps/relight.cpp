@@ -235,8 +235,7 @@ void check_series(const Arguments& a) {
     const bool north_of_sky = a.north && !a.studies.daylight.empty();
     if (!a.path && (a.hours || a.time_zone || (a.north && !north_of_sky) || a.strength)) {
         throw UsageError("--hours, --time-zone, --north and --sun-strength say where the sun of --sun-path stands (and "
-                         "--north where "
-                         "the parts of --daylight begin): give that, too");
+                         "--north where the parts of --daylight begin): give that, too");
     }
     if (a.path && (!a.bake.files.report.empty() || !a.bake.files.sites.empty() || !a.bake.goal.empty())) {
         throw UsageError("--report, --sites-output and --goal are of one lighting: omit them with --sun-path");

@@ -29,6 +29,7 @@ for choice in "" "--basis shepard" "--basis radial" "--transport pairwise --sky 
     [ "${bytes%.*}" -ge "$(sed -n '/"transport": {/,/}/s/^ *"bytes": \([0-9]*\),*/\1/p' real.json)" ] || fail "memory: more than estimated, $choice"
     sed -n '/"estimated_seconds": \[/,/\]/p' dry.json >dry.times
     expect_text dry.times '"phase": "solve"' '"phase": "transport"'
+    awk '/"seconds":/ { sum += $2 } END { exit !(sum > 0) }' dry.times || fail "no time was estimated"
 done
 
 # Of very many sites the number is predicted: nothing as large as they are is made.

@@ -10,11 +10,10 @@
 #include <difusa/scene/sky_parts.h>
 #include <difusa/transport/gathered.h>
 
+#include <support/dense_operator.h>
 #include <support/discretised.h>
 #include <support/lightings.h>
 #include <support/saved_bakes.h>
-
-#include <Eigen/LU>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -178,8 +177,8 @@ TEST(Daylight, IsWhatANaiveComputationGives) {
     for (int c = 0; c < 3; ++c) {
         const Eigen::VectorXd rho = result.solution.light.reflectance.col(c);
         const Eigen::MatrixXd T = W.leftCols(m) * rho.asDiagonal() * P * Pi;
-        const Eigen::MatrixXd h =
-            (Eigen::MatrixXd::Identity(n, n) - T).lu().solve(pi * W.rightCols(static_cast<Eigen::Index>(sky.count())));
+        const Eigen::MatrixXd h = test::solve_dense(Eigen::MatrixXd::Identity(n, n) - T,
+                                                    pi * W.rightCols(static_cast<Eigen::Index>(sky.count())));
         const Eigen::MatrixXd b = rho.asDiagonal() * P * Pi_field * h;
         for (std::size_t i = 0; i < x.size(); ++i) {
             RandomStream stream(1, "daylight", i);

@@ -1,7 +1,6 @@
 #include <difusa/bake/daylight.h>
 
 #include <difusa/bake/evaluation.h>
-#include <difusa/bake/sun_path.h>
 #include <difusa/core/error.h>
 #include <difusa/core/memory.h>
 #include <difusa/core/photometry.h>
@@ -9,6 +8,7 @@
 #include <difusa/plugin/choice.h>
 #include <difusa/scene/cie_sky.h>
 #include <difusa/scene/perez_sky.h>
+#include <difusa/scene/sun_position.h>
 
 #include <algorithm>
 #include <cmath>

@@ -35,10 +35,6 @@ void check_path(const SunPath& path) {
 
 } // namespace
 
-Vec3 default_north(const Vec3& up) {
-    return std::abs(up.z()) > 0.5 ? Vec3(Vec3::UnitY()) : Vec3(-Vec3::UnitZ());
-}
-
 std::vector<SunStep> sun_steps(const SunPath& path, const Vec3& up) {
     check_path(path);
     const Vec3 north = path.north.value_or(default_north(up));

@@ -9,9 +9,6 @@
 
 namespace difusa {
 
-/// Where north is if nobody says so: +y where z is up, else -z.
-Vec3 default_north(const Vec3& up);
-
 struct SunPath {
     double latitude = 0.0, longitude = 0.0; ///< degrees, north and east
     Date date;

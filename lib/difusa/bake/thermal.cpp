@@ -339,11 +339,11 @@ void find_temperatures(BakeResult& result, const LightingOptions& options, const
     const double lost =
         scene.thermal->surroundings ? 0.0 : result.mean_back + sky_share(result.system->transport(), execution);
     if (const double least = std::max(resolved * result.options.solve.tolerance, 10.0 * lost); !(exchanged > least)) {
-        throw InputError("the temperatures of materials whose \"heat\" is given are not determined: but for a share "
-                         "of " +
-                         text_of(exchanged) + " of what they emit, of which at least " + text_of(least) +
-                         " would be needed, some of them exchange heat with each other alone; fix the temperature of "
-                         "one, or give a smaller --tolerance if they do exchange so little with others");
+        throw InputError("the temperatures of materials whose \"heat\" is given are not determined: some of them "
+                         "exchange heat with each other alone, or only a share of " +
+                         text_of(exchanged) +
+                         " of what they emit with others, which cannot be told from errors below " + text_of(least) +
+                         "; fix the temperature of one, or give a smaller --tolerance");
     }
     const Eigen::VectorXd power = solver.solve(heat.cwiseQuotient(size));
     for (Eigen::Index k = 0; k < power.size(); ++k) {

@@ -20,7 +20,9 @@ constexpr std::size_t fewest_rays = 64, most_gathered = 64;
 /// The trial, and by what factors the bake is larger.
 class Trial {
   public:
-    Trial(const BakeResult& bake, bool pairwise) : pairwise_(pairwise), result(bake) {
+    BakeResult result;
+
+    Trial(const BakeResult& bake, bool pairwise) : result(bake), pairwise_(pairwise) {
         const auto n = static_cast<double>(bake.estimate.sites);
         const double few = std::min(n, std::clamp(share_of_sites * n, fewest_placed, most_placed));
         BakeOptions& options = result.options;
@@ -85,9 +87,6 @@ class Trial {
     bool pairwise_;
     double sites_ = 1.0, rays_ = 1.0, gathered_ = 1.0, bound_ = 1.0, surfels_ = 1.0, error_points_ = 1.0,
            vertices_ = 1.0;
-
-  public:
-    BakeResult result;
 };
 
 /// Adds up what has the same name, in the order of the first of each.

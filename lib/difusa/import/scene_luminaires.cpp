@@ -88,7 +88,7 @@ SunPosition sun_at(const SceneChecks& checks, const JsonValue& from, const std::
                               " degrees: see that \"time_zone\" (hours east of universal time) is that of the place");
     }
     const Vec3& up = checks.up();
-    Vec3 north = std::abs(up.z()) > 0.5 ? Vec3(Vec3::UnitY()) : Vec3(-Vec3::UnitZ());
+    Vec3 north = default_north(up);
     if (const JsonValue* given = from.find("north")) {
         north = checks.direction(*given, quoted("north"));
         if (!(north.cross(up).norm() > 1e-6)) {

@@ -60,7 +60,7 @@ double BrightSurfels::density(Index s) const {
 }
 
 /// Probability density, by area, with which a ray from x goes towards y: cosine over pi by solid angle, directions
-/// below the plane of the face being mirrored to above it (Hemisphere::look). This is also the kernel of irradiance.
+/// below the plane of the face being mirrored to above it (Sight::cast). This is also the kernel of irradiance.
 double BrightSurfels::ray_density(const SurfacePoint& x, const Vec3& y, const Vec3& n_y) const {
     const Vec3 way = y - x.position;
     const Vec3& n = x.face == none ? x.normal : scene_.mesh.normals[x.face];

@@ -14,12 +14,11 @@ namespace difusa {
 
 namespace {
 
-/// The rays of one point into the cells of the sky, with the parts of the irradiance that they stand for; scratch of a
-/// thread.
-class CellRays {
+/// The rays of one point into the cells of the sky. Their weights are parts of the irradiance at a radiance of 1.
+class CellRays final : public Sight {
   public:
     CellRays(const Tracer& tracer, const SkyDivision& sky, const std::vector<SkyCell>& cells)
-        : tracer_(tracer), sky_(sky), cells_(cells) {
+        : Sight(tracer), sky_(sky), cells_(cells) {
         for (const SkyCell& cell : cells) {
             moment_.push_back(sky.moment(cell));
         }
@@ -27,12 +26,10 @@ class CellRays {
     }
 
     void look(const SurfacePoint& x, RandomStream stream) {
-        const Mesh& mesh = tracer_.mesh();
-        const SurfacePoint from = inset(mesh, x);
-        const Vec3& own = x.face == none ? x.normal : mesh.normals[x.face];
+        const SurfacePoint from = inset(tracer_.mesh(), x);
         sort_cells(x.normal);
         rays_.clear();
-        weights_.clear();
+        weight_.clear();
         cut_.clear();
         double parted = 0.0;
         for (std::size_t k = 0; k < cells_.size(); ++k) {
@@ -40,7 +37,7 @@ class CellRays {
             if (place_[k] == Place::below) {
                 continue;
             }
-            Vec3 towards = sky_.direction(cells_[k], u, v);
+            const Vec3 towards = sky_.direction(cells_[k], u, v);
             const bool is_whole = place_[k] == Place::above;
             const double weight = is_whole ? moment_[k].dot(x.normal) : cells_[k].solid_angle() * x.normal.dot(towards);
             if (!(weight > 0.0)) {
@@ -50,48 +47,15 @@ class CellRays {
                 parted += weight;
                 cut_.push_back(rays_.size());
             }
-            const double height = own.dot(towards); // below 0 with a shading normal: as Hemisphere does
-            towards -= height < 0.0 ? Vec3(2.0 * height * own) : Vec3(Vec3::Zero());
             rays_.push_back({from.position, towards, x.face});
-            weights_.push_back(weight);
+            weight_.push_back(weight);
         }
         const double factor = parted > 0.0 ? std::max(0.0, (std::numbers::pi - whole_) / parted) : 0.0;
         for (const std::size_t k : cut_) {
-            weights_[k] *= factor;
+            weight_[k] *= factor;
         }
-        hits_.resize(rays_.size());
-        tracer_.first_hits(rays_, hits_);
-    }
-
-    std::size_t count() const { return rays_.size(); }
-
-    /// Calls `on_sky(part, weight, colour)` and `on_front(hit, weight, colour)` for what is seen directly and in
-    /// mirrors. The weights are parts of the irradiance at a radiance of 1.
-    template <class OnSky, class OnFront> void for_each(const OnSky& on_sky, const OnFront& on_front) const {
-        const Mesh& mesh = tracer_.mesh();
-        for (std::size_t k = 0; k < rays_.size(); ++k) {
-            Vec3 direction = rays_[k].direction;
-            Hit hit = hits_[k];
-            Rgb colour = Rgb::Ones();
-            for (std::size_t depth = 0;; ++depth) {
-                if (hit.face == none) {
-                    on_sky(sky_.at(direction), weights_[k], colour);
-                } else if (hit.front) {
-                    on_front(hit, weights_[k], colour);
-                }
-                const Index kind = hit.face != none && hit.front ? mesh.mirrors.kind(hit.face) : none;
-                if (kind == none || depth >= mesh.mirrors.most) {
-                    break;
-                }
-                colour *= mesh.mirrors.reflectance[kind];
-                if (!(colour > 0.0).any()) {
-                    break;
-                }
-                const Ray next = reflected_ray(mesh, hit, direction);
-                direction = next.direction;
-                tracer_.first_hits(std::span(&next, 1), std::span(&hit, 1));
-            }
-        }
+        weights_ = weight_;
+        cast(x);
     }
 
   private:
@@ -113,17 +77,14 @@ class CellRays {
         }
     }
 
-    const Tracer tracer_;
     const SkyDivision& sky_;
     const std::vector<SkyCell>& cells_;
     std::vector<Vec3> moment_;
     Vec3 normal_ = Vec3::Zero(); ///< that of place_
     std::vector<Place> place_;   ///< #cells
     double whole_ = 0.0;         ///< sum of the weights of those above
-    std::vector<Ray> rays_;
-    std::vector<double> weights_;
+    std::vector<double> weight_; ///< #rays
     std::vector<std::size_t> cut_;
-    std::vector<Hit> hits_;
 };
 
 class DaylightComputation {
@@ -208,18 +169,20 @@ class DaylightComputation {
                 cast[i] = rays.count();
                 auto row = result_.value.row(static_cast<Eigen::Index>(i))
                                .segment(first * channels_, (end - first) * channels_);
-                rays.for_each(
-                    [&](Index part, double weight, const Rgb& colour) {
-                        const auto p = static_cast<Eigen::Index>(part);
-                        if (p >= first && p < end) {
-                            row.segment((p - first) * channels_, channels_) +=
-                                weight * colour.head(channels_).matrix().transpose();
-                        }
-                    },
-                    [&](const Hit& hit, double weight, const Rgb& colour) {
-                        add_surfel(row, b.row(static_cast<Eigen::Index>(surfels.at(hit.face, hit.u, hit.v))),
-                                   weight * std::numbers::inv_pi, colour);
-                    });
+                const auto on_sky = [&](const Vec3& direction, double weight, const Rgb& colour) {
+                    const auto p = static_cast<Eigen::Index>(sky_.at(direction));
+                    if (p >= first && p < end) {
+                        row.segment((p - first) * channels_, channels_) +=
+                            weight * colour.head(channels_).matrix().transpose();
+                    }
+                };
+                const auto on_front = [&](const Hit& hit, double weight, const Rgb& colour) {
+                    add_surfel(row, b.row(static_cast<Eigen::Index>(surfels.at(hit.face, hit.u, hit.v))),
+                               weight * std::numbers::inv_pi, colour);
+                };
+                rays.for_each([&](const Hit& hit, double weight) { on_front(hit, weight, Rgb::Ones()); },
+                              [&](const Vec3& direction, double weight) { on_sky(direction, weight, Rgb::Ones()); });
+                rays.for_each_in_mirrors(on_front, on_sky, [](double, const Rgb&, bool) {});
             }
         });
         result_.rays = 0;

@@ -106,24 +106,14 @@ class GoalEstimation {
             return;
         }
         const Discretisation& discretisation = system_.discretisation();
-        const Surfels& surfels = *discretisation.surfels;
-        std::vector<char> inside(scene_.mesh.triangles.size(), 0);
-        for (const Index t : goal_.triangles) {
-            inside[t] = 1;
-        }
         discretisation.averages->apply(sum(parts_.smooth), known_, execution_);
         if (!parts_.direct_in_basis) {
             known_ += sum(solution_.light.direct);
         }
-        share_.assign(surfels.size(), 0.0);
+        share_ = goal_shares(goal_, result_.area, scene_.mesh, *discretisation.surfels);
         mean_known_ = Eigen::RowVectorXd::Zero(channels_);
-        std::vector<Surfels::Piece> pieces;
-        for (Index s = 0; s < surfels.size(); ++s) {
-            surfels.pieces(s, pieces);
-            for (const Surfels::Piece& piece : pieces) {
-                share_[s] += inside[piece.triangle] != 0 ? piece.area / result_.area : 0.0;
-            }
-            mean_known_ += share_[s] * known_.row(s);
+        for (std::size_t s = 0; s < share_.size(); ++s) {
+            mean_known_ += share_[s] * known_.row(static_cast<Eigen::Index>(s));
         }
     }
 
@@ -290,6 +280,22 @@ class GoalEstimation {
 };
 
 } // namespace
+
+std::vector<double> goal_shares(const Goal& goal, double area, const Mesh& mesh, const Surfels& surfels) {
+    std::vector<char> inside(mesh.triangles.size(), 0);
+    for (const Index t : goal.triangles) {
+        inside[t] = 1;
+    }
+    std::vector<double> share(surfels.size(), 0.0);
+    std::vector<Surfels::Piece> pieces;
+    for (Index s = 0; s < surfels.size(); ++s) {
+        surfels.pieces(s, pieces);
+        for (const Surfels::Piece& piece : pieces) {
+            share[s] += inside[piece.triangle] != 0 ? piece.area / area : 0.0;
+        }
+    }
+    return share;
+}
 
 GoalEstimate estimate_goal(const Solution& solution, const Goal& goal, std::size_t samples, std::size_t rays,
                            std::uint64_t seed, std::size_t number, const Execution& execution) {

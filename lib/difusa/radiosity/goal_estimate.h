@@ -24,6 +24,9 @@ struct Goal {
     std::vector<SurfacePoint> places;
 };
 
+/// The share of a goal's area that is on each surfel, #surfels; they sum to 1. `area`: of the goal.
+std::vector<double> goal_shares(const Goal& goal, double area, const Mesh& mesh, const Surfels& surfels);
+
 /// Irradiance, direct and indirect, W/m²; a grey scene has three equal channels.
 struct GoalEstimate {
     std::string name;

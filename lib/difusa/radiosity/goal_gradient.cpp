@@ -100,21 +100,12 @@ class Differentiation {
             add_places(goal, weights);
             return weights;
         }
-        std::vector<char> inside(scene_.mesh.triangles.size(), 0);
         double area = 0.0;
         for (const Index t : goal.triangles) {
-            inside[t] = 1;
             area += scene_.mesh.areas[t];
         }
-        weights.surfel_irradiance = Values::Zero(count, 1);
-        std::vector<Surfels::Piece> pieces;
-        for (Index s = 0; s < surfels.size(); ++s) {
-            surfels.pieces(s, pieces);
-            for (const Surfels::Piece& piece : pieces) {
-                weights.surfel_irradiance(static_cast<Eigen::Index>(s), 0) +=
-                    inside[piece.triangle] != 0 ? piece.area / area : 0.0;
-            }
-        }
+        const std::vector<double> share = goal_shares(goal, area, scene_.mesh, surfels);
+        weights.surfel_irradiance = Eigen::Map<const Eigen::VectorXd>(share.data(), count);
         return weights;
     }
 

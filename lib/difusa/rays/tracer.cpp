@@ -1,12 +1,9 @@
 #include <difusa/rays/tracer.h>
 
-#include <difusa/mesh/surface_sampling.h>
-
 namespace difusa {
 
-void Hemisphere::look(const SurfacePoint& x, std::size_t number) {
+void Sight::cast(const SurfacePoint& x) {
     const Mesh& mesh = tracer_.mesh();
-    weights_ = pool_.rays(inset(mesh, x), number, rays_);
     const Vec3& n = x.face == none ? x.normal : mesh.normals[x.face];
     if (x.normal != n) {
         for (Ray& ray : rays_) {
@@ -14,6 +11,7 @@ void Hemisphere::look(const SurfacePoint& x, std::size_t number) {
             ray.direction -= height < 0.0 ? Vec3(2.0 * height * n) : Vec3(Vec3::Zero());
         }
     }
+    hits_.resize(rays_.size());
     tracer_.first_hits(rays_, hits_);
     reflected_.clear();
     if (mesh.mirrors.any()) {
@@ -22,7 +20,7 @@ void Hemisphere::look(const SurfacePoint& x, std::size_t number) {
 }
 
 /// One generation after another: the rays that meet a mirror are cast on from it together.
-void Hemisphere::follow_reflections() {
+void Sight::follow_reflections() {
     const Mesh& mesh = tracer_.mesh();
     const Mirrors& mirrors = mesh.mirrors;
     const auto reflect = [&](const Hit& hit, const Vec3& direction, double weight, const Rgb& colour) {

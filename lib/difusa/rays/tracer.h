@@ -1,4 +1,4 @@
-// Ray casting against a surface, and the hemisphere of rays that a point sends out, on over mirrors.
+// Ray casting against a surface, and the rays that a point sends out, on over mirrors.
 #pragma once
 
 #include <difusa/mesh/mesh.h>
@@ -61,20 +61,13 @@ struct ReflectedHit {
     bool cut_off = false;     ///< a mirror that should have reflected it once more than Mirrors::most
 };
 
-/// What a surface point sees: the rays of one hemisphere and their hits. Scratch of one thread; keeps references.
+/// What a point sees: weighted rays and their hits. Scratch of one thread; keeps references. Derived classes choose the
+/// rays.
 ///
 /// A ray that meets the front of a mirror goes on from there: `for_each` calls the mirror like any surface (it may also
 /// reflect diffusely, or emit), and `for_each_in_mirrors` what is seen in it.
-class Hemisphere {
+class Sight {
   public:
-    Hemisphere(const Tracer& tracer, const DirectionPool& pool)
-        : tracer_(tracer), pool_(pool), rays_(pool.count()), hits_(pool.count()) {}
-
-    /// Casts the rays of point number `number` (DirectionPool::rays) from x, or from just beside it if it is on an
-    /// edge. If x has a shading normal, directions below the plane of its face are mirrored to above it, since the
-    /// smooth surface described by that normal does not block them.
-    void look(const SurfacePoint& x, std::size_t number);
-
     std::size_t count() const { return rays_.size(); }
 
     /// For each ray calls `on_front(hit, weight)`, `on_sky(direction, weight)` or, if it hits the back of a face,
@@ -106,17 +99,43 @@ class Hemisphere {
         }
     }
 
+  protected:
+    explicit Sight(const Tracer& tracer) : tracer_(tracer) {}
+
+    /// Casts `rays_`, which start at x and have `weights_`, and follows them over mirrors. If x has a shading normal,
+    /// directions below the plane of its face are first mirrored to above it, since the smooth surface described by
+    /// that normal does not block them.
+    void cast(const SurfacePoint& x);
+
+    const Tracer tracer_;
+    std::vector<Ray> rays_;
+    std::span<const double> weights_;
+
   private:
     void follow_reflections();
 
-    const Tracer tracer_;
-    const DirectionPool& pool_;
-    std::vector<Ray> rays_;
     std::vector<Hit> hits_;
-    std::span<const double> weights_;
     std::vector<ReflectedHit> reflected_;
     std::vector<Ray> reflected_rays_; ///< of one generation
     std::vector<Hit> reflected_hits_;
+};
+
+/// The rays of one hemisphere.
+class Hemisphere final : public Sight {
+  public:
+    Hemisphere(const Tracer& tracer, const DirectionPool& pool) : Sight(tracer), pool_(pool) {
+        rays_.resize(pool.count());
+    }
+
+    /// Casts the rays of point number `number` (DirectionPool::rays) from x, or from just beside it if it is on an
+    /// edge.
+    void look(const SurfacePoint& x, std::size_t number) {
+        weights_ = pool_.rays(inset(tracer_.mesh(), x), number, rays_);
+        cast(x);
+    }
+
+  private:
+    const DirectionPool& pool_;
 };
 
 } // namespace difusa

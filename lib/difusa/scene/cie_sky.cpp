@@ -1,7 +1,7 @@
 #include <difusa/scene/cie_sky.h>
 
-#include <difusa/algebra/quadrature.h>
 #include <difusa/core/colour.h>
+#include <difusa/scene/sky_quadrature.h>
 
 #include <algorithm>
 #include <array>
@@ -66,25 +66,8 @@ double CieSky::relative(const Vec3& towards) const {
 }
 
 double CieSky::level_irradiance() const {
-    // About the sun the luminance has a kink: azimuths are counted from it, and heights divided there.
     constexpr std::size_t nodes = 48;
-    const QuadratureRule rule = gauss_legendre(nodes);
-    const Vec3 level = sun_ - sun_.dot(up_) * up_;
-    const Vec3 ahead = level.norm() > 1e-9 ? Vec3(level.normalized()) : Vec3(up_.unitOrthogonal());
-    const double at_sun = std::asin(std::clamp(sun_.dot(up_), 0.0, 1.0));
-    double sum = 0.0;
-    const auto add_band = [&](double from, double to) {
-        for_each_node(rule, from, to, [&](double height, double of_height) {
-            for_each_node(rule, 0.0, std::numbers::pi, [&](double azimuth, double of_azimuth) {
-                const Vec3 towards = std::sin(height) * up_ + std::cos(height) * (std::cos(azimuth) * ahead +
-                                                                                  std::sin(azimuth) * up_.cross(ahead));
-                sum += 2.0 * of_height * of_azimuth * std::sin(height) * std::cos(height) * relative(towards);
-            });
-        });
-    };
-    add_band(0.0, at_sun);
-    add_band(at_sun, 0.5 * std::numbers::pi);
-    return sum;
+    return difusa::level_irradiance(up_, sun_, nodes, [this](const Vec3& towards) { return relative(towards); });
 }
 
 void CieSky::scale_to_irradiance(const Rgb& irradiance) {

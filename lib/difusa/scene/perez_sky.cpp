@@ -1,8 +1,8 @@
 #include <difusa/scene/perez_sky.h>
 
-#include <difusa/algebra/quadrature.h>
 #include <difusa/core/colour.h>
 #include <difusa/core/error.h>
+#include <difusa/scene/sky_quadrature.h>
 
 #include <algorithm>
 #include <array>
@@ -147,25 +147,9 @@ PerezSky::PerezSky(const PerezShape& shape, const Vec3& up, const Vec3& sun, con
     if (!(up.dot(sun) >= -1e-12)) {
         throw std::invalid_argument("the sun of a Perez sky is not below the horizon");
     }
-    // About the sun the luminance has a kink: azimuths are counted from it, and heights divided there.
-    const QuadratureRule rule = gauss_legendre(64);
-    const Vec3 level = sun - sun.dot(up) * up;
-    const Vec3 ahead = level.norm() > 1e-9 ? Vec3(level.normalized()) : Vec3(up.unitOrthogonal());
-    const Vec3 aside = up.cross(ahead);
-    double sum = 0.0;
-    const auto add_band = [&](double from, double to) {
-        for_each_node(rule, from, to, [&](double height, double of_height) {
-            for_each_node(rule, 0.0, std::numbers::pi, [&](double azimuth, double of_azimuth) {
-                const Vec3 towards =
-                    std::sin(height) * up_ + std::cos(height) * (std::cos(azimuth) * ahead + std::sin(azimuth) * aside);
-                sum += 2.0 * of_height * of_azimuth * std::sin(height) * std::cos(height) * radiance(towards)[0];
-            });
-        });
-    };
-    const double at_sun = std::asin(std::clamp(sun.dot(up), 0.0, 1.0));
-    add_band(0.0, at_sun);
-    add_band(at_sun, 0.5 * std::numbers::pi);
-    scale_ = irradiance / sum;
+    constexpr std::size_t nodes = 64;
+    scale_ =
+        irradiance / level_irradiance(up, sun, nodes, [this](const Vec3& towards) { return radiance(towards)[0]; });
 }
 
 Rgb PerezSky::radiance(const Vec3& towards) const {

@@ -126,6 +126,10 @@ SunPosition sun_position(double day, double latitude, double longitude, const Ai
     return seen;
 }
 
+Vec3 default_north(const Vec3& up) {
+    return std::abs(up.z()) > 0.5 ? Vec3(Vec3::UnitY()) : Vec3(-Vec3::UnitZ());
+}
+
 Vec3 towards_sun(const SunPosition& position, const Vec3& up, const Vec3& north) {
     const Vec3 ahead = (north - north.dot(up) * up).normalized(), east = ahead.cross(up);
     return cos_of(position.elevation) * (cos_of(position.azimuth) * ahead + sin_of(position.azimuth) * east) +

@@ -48,6 +48,9 @@ struct SunPosition {
 /// polynomial of Espenak and Meeus (2006) for 2005 to 2050: an error of a minute turns the sun by 0.0007°.
 SunPosition sun_position(double day, double latitude, double longitude, const Air& air = {});
 
+/// Where north is if nobody says so: +y where z is up, else -z.
+Vec3 default_north(const Vec3& up);
+
 /// The unit vector towards the sun; `up` is unit, `north` any direction that is not vertical.
 Vec3 towards_sun(const SunPosition& position, const Vec3& up, const Vec3& north);
 

@@ -20,13 +20,12 @@ namespace difusa {
 namespace {
 
 constexpr double room_width = 4.0, room_depth = 4.0, room_height = 3.0;
+const Vec3 room_size(room_width, room_depth, room_height);
 constexpr double ground_radiosity = 30.0;   ///< 30 % of 100 W/m²
 constexpr double underside_radiosity = 5.0; ///< of the horizontal mask: see data/VALIDATION.md
 constexpr double mask_reflectance = 0.3;    ///< of the vertical one
 constexpr double mask_distance = 6.0;
 constexpr double mask_reach = 10.0; ///< to both sides of the room's middle: beyond what any point sees of it
-const std::vector<std::string> floor_letters{"A", "B", "C", "D", "E", "F", "G", "H"};
-const std::vector<std::string> wall_letters{"A", "B", "C", "D", "E", "F"};
 
 /// 100 W/m² on open ground, the sun 60° high in the direction of y times `south`.
 std::shared_ptr<CieSky> general_sky(int type, double south) {
@@ -44,28 +43,15 @@ ValidationCase daylight_case(const std::string& name, int type, std::shared_ptr<
     return one;
 }
 
-void add_black_walls(Scene& scene, bool front, bool ceiling) {
-    const Vec3 x(room_width, 0, 0), y(0, room_depth, 0), z(0, 0, room_height);
-    add_rectangle(scene, "floor", Vec3::Zero(), x, y);
-    add_rectangle(scene, "wall at y high", y, x, z);
-    add_rectangle(scene, "wall at x low", Vec3::Zero(), y, z);
-    add_rectangle(scene, "wall at x high", x, z, y);
-    if (front) {
-        add_rectangle(scene, "wall at y low", Vec3::Zero(), z, x);
-    }
-    if (ceiling) {
-        add_rectangle(scene, "ceiling", z, y, x);
-    }
-}
-
-/// Figures of a table's row of the report.
-struct RoofFigures {
+/// Figures of the report for a small and a large opening under one sky.
+struct OpeningFigures {
     int type;
-    std::vector<double> small_wall, small_floor, large_wall, large_floor; ///< B.1, B.2, B.3, B.4
+    std::vector<double> small_wall, small_floor, large_wall, large_floor;
 };
 
-const std::vector<RoofFigures>& roof_tables() {
-    static const std::vector<RoofFigures> tables{
+/// B.1, B.2, B.3, B.4.
+const std::vector<OpeningFigures>& roof_tables() {
+    static const std::vector<OpeningFigures> tables{
         {1,
          {0.46, 1.64, 2.34, 2.26, 1.88, 1.47},
          {2.33, 3.11, 3.84, 4.29, 4.29, 3.84, 3.11, 2.33},
@@ -85,20 +71,26 @@ const std::vector<RoofFigures>& roof_tables() {
     return tables;
 }
 
+/// A ceiling with a square opening in its middle, from the share `low` of its width on.
+void add_ceiling_around(Scene& scene, double low) {
+    const RoomSide ceiling = room_side(room_size, Side::ceiling);
+    add_rectangle_around(scene, ceiling.name, ceiling.a, ceiling.u, ceiling.v, {low, 1.0 - low, low, 1.0 - low});
+}
+
 /// The measured wall, y = 0, faces the sun: the figures rise with its light.
-ValidationCase roof_opening(int type, double side, const std::vector<double>& wall, const std::vector<double>& floor) {
+ValidationCase roof_opening(int type, bool large, const std::vector<double>& wall, const std::vector<double>& floor) {
     const auto sky = general_sky(type, 1.0);
-    ValidationCase one = daylight_case(side > 1.0 ? "5.9 roof 4x4" : "5.9 roof 1x1", type, sky);
-    add_black_walls(one.scene, true, false);
-    const double low = 0.5 * (room_width - side) / room_width, high = 1.0 - low;
-    add_rectangle_around(one.scene, "ceiling", {0, 0, room_height}, {0, room_depth, 0}, {room_width, 0, 0},
-                         {low, high, low, high});
+    const double side = large ? 4.0 : 1.0;
+    ValidationCase one = daylight_case(large ? "5.9 roof 4x4" : "5.9 roof 1x1", type, sky);
+    add_sides(one.scene, room_size, {Side::floor, Side::y_high, Side::x_low, Side::x_high, Side::y_low});
+    const double low = 0.5 * (room_width - side) / room_width;
+    add_ceiling_around(one.scene, low);
     one.exact = [=](const Vec3& x, const Vec3& n) {
         return irradiance_through({{low * room_width, low * room_depth, room_height}, {side, 0, 0}, {0, side, 0}}, x, n,
                                   [&](const Vec3& towards) { return sky->radiance(towards)[0]; });
     };
-    add_points(one, wall_letters, {2, 0, 2.75}, {0, 0, -0.5}, Vec3::UnitY(), wall);
-    add_points(one, {"G", "H", "I", "J", "K", "L", "M", "N"}, {2, 0.25, 0}, {0, 0.5, 0}, Vec3::UnitZ(), floor);
+    add_points(one, letters('A', 6), {2, 0, 2.75}, {0, 0, -0.5}, Vec3::UnitY(), wall);
+    add_points(one, letters('G', 8), {2, 0.25, 0}, {0, 0.5, 0}, Vec3::UnitZ(), floor);
     fill_exact(one);
     return one;
 }
@@ -157,7 +149,7 @@ struct Facade {
 /// The room with that window; the sun is in front of it.
 ValidationCase facade_case(const std::string& name, int type, const Facade& facade) {
     ValidationCase one = daylight_case(name, type, facade.sky);
-    add_black_walls(one.scene, false, true);
+    add_sides(one.scene, room_size, {Side::floor, Side::y_high, Side::x_low, Side::x_high, Side::ceiling});
     const double left = 0.5 * (room_width - facade.width) / room_width;
     add_rectangle_around(one.scene, "facade", Vec3::Zero(), {0, 0, room_height}, {room_width, 0, 0},
                          {facade.sill / room_height, (facade.sill + facade.height) / room_height, left, 1.0 - left});
@@ -174,13 +166,9 @@ ValidationCase facade_case(const std::string& name, int type, const Facade& faca
     return one;
 }
 
-struct FacadeFigures {
-    int type;
-    std::vector<double> small_wall, small_floor, large_wall, large_floor; ///< B.9, B.10, B.12, B.13
-};
-
-const std::vector<FacadeFigures>& facade_tables() {
-    static const std::vector<FacadeFigures> tables{
+/// B.9, B.10, B.12, B.13.
+const std::vector<OpeningFigures>& facade_tables() {
+    static const std::vector<OpeningFigures> tables{
         {1,
          {0.95, 1.06, 1.25, 1.51, 1.70, 1.86},
          {0.87, 1.31, 2.02, 3.20, 5.07, 7.64, 9.33, 5.09},
@@ -209,11 +197,10 @@ ValidationCase open_facade(int type, bool large, const std::vector<double>& wall
         facade.height = room_height;
     }
     ValidationCase one = facade_case(large ? "5.11 facade 4x3" : "5.11 facade 2x1", type, facade);
-    add_points(one, wall_letters, {2, room_depth, 2.75}, {0, 0, -0.5}, -Vec3::UnitY(), wall);
-    add_points(one, {"G", "H", "I", "J", "K", "L", "M", "N"}, {2, 3.75, 0}, {0, -0.5, 0}, Vec3::UnitZ(), floor);
+    add_points(one, letters('A', 6), {2, room_depth, 2.75}, {0, 0, -0.5}, -Vec3::UnitY(), wall);
+    add_points(one, letters('G', 8), {2, 3.75, 0}, {0, -0.5, 0}, Vec3::UnitZ(), floor);
     // B.11 and B.14: of every sky, as only the ground is seen.
-    add_points(one, {"G'", "H'", "I'", "J'", "K'", "L'", "M'", "N'"}, {2, 3.75, room_height}, {0, -0.5, 0},
-               -Vec3::UnitZ(),
+    add_points(one, letters('G', 8, "'"), {2, 3.75, room_height}, {0, -0.5, 0}, -Vec3::UnitZ(),
                large ? std::vector<double>{1.74, 2.29, 3.06, 4.14, 5.63, 7.65, 10.27, 13.59}
                      : std::vector<double>{0.38, 0.53, 0.75, 1.08, 1.56, 2.14, 2.40, 1.24});
     fill_exact(one);
@@ -275,7 +262,7 @@ ValidationCase masked_facade(const MaskFigures& figures, bool horizontal) {
         std::snprintf(name, sizeof name, "5.14 vertical mask %.0f", figures.size);
     }
     ValidationCase one = facade_case(name, figures.type, facade);
-    add_points(one, floor_letters, {2, 3.75, 0}, {0, -0.5, 0}, Vec3::UnitZ(), figures.floor);
+    add_points(one, letters('A', 8), {2, 3.75, 0}, {0, -0.5, 0}, Vec3::UnitZ(), figures.floor);
     for (ValidationReading& reading : one.readings) {
         reading.doubtful = figures.doubtful.find(reading.name) != std::string::npos;
     }
@@ -288,15 +275,10 @@ ValidationCase daylight_conservation() {
     const auto sky = general_sky(12, 1.0);
     ValidationCase one = daylight_case("5.4 flux of daylight", 12, sky);
     one.unit = "W";
-    add_black_walls(one.scene, true, false);
-    const Vec3 x(room_width, 0, 0), y(0, room_depth, 0), z(0, 0, room_height);
-    add_rectangle_around(one.scene, "ceiling", z, y, x, {0.375, 0.625, 0.375, 0.625});
+    add_sides(one.scene, room_size, {Side::floor, Side::y_high, Side::x_low, Side::x_high, Side::y_low});
+    add_ceiling_around(one.scene, 0.375);
     one.readings.push_back({"sum", {}, {}, 100.0, {}});
-    add_nodes(one, Vec3::Zero(), x, y, 20, 1.0);
-    add_nodes(one, Vec3::Zero(), z, x, 20, 1.0);
-    add_nodes(one, y, x, z, 20, 1.0);
-    add_nodes(one, Vec3::Zero(), y, z, 20, 1.0);
-    add_nodes(one, x, z, y, 20, 1.0);
+    add_side_nodes(one, room_size, {Side::floor, Side::y_low, Side::y_high, Side::x_low, Side::x_high}, 20, 1.0);
     return one;
 }
 
@@ -304,18 +286,16 @@ ValidationCase daylight_conservation() {
 
 std::vector<ValidationCase> cie_171_daylight() {
     std::vector<ValidationCase> all{daylight_conservation()};
-    for (const bool large : {false, true}) {
-        for (const RoofFigures& figures : roof_tables()) {
-            all.push_back(roof_opening(figures.type, large ? 4.0 : 1.0, large ? figures.large_wall : figures.small_wall,
-                                       large ? figures.large_floor : figures.small_floor));
+    const auto add_openings = [&](const std::vector<OpeningFigures>& tables, const auto& make) {
+        for (const bool large : {false, true}) {
+            for (const OpeningFigures& figures : tables) {
+                all.push_back(make(figures.type, large, large ? figures.large_wall : figures.small_wall,
+                                   large ? figures.large_floor : figures.small_floor));
+            }
         }
-    }
-    for (const bool large : {false, true}) {
-        for (const FacadeFigures& figures : facade_tables()) {
-            all.push_back(open_facade(figures.type, large, large ? figures.large_wall : figures.small_wall,
-                                      large ? figures.large_floor : figures.small_floor));
-        }
-    }
+    };
+    add_openings(roof_tables(), roof_opening);
+    add_openings(facade_tables(), open_facade);
     for (const MaskFigures& figures : overhang_tables()) {
         all.push_back(masked_facade(figures, true));
     }

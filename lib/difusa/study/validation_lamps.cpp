@@ -35,27 +35,8 @@ PointLight point_light(const Vec3& position, double candela) {
     return light;
 }
 
-/// A room of black walls that face inwards.
-void add_box(Scene& scene, const Vec3& size, double rho) {
-    const Vec3 x = size.x() * Vec3::UnitX(), y = size.y() * Vec3::UnitY(), z = size.z() * Vec3::UnitZ();
-    add_rectangle(scene, "floor", Vec3::Zero(), x, y, rho);
-    add_rectangle(scene, "ceiling", z, y, x, rho);
-    add_rectangle(scene, "wall at y low", Vec3::Zero(), z, x, rho);
-    add_rectangle(scene, "wall at y high", y, x, z, rho);
-    add_rectangle(scene, "wall at x low", Vec3::Zero(), y, z, rho);
-    add_rectangle(scene, "wall at x high", x, z, y, rho);
-}
-
-/// The last reading over all faces of that room.
-void add_box_nodes(ValidationCase& one, const Vec3& size, std::size_t count, double factor) {
-    const Vec3 x = size.x() * Vec3::UnitX(), y = size.y() * Vec3::UnitY(), z = size.z() * Vec3::UnitZ();
-    add_nodes(one, Vec3::Zero(), x, y, count, factor);
-    add_nodes(one, z, y, x, count, factor);
-    add_nodes(one, Vec3::Zero(), z, x, count, factor);
-    add_nodes(one, y, x, z, count, factor);
-    add_nodes(one, Vec3::Zero(), y, z, count, factor);
-    add_nodes(one, x, z, y, count, factor);
-}
+constexpr std::initializer_list<Side> all_sides{Side::floor,  Side::ceiling, Side::y_low,
+                                                Side::y_high, Side::x_low,   Side::x_high};
 
 /// 5.2, diffuse: I = 1000 cd cos(gamma), 3 m above the middle of a black square of 4 m.
 ValidationCase point_source() {
@@ -80,9 +61,9 @@ ValidationCase point_source() {
     const std::array<std::array<double, 2>, 10> at{
         {{0, 0}, {0.5, 0}, {1, 0}, {1.5, 0}, {0.5, 0.5}, {1, 0.5}, {1.5, 0.5}, {1, 1}, {1.5, 1}, {1.5, 1.5}}};
     const std::array<double, 10> table_11{111.11, 105.21, 90.02, 71.11, 99.73, 85.64, 68.06, 74.36, 59.98, 49.39};
+    const std::vector<std::string> names = letters('A', at.size());
     for (std::size_t k = 0; k < at.size(); ++k) {
-        add_points(one, {std::string(1, static_cast<char>('A' + k))}, {at[k][0], at[k][1], 0.0}, Vec3::Zero(),
-                   Vec3::UnitZ(), {table_11[k]});
+        add_points(one, {names[k]}, {at[k][0], at[k][1], 0.0}, Vec3::Zero(), Vec3::UnitZ(), {table_11[k]});
     }
     fill_exact(one);
     return one;
@@ -93,21 +74,19 @@ ValidationCase area_source() {
     ValidationCase one = lux_case("5.3 area source");
     const double radiance = 1000.0 / lumens_per_watt; // of 1 m²
     Scene& scene = one.scene;
-    const Vec3 x(4, 0, 0), y(0, 4, 0), z(0, 0, 3);
-    add_rectangle(scene, "floor", Vec3::Zero(), x, y);
-    add_rectangle_around(scene, "ceiling", z, y, x, {0.375, 0.625, 0.375, 0.625});
+    const Vec3 size(4, 4, 3);
+    const RoomSide ceiling = room_side(size, Side::ceiling);
+    add_sides(scene, size, {Side::floor});
+    add_rectangle_around(scene, ceiling.name, ceiling.a, ceiling.u, ceiling.v, {0.375, 0.625, 0.375, 0.625});
     add_rectangle(scene, "source", {1.5, 1.5, 3}, {0, 1, 0}, {1, 0, 0}, 0.0, pi_of_lamps * radiance);
-    add_rectangle(scene, "wall at y low", Vec3::Zero(), z, x);
-    add_rectangle(scene, "wall at y high", y, x, z);
-    add_rectangle(scene, "wall at x low", Vec3::Zero(), y, z);
-    add_rectangle(scene, "wall at x high", x, z, y);
+    add_sides(scene, size, {Side::y_low, Side::y_high, Side::x_low, Side::x_high});
     one.exact = [=](const Vec3& at, const Vec3& n) {
         return lumens_per_watt * irradiance_through({{1.5, 1.5, 3}, {1, 0, 0}, {0, 1, 0}}, at, n,
                                                     [&](const Vec3& /*towards*/) { return radiance; });
     };
-    add_points(one, {"A", "B", "C", "D", "E", "F"}, {2, 0, 2.75}, {0, 0, -0.5}, Vec3::UnitY(),
+    add_points(one, letters('A', 6), {2, 0, 2.75}, {0, 0, -0.5}, Vec3::UnitY(),
                {32.68, 75.09, 81.38, 69.12, 53.41, 39.90});
-    add_points(one, {"G", "H", "I", "J", "K", "L", "M", "N"}, {2, 0.25, 0}, {0, 0.5, 0}, Vec3::UnitZ(),
+    add_points(one, letters('G', 8), {2, 0.25, 0}, {0, 0.5, 0}, Vec3::UnitZ(),
                {61.27, 79.18, 95.52, 105.89, 105.89, 95.52, 79.18, 61.27});
     fill_exact(one);
     return one;
@@ -118,10 +97,10 @@ ValidationCase conservation() {
     ValidationCase one = lux_case("5.4 flux of a lamp");
     one.unit = "lm";
     const Vec3 size(4, 4, 3);
-    add_box(one.scene, size, 0.0);
+    add_sides(one.scene, size, all_sides);
     one.scene.point_lights = {point_light(0.5 * size, 10000.0 / (4.0 * pi_of_lamps))};
     one.readings.push_back({"sum", {}, {}, 10000.0, 10000.0});
-    add_box_nodes(one, size, 16, 1.0);
+    add_side_nodes(one, size, all_sides, 16, 1.0);
     return one;
 }
 
@@ -145,9 +124,9 @@ ValidationCase reflection() {
         return irradiance_through({Vec3::Zero(), {4, 0, 0}, {0, 4, 0}}, x, n,
                                   [](const Vec3& /*towards*/) { return 100.0 / pi_of_lamps; });
     };
-    add_points(one, {"B", "C", "D", "E", "F"}, {2, 0, 0.75}, {0, 0, 0.5}, Vec3::UnitY(),
+    add_points(one, letters('B', 5), {2, 0, 0.75}, {0, 0, 0.5}, Vec3::UnitY(),
                {35.901, 27.992, 21.639, 16.716, 12.967});
-    add_points(one, {"G", "H", "I", "J", "K", "L", "M", "N"}, {2, 0.25, 3}, {0, 0.5, 0}, -Vec3::UnitZ(),
+    add_points(one, letters('G', 8), {2, 0.25, 3}, {0, 0.5, 0}, -Vec3::UnitZ(),
                {26.80, 30.94, 33.98, 35.57, 35.57, 33.98, 30.94, 26.80});
     fill_exact(one);
     return one;
@@ -183,9 +162,9 @@ ValidationCase obstruction() {
                           : irradiance_through({{0, 4, low}, {4, 0, 0}, {0, 0, 3.0 - low}}, x, n,
                                                [](const Vec3& /*towards*/) { return 100.0 / pi_of_lamps; });
     };
-    add_points(one, {"A", "B", "C", "D", "E", "F"}, {2, 0, 2.75}, {0, 0, -0.5}, Vec3::UnitY(),
+    add_points(one, letters('A', 6), {2, 0, 2.75}, {0, 0, -0.5}, Vec3::UnitY(),
                {16.07, 16.33, 15.40, 13.32, 10.32, 7.08});
-    add_points(one, {"G", "H", "I", "J", "K"}, {2, 0.25, 0}, {0, 0.5, 0}, Vec3::UnitZ(), {3.38, 3.63, 3.01, 0.0, 0.0});
+    add_points(one, letters('G', 5), {2, 0.25, 0}, {0, 0.5, 0}, Vec3::UnitZ(), {3.38, 3.63, 3.01, 0.0, 0.0});
     fill_exact(one);
     return one;
 }
@@ -198,10 +177,10 @@ ValidationCase interreflection(double rho, double published) {
     one.indirect = true;
     const Vec3 size(4, 4, 4);
     const double flux = 10000.0, surface = 96.0;
-    add_box(one.scene, size, rho);
+    add_sides(one.scene, size, all_sides, rho);
     one.scene.point_lights = {point_light(0.5 * size, flux / (4.0 * pi_of_lamps))};
     one.readings.push_back({"mean", {}, {}, rho * flux / (surface * (1.0 - rho)), published});
-    add_box_nodes(one, size, 8, 1.0 / surface);
+    add_side_nodes(one, size, all_sides, 8, 1.0 / surface);
     return one;
 }
 

@@ -4,6 +4,7 @@
 #include <difusa/study/references/form_factors.h>
 #include <difusa/study/validation.h>
 
+#include <initializer_list>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,27 @@ void add_rectangle(Scene& scene, const std::string& name, const Vec3& a, const V
 /// The same with a rectangular hole, in shares of u and v; a hole that reaches an edge leaves nothing there.
 void add_rectangle_around(Scene& scene, const std::string& name, const Vec3& a, const Vec3& u, const Vec3& v,
                           const Rectangle& hole);
+
+/// One side of a room: a rectangle whose front, u × v, faces inwards.
+struct RoomSide {
+    const char* name;
+    Vec3 a, u, v;
+};
+
+enum class Side { floor, ceiling, y_low, y_high, x_low, x_high };
+
+/// Of a room from the origin to `size`.
+RoomSide room_side(const Vec3& size, Side side);
+
+/// Adds these sides, each of a material of its own.
+void add_sides(Scene& scene, const Vec3& size, std::initializer_list<Side> sides, double rho = 0.0);
+
+/// Adds the nodes of these sides to the last reading, as add_nodes does.
+void add_side_nodes(ValidationCase& one, const Vec3& size, std::initializer_list<Side> sides, std::size_t count,
+                    double factor);
+
+/// "A", "B", ... from `first` on, each with `suffix`.
+std::vector<std::string> letters(char first, std::size_t count, const std::string& suffix = "");
 
 /// Points along a line, named by `names`: `first`, `first` + `step`, ..., with the normal n; `published` as many or
 /// none.
