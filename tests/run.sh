@@ -169,12 +169,12 @@ check_format() {
         xargs -0 -n 20 -P "$jobs" clang-format-14 --dry-run -Werror
 }
 
-# lint STAMPS FILE...: clang-tidy for files that are compiled alike, together, because nearly all of its time goes
-# into the headers they share. If it complains, which it also does if two of them use one name, those it complains of
-# and the others for themselves, or each half if that is all of them or none.
+# lint STAMPS OPTIONS FILE...: clang-tidy for all these files together, because nearly all of its time goes into the
+# headers they share. If it complains, those it complains of and the others for themselves, or each half if that is all
+# of them or none. It also complains if two of them use one name, which is said, because it takes long.
 lint() {
-    local stamps=$1 file entry output
-    shift
+    local stamps=$1 options=$2 file entry output
+    shift 2
     if [ $# -eq 1 ]; then
         # clang does not know GCC's warning options; those it does know are the compiler's business.
         if output=$(clang-tidy-14 --quiet -p "$stamps" --extra-arg=-w "$1" 2>&1); then
@@ -193,11 +193,8 @@ lint() {
             difusa_plugin_entry difusa_plugin_entry "entry$entry"
         printf '#include "%s" // NOLINT\n' "$file"
     done >"$together/files.cpp"
-    {
-        printf '[{"directory": "%s",\n' "$stamps"
-        grep -F -m 1 -e " -c $1\"" "$stamps/compile_commands.json" | sed "s|$1|$together/files.cpp|g"
-        printf '"file": "%s"}]\n' "$together/files.cpp"
-    } >"$together/compile_commands.json"
+    printf '[{"directory": "%s", "command": "c++ %s -c %s", "file": "%s"}]\n' \
+        "$stamps" "$options" "$together/files.cpp" "$together/files.cpp" >"$together/compile_commands.json"
     if clang-tidy-14 --quiet -p "$together" --config-file="$root/.clang-tidy" --extra-arg=-w \
         --header-filter='/(lib/difusa|plugins|apps)/' "$together/files.cpp" >"$together/output" 2>&1; then
         for file in "$@"; do
@@ -207,6 +204,7 @@ lint() {
         rm -r "$together"
         return
     fi
+    printf 'clang-tidy: %d files again in parts, because of: %s\n' $# "$(grep -F -m 1 ' error: ' "$together/output")"
     local some=() others=() half=$(($# / 2)) result=0
     for file in "$@"; do
         if grep -F ' error: ' "$together/output" | grep -qF "$file:"; then
@@ -219,17 +217,41 @@ lint() {
     if [ ${#some[@]} -eq 0 ] || [ ${#others[@]} -eq 0 ]; then
         some=("${@:1:half}") others=("${@:half+1}")
     fi
-    lint "$stamps" "${some[@]}" || result=1
-    lint "$stamps" "${others[@]}" || result=1
+    lint "$stamps" "$options" "${some[@]}" || result=1
+    lint "$stamps" "$options" "${others[@]}" || result=1
     return $result
 }
 export -f lint
 
-# compiled_alike BUILD: the sources of programs, library and plugins, all with equal options in a row.
-compiled_alike() {
-    sed -nE 's/^ *"command": "([^ ]*ccache )?(.*) -o [^ ]* -c (.*)",?$/\2\t\3/p' "$1/compile_commands.json" |
-        grep -E "	$root/(lib|plugins|apps)/" | sed -E 's/-D[A-Za-z0-9_]+_EXPORTS |-fPIC //g' |
-        sort -t '	' -u -k 2 | sort
+# sources_and_options BUILD: each source of programs, library and plugins after the options that serve for all of its
+# language version: what any of them defines and where any of them looks for headers.
+sources_and_options() {
+    local folder
+    # What needs CGAL first, so that its headers are read for one pile only.
+    for folder in plugins lib/difusa/mesh lib apps; do
+        sed -nE 's/^ *"command": "(.*) -o [^ ]* -c (.*)",?$/\2 \1/p' "$1/compile_commands.json" |
+            grep "^$root/$folder/" | sort -u -k 1,1
+    done |
+        awk 'listed[$1]++ { next }
+             {
+                 version = ""
+                 for (i = 2; i <= NF; i++) {
+                     if ($i ~ /^-std=/) {
+                         version = $i
+                     }
+                 }
+                 file[++n] = $1
+                 versions[n] = version
+                 for (i = 2; i <= NF; i++) {
+                     word = $i == "-isystem" ? $i " " $(++i) : $i
+                     if (word ~ /^-([ID]|isystem)/ && word !~ /_EXPORTS$/ && !((version, word) in known)) {
+                         known[version, word] = 1
+                         options[version] = options[version] " " word
+                     }
+                 }
+             }
+             END { for (i = 1; i <= n; i++) { print versions[i] options[versions[i]] "\t" file[i] } }' |
+        sort -s -t '	' -k 1,1
 }
 
 check_tidy() {
@@ -244,7 +266,7 @@ check_tidy() {
     fi
     newest_header=$(find "$root/.clang-tidy" "$root"/{lib,plugins,apps} \( -name .clang-tidy -o -name '*.h' \) \
         -printf '%T@ %p\n' | sort -n | tail -n 1 | cut -d ' ' -f 2-)
-    compiled_alike "$stamps" |
+    sources_and_options "$stamps" |
         while IFS='	' read -r options file; do
             stamp=$stamps/$file.passed
             # Unless nothing changed since it last passed.
@@ -252,21 +274,23 @@ check_tidy() {
                 printf '%s\t%s\n' "$options" "$file"
             fi
         done |
-        # A pile for each processor, unless they would be small or very large.
-        awk -F '\t' -v jobs="$jobs" 'function deal(  piles, i, k) {
-                         piles = n < 20 ? (n > 0) : jobs * int((n + 80 * jobs - 1) / (80 * jobs))
-                         for (k = 0; k < piles; k++) {
-                             for (i = k; i < n; i += piles) {
-                                 printf "%s%s", (i > k ? "\t" : ""), file[i]
+        # A pile of neighbours for each processor, unless they would be small or very large.
+        awk -F '\t' -v jobs="$jobs" 'function deal(  piles, i) {
+                         piles = n < 20 ? (n > 0) : jobs * int((n + 200 * jobs - 1) / (200 * jobs))
+                         for (i = 0; i < n; i++) {
+                             if (i == 0 || int(i * piles / n) != int((i - 1) * piles / n)) {
+                                 printf "%s%s", (i == 0 ? "" : "\n"), options
                              }
-                             print ""
+                             printf "\t%s", file[i]
                          }
+                         printf "%s", (n == 0 ? "" : "\n")
                          n = 0
                      }
                      $1 != options { deal() }
                      { file[n++] = $2; options = $1 }
                      END { deal() }' |
-        xargs -r -d '\n' -n 1 -P "$jobs" bash -c 'IFS="	"; set -f; lint "$1" $2' lint "$stamps"
+        xargs -r -d '\n' -n 1 -P "$jobs" bash -c \
+            'set -f; IFS="	"; read -r -a words <<<"$2"; unset IFS; lint "$1" "${words[@]}"' lint "$stamps"
 }
 
 step "Packages"

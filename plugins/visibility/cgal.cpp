@@ -85,10 +85,10 @@ class BoxTest {
 };
 
 /// CGAL's traversal traits for the first hit. The limit shrinks with each hit.
-class FirstHit {
+class FirstHitTraits {
   public:
     using Priority = double;
-    FirstHit(const Mesh& mesh, const difusa::OwnPlane& own_plane, const difusa::Ray& ray)
+    FirstHitTraits(const Mesh& mesh, const difusa::OwnPlane& own_plane, const difusa::Ray& ray)
         : mesh_(mesh), own_plane_(own_plane), ray_(ray), box_(mesh, ray.origin, ray.direction),
           watertight_(ray.origin, ray.direction),
           rise_(ray.face == difusa::none ? 0.0 : std::abs(mesh.normals[ray.face].dot(ray.direction))),
@@ -124,9 +124,9 @@ class FirstHit {
 };
 
 /// CGAL's traversal traits for "does anything block the segment?".
-class AnyBlocker {
+class AnyBlockerTraits {
   public:
-    AnyBlocker(const Mesh& mesh, const difusa::OwnPlane& own_plane, const difusa::Segment& segment)
+    AnyBlockerTraits(const Mesh& mesh, const difusa::OwnPlane& own_plane, const difusa::Segment& segment)
         : mesh_(mesh), own_plane_(own_plane), segment_(segment), box_(mesh, segment.from, segment.to - segment.from),
           watertight_(segment.from, segment.to - segment.from) {}
 
@@ -166,7 +166,7 @@ class CgalVisibility final : public difusa::Visibility {
     void first_hits(std::span<const difusa::Ray> rays, std::span<difusa::Hit> hits) const override {
         DIFUSA_REQUIRE(rays.size() == hits.size());
         for (std::size_t i = 0; i < rays.size(); ++i) {
-            FirstHit search(*mesh_, *own_plane_, rays[i]);
+            FirstHitTraits search(*mesh_, *own_plane_, rays[i]);
             tree_.traversal_with_priority(rays[i], search);
             hits[i] = search.hit();
         }
@@ -175,7 +175,7 @@ class CgalVisibility final : public difusa::Visibility {
     void occluded(std::span<const difusa::Segment> segments, std::span<std::uint8_t> blocked) const override {
         DIFUSA_REQUIRE(segments.size() == blocked.size());
         for (std::size_t i = 0; i < segments.size(); ++i) {
-            AnyBlocker search(*mesh_, *own_plane_, segments[i]);
+            AnyBlockerTraits search(*mesh_, *own_plane_, segments[i]);
             tree_.traversal(segments[i], search);
             blocked[i] = search.blocked() ? 1 : 0;
         }

@@ -14,7 +14,7 @@ namespace difusa {
 namespace {
 
 constexpr double share_of_sites = 0.1, fewest_placed = 300.0, most_placed = 2000.0;
-constexpr double most_rays = 1 << 20;
+constexpr double most_trial_rays = 1 << 20;
 constexpr std::size_t fewest_rays = 64, most_gathered = 64;
 
 /// The trial, and by what factors the bake is larger.
@@ -29,7 +29,7 @@ class Trial {
         options.sites = 0;
         options.spacing *= std::sqrt(n / few);
         options.output_spacing *= std::sqrt(n / few);
-        options.rays = std::min(options.rays, std::max(fewest_rays, static_cast<std::size_t>(most_rays / few)));
+        options.rays = std::min(options.rays, std::max(fewest_rays, static_cast<std::size_t>(most_trial_rays / few)));
         options.final_gather = std::min(options.final_gather, most_gathered);
         options.keep_iterates = false;
         result.listed.clear(); // found again

@@ -21,10 +21,6 @@ namespace {
 using Box = BoxTree::Box;
 using Corners = std::array<Vec3, 3>;
 
-Corners corners_of(const Mesh& mesh, Index triangle) {
-    return {mesh.corner(triangle, 0), mesh.corner(triangle, 1), mesh.corner(triangle, 2)};
-}
-
 Box grown(const Box& box, double by) {
     return {box.min() - Vec3::Constant(by), box.max() + Vec3::Constant(by)};
 }
@@ -70,7 +66,7 @@ std::pair<double, double> section(const Corners& corners, const Heights& height,
 
 /// The heights of triangle T over the plane of F if the two touch and neither lies in the plane of the other.
 std::optional<Heights> touches(const Mesh& mesh, Index F, Index T, double rounding) {
-    const Corners f = corners_of(mesh, F), t = corners_of(mesh, T);
+    const Corners f = mesh.corners(F), t = mesh.corners(T);
     const Heights of_T(t, mesh.normals[F], f[0]);
     if (!of_T.stands_on(rounding)) {
         return std::nullopt;

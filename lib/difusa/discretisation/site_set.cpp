@@ -18,15 +18,15 @@ double distance_between(const SiteSet& sites, Index i, Index j) {
                          sites.points[j].normal, sites.region[j]);
 }
 
-/// Neighbours found; buffers reused between searches.
-struct Search {
+/// NeighbourSearch found; buffers reused between searches.
+struct NeighbourSearch {
     std::vector<Index> found;
     std::vector<double> squared, distance;
 };
 
 /// Site distance from site `i` to its m-th nearest one in the tree of its region, or a negative number if fewer than m
 /// are at a finite distance.
-double mth_distance(const SiteSet& sites, const PointTree& tree, Index i, std::size_t m, Search& search) {
+double mth_distance(const SiteSet& sites, const PointTree& tree, Index i, std::size_t m, NeighbourSearch& search) {
     auto& [found, squared, distance] = search;
     // The site distance is never smaller than the Euclidean one: once the m-th site distance among the k nearest points
     // does not exceed the Euclidean distance of the k-th, no farther point can change it.
@@ -123,7 +123,7 @@ SiteSet make_site_set(const Mesh& mesh, std::vector<SurfacePoint> points, double
     });
     const auto m = static_cast<std::size_t>(neighbours);
     parallel_for(sites.size(), 256, silent, [&](std::size_t begin, std::size_t end, unsigned) {
-        Search search;
+        NeighbourSearch search;
         for (std::size_t i = begin; i < end; ++i) {
             const Index region = sites.region[i];
             const std::vector<Index>& own = members[region];

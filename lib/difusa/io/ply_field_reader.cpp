@@ -16,7 +16,7 @@ using namespace ply;
 // ---- elements -------------------------------------------------------------------------------------------------
 
 /// The scalar properties of an element, and the lists of corners among them.
-struct Table {
+struct ElementTable {
     std::vector<std::string> names;
     std::vector<Type> types;
     std::vector<std::vector<double>> columns; ///< one for each name
@@ -32,10 +32,10 @@ struct Table {
     }
 };
 
-struct Tables {
-    Table points, faces, strips, others;
+struct ElementTables {
+    ElementTable points, faces, strips, others;
 
-    Table& of(Element::Kind kind) {
+    ElementTable& of(Element::Kind kind) {
         return kind == Element::Kind::points   ? points
                : kind == Element::Kind::faces  ? faces
                : kind == Element::Kind::strips ? strips
@@ -44,9 +44,10 @@ struct Tables {
 };
 
 /// Collects the rows of an element in a table.
-template <class Values> class TableSink {
+template <class Values> class ElementTableSink {
   public:
-    TableSink(const Values& values, const Element& element, Table& table) : values_(values), table_(table) {
+    ElementTableSink(const Values& values, const Element& element, ElementTable& table)
+        : values_(values), table_(table) {
         for (const Property& property : element.properties) {
             if (!property.count_type) {
                 table_.names.push_back(property.name);
@@ -75,7 +76,7 @@ template <class Values> class TableSink {
 
   private:
     const Values& values_;
-    Table& table_;
+    ElementTable& table_;
     std::size_t column_ = 0;
 };
 
@@ -93,16 +94,16 @@ void finish(const ByteScanner& scanner) {
     }
 }
 
-template <class Values> Tables read_tables(Values values, const Header& header) {
+template <class Values> ElementTables read_tables(Values values, const Header& header) {
     if (least_bytes<Values>(header) > static_cast<double>(values.available())) {
         values.fail("the header announces more data than follow: the file is truncated or its header is wrong; write "
                     "it again");
     }
-    Tables tables;
+    ElementTables tables;
     for (const Element& element : header.elements) {
-        Table& table = tables.of(element.kind);
+        ElementTable& table = tables.of(element.kind);
         table = {};
-        TableSink sink(values, element, table);
+        ElementTableSink sink(values, element, table);
         read_rows(values, element, sink);
     }
     finish(values.scanner());
@@ -162,7 +163,7 @@ FieldArray scalar(const std::string& name, Type type, const std::vector<double>&
     return array;
 }
 
-void take_points(const Table& table, FieldFile& field) {
+void take_points(const ElementTable& table, FieldFile& field) {
     std::vector<std::string> taken{"x", "y", "z"};
     const auto vectors = [&](const std::vector<std::string>& names) {
         std::vector<Vec3> result(table.columns.empty() ? 0 : table.columns[0].size());
@@ -222,7 +223,7 @@ void name_quality(FieldFile& field) {
     field.quality = quality->name;
 }
 
-void take_cells(const Tables& tables, const std::string& name, FieldFile& field) {
+void take_cells(const ElementTables& tables, const std::string& name, FieldFile& field) {
     Triangles triangles(field, name);
     for (std::size_t cell = 0; cell < tables.faces.corners.size(); ++cell) {
         triangles.add_polygon(tables.faces.corners[cell], cell);
@@ -254,7 +255,7 @@ FieldFile read_ply(const std::filesystem::path& file) {
     const std::string name = file.string(), content = read_file(file);
     TextScanner scanner(content, name, {});
     const Header header = parse_header(content, scanner, false);
-    Tables tables;
+    ElementTables tables;
     if (header.format == Format::text) {
         tables = read_tables(TextValues(scanner, Layout::free), header);
     } else {

@@ -25,7 +25,7 @@ std::optional<std::pair<dev_t, ino_t>> identity(const fs::path& file) {
 }
 
 /// The name of a file that need not exist, without links and dots.
-fs::path resolved(const fs::path& file) {
+fs::path canonical_path(const fs::path& file) {
     std::error_code ignored;
     return fs::weakly_canonical(fs::absolute(end_of_links(file).value_or(file), ignored), ignored);
 }
@@ -46,7 +46,7 @@ std::optional<fs::path> end_of_links(const fs::path& file) {
 
 bool same_file(const fs::path& a, const fs::path& b) {
     const auto first = identity(a), second = identity(b);
-    return first || second ? first == second : resolved(a) == resolved(b);
+    return first || second ? first == second : canonical_path(a) == canonical_path(b);
 }
 
 void refuse_to_overwrite(const std::vector<fs::path>& inputs, const std::vector<fs::path>& outputs) {

@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string quoted(const fs::path& path) {
+std::string quoted_path(const fs::path& path) {
     return "`" + path.string() + "`";
 }
 
@@ -32,16 +32,16 @@ std::string explain(int error, const fs::path& directory) {
     case ENOENT:
     case ENOTDIR:
         if (fs::is_directory(directory, ignored)) { // such as /proc
-            return "no file can be created in the directory " + quoted(directory) + ": choose another";
+            return "no file can be created in the directory " + quoted_path(directory) + ": choose another";
         }
         if (fs::exists(directory, ignored)) {
-            return quoted(directory) + " is not a directory: choose another";
+            return quoted_path(directory) + " is not a directory: choose another";
         }
-        return "the directory " + quoted(directory) + " does not exist: create it, or choose another";
+        return "the directory " + quoted_path(directory) + " does not exist: create it, or choose another";
     case EACCES:
     case EPERM:
     case EROFS:
-        return said + ": choose a directory you may write to (this is " + quoted(directory) + ")";
+        return said + ": choose a directory you may write to (this is " + quoted_path(directory) + ")";
     case ENOSPC:
     case EDQUOT:
         return said + ": make room, or choose another disk";
@@ -59,7 +59,7 @@ fs::path directory_of(const fs::path& file) {
 fs::path follow_links(const fs::path& target) {
     const std::optional<fs::path> end = end_of_links(target);
     if (!end) {
-        throw ResourceError("cannot write " + quoted(target) + ": its symbolic links form a loop");
+        throw ResourceError("cannot write " + quoted_path(target) + ": its symbolic links form a loop");
     }
     return *end;
 }
@@ -80,10 +80,10 @@ WholeFile::WholeFile(const fs::path& target) : target_(target), resolved_(follow
     std::error_code ignored;
     const fs::file_status status = fs::status(resolved_, ignored);
     if (fs::is_directory(status) || !resolved_.has_filename()) {
-        throw UsageError("cannot write " + quoted(target) + ": it is a directory; name a file in it");
+        throw UsageError("cannot write " + quoted_path(target) + ": it is a directory; name a file in it");
     }
     if (fs::exists(status) && !fs::is_regular_file(status)) {
-        throw UsageError("cannot write " + quoted(target) + ": it is a device or pipe; name an ordinary file");
+        throw UsageError("cannot write " + quoted_path(target) + ": it is a device or pipe; name an ordinary file");
     }
     // A rename would silently replace it.
     if (fs::exists(status) && faccessat(AT_FDCWD, resolved_.c_str(), W_OK, AT_EACCESS) != 0) {
@@ -144,7 +144,7 @@ void WholeFile::commit() {
 }
 
 void WholeFile::fail(const std::string& reason) const {
-    throw ResourceError("cannot write " + quoted(target_) + ": " + reason);
+    throw ResourceError("cannot write " + quoted_path(target_) + ": " + reason);
 }
 
 void write_whole_file(const fs::path& file, const std::string& content) {

@@ -57,7 +57,7 @@ std::vector<ConnectedPart> connected_parts(const Scene& scene, std::vector<Index
 }
 
 /// What is seen from one side of a part: numbers of samples.
-struct Sight {
+struct Outlook {
     std::size_t samples = 0;
     std::size_t own = 0;     ///< rays that end on the same side of the same part
     std::size_t others = 0;  ///< rays that end on other parts
@@ -139,9 +139,9 @@ class Weighing {
     }
 
     /// What is seen from the fronts (side 1) or backs (-1) of a part, as the mesh is now.
-    Sight look(std::size_t p, double side, std::size_t samples) const {
+    Outlook look(std::size_t p, double side, std::size_t samples) const {
         const Mesh& mesh = scene_.mesh;
-        Sight sight;
+        Outlook sight;
         sight.samples = samples;
         RandomStream stream(seed_, side > 0.0 ? "fronts" : "backs", p);
         const TriangleSampler part(mesh, parts_[p].triangles);
@@ -217,7 +217,7 @@ class Weighing {
 
     /// Fronts face the inside.
     std::optional<FrontFault> fault_of_inward(std::size_t p) const {
-        const Sight fronts = look(p, 1.0, samples_);
+        const Outlook fronts = look(p, 1.0, samples_);
         if (parts_[p].emits || fronts.lamps > 0 || fronts.eye > 0) {
             return std::nullopt; // a room
         }
@@ -225,12 +225,12 @@ class Weighing {
         if (!fronts.sealed() && fronts.others == 0 && enclosed < least_enclosed) {
             return std::nullopt;
         }
-        const Sight backs = look(p, -1.0, samples_);
+        const Outlook backs = look(p, -1.0, samples_);
         if (backs.light() == 0) {
             return std::nullopt;
         }
         if (fronts.sealed()) {
-            const Sight again = look(p, 1.0, confirming_samples_);
+            const Outlook again = look(p, 1.0, confirming_samples_);
             if (again.sealed() && again.light() == 0 && again.eye == 0) {
                 return FrontFault::inside_out;
             }
@@ -246,17 +246,17 @@ class Weighing {
 
     /// Fronts face outwards.
     std::optional<FrontFault> fault_of_outward(std::size_t p) const {
-        const Sight backs = look(p, -1.0, samples_);
+        const Outlook backs = look(p, -1.0, samples_);
         const bool holds_light = backs.lamps > 0 || (parts_[p].emits && backs.others > 0);
         if (backs.escaped > 0 || !(holds_light || backs.eye > 0)) {
             return std::nullopt;
         }
-        const Sight fronts = look(p, 1.0, samples_);
+        const Outlook fronts = look(p, 1.0, samples_);
         if (!backs.sealed() && fronts.others > 0) {
             return std::nullopt; // an open cupboard in a room, perhaps
         }
         if (backs.eye > 0 || (fronts.light() == 0 && fronts.others == 0)) {
-            const Sight again = look(p, -1.0, confirming_samples_);
+            const Outlook again = look(p, -1.0, confirming_samples_);
             return again.escaped == 0 ? std::optional(FrontFault::inside_out) : std::nullopt;
         }
         return backs.lamps > 0 ? std::optional(FrontFault::shut_light) : std::nullopt;

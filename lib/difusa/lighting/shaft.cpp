@@ -69,7 +69,7 @@ bool Shafts::may_be_blocked(const SurfacePoint& x, Index t) const {
         if (face == t || face == x.face) {
             return false;
         }
-        const std::array<Vec3, 3> p{mesh_.corner(face, 0), mesh_.corner(face, 1), mesh_.corner(face, 2)};
+        const std::array<Vec3, 3> p = mesh_.corners(face);
         // A face that merely touches the tetrahedron from outside hides no area.
         for (std::size_t k = 0; k < count; ++k) {
             const HalfSpace& plane = planes[k];

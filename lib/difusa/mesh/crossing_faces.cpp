@@ -11,8 +11,8 @@ namespace difusa {
 
 namespace {
 
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-using Point = Kernel::Point_3;
+using Predicates = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Point = Predicates::Point_3;
 using Corners = std::array<Vec3, 3>;
 using Points = std::array<Point, 3>;
 
@@ -32,10 +32,6 @@ struct TriangleBox : CGAL::Box_intersection_d::Box_d<double, 3, CGAL::Box_inters
 Points points_of(const Corners& corners) {
     const auto point = [](const Vec3& v) { return Point(v.x(), v.y(), v.z()); };
     return {point(corners[0]), point(corners[1]), point(corners[2])};
-}
-
-Corners corners_of(const Mesh& mesh, Index triangle) {
-    return {mesh.corner(triangle, 0), mesh.corner(triangle, 1), mesh.corner(triangle, 2)};
 }
 
 /// Rotates the corners of p so that the first is alone on its side of the plane of q, and flips q if necessary so that
@@ -99,7 +95,7 @@ bool cross(const Mesh& mesh, Index S, Index T) {
     if (shared > 1) {
         return false; // at an edge: they are coplanar, or meet only in the edge
     }
-    const Corners p = corners_of(mesh, S), q = corners_of(mesh, T);
+    const Corners p = mesh.corners(S), q = mesh.corners(T);
     if (shared == 1 &&
         parted_at(p[at_s], {p[(at_s + 1) % 3], p[(at_s + 2) % 3]}, {q[(at_t + 1) % 3], q[(at_t + 2) % 3]})) {
         return false;
@@ -117,7 +113,7 @@ std::optional<std::vector<std::array<Index, 2>>> find_crossing_triangles(const M
     std::vector<TriangleBox> boxes;
     boxes.reserve(mesh.triangles.size());
     for (Index t = 0; t < mesh.triangles.size(); ++t) {
-        const Corners c = corners_of(mesh, t);
+        const Corners c = mesh.corners(t);
         boxes.emplace_back(c[0].cwiseMin(c[1]).cwiseMin(c[2]), c[0].cwiseMax(c[1]).cwiseMax(c[2]), t);
     }
     std::vector<std::array<Index, 2>> found;

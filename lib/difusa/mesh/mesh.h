@@ -59,6 +59,9 @@ struct Mesh {
     void turn_over(Index triangle);
 
     const Vec3& corner(Index triangle, int k) const { return points[triangles[triangle][static_cast<std::size_t>(k)]]; }
+    std::array<Vec3, 3> corners(Index triangle) const {
+        return {corner(triangle, 0), corner(triangle, 1), corner(triangle, 2)};
+    }
 
     /// The point with barycentric coordinates (1-u-v, u, v) and the face's normal.
     SurfacePoint at(Index triangle, double u, double v) const {

@@ -16,7 +16,7 @@ namespace difusa {
 
 namespace {
 
-using Kernel = CGAL::Simple_cartesian<double>;
+using Cartesian = CGAL::Simple_cartesian<double>;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 struct Surface {
@@ -33,8 +33,8 @@ struct Surface {
 class Primitive {
   public:
     using Id = Index;
-    using Point = Kernel::Point_3;
-    using Datum = Kernel::Triangle_3;
+    using Point = Cartesian::Point_3;
+    using Datum = Cartesian::Triangle_3;
     using Shared_data = const Surface*;
 
     Primitive(std::vector<Index>::const_iterator number, const Surface* /*surface*/) : id_(*number) {}
@@ -50,7 +50,7 @@ class Primitive {
     Id id_;
 };
 
-using Traits = CGAL::AABB_traits<Kernel, Primitive>;
+using Traits = CGAL::AABB_traits<Cartesian, Primitive>;
 using Node = CGAL::AABB_node<Traits>;
 using Place = NearestSurface::Place;
 using Query = NearestSurface::Query;

@@ -30,14 +30,14 @@ struct Winding {
     int number = unknown;
 };
 
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-using VertexBase = CGAL::Triangulation_vertex_base_with_info_2<Index, Kernel>;
-using FaceBase =
-    CGAL::Triangulation_face_base_with_info_2<Winding, Kernel, CGAL::Constrained_triangulation_face_base_2<Kernel>>;
+using Predicates = CGAL::Exact_predicates_inexact_constructions_kernel;
+using VertexBase = CGAL::Triangulation_vertex_base_with_info_2<Index, Predicates>;
+using FaceBase = CGAL::Triangulation_face_base_with_info_2<Winding, Predicates,
+                                                           CGAL::Constrained_triangulation_face_base_2<Predicates>>;
 using Delaunay =
-    CGAL::Constrained_Delaunay_triangulation_2<Kernel, CGAL::Triangulation_data_structure_2<VertexBase, FaceBase>,
+    CGAL::Constrained_Delaunay_triangulation_2<Predicates, CGAL::Triangulation_data_structure_2<VertexBase, FaceBase>,
                                                CGAL::No_constraint_intersection_requiring_constructions_tag>;
-using Point2 = Kernel::Point_2;
+using Point2 = Predicates::Point_2;
 
 /// Above this number of corners near-crossings are not searched pairwise.
 constexpr std::size_t snapping_limit = 2000;

@@ -176,14 +176,14 @@ class Look {
                         look_into_mirrors(scene_.mesh, engine, hit, direction, in_mirrors_[sample]);
                     }
                     directions_[sample] = direction;
-                    Seen& seen = view_.seen[offset + sample];
-                    seen = hit.face == none ? Seen::nothing : hit.front ? Seen::surface : Seen::back;
+                    CameraHit& seen = view_.seen[offset + sample];
+                    seen = hit.face == none ? CameraHit::nothing : hit.front ? CameraHit::surface : CameraHit::back;
                     SurfacePoint& point = batch_[sample];
-                    if (seen == Seen::surface) {
+                    if (seen == CameraHit::surface) {
                         point = scene_.mesh.at(hit.face, hit.u, hit.v);
                         point.normal = shading_normal(scene_.mesh, corner_normals_, hit.face, hit.u, hit.v);
                         const bool lamp = !scene_.thermal && (scene_.emission(point) > 0.0).any();
-                        seen = lamp ? Seen::lamp : Seen::surface;
+                        seen = lamp ? CameraHit::lamp : CameraHit::surface;
                     }
                     ++sample;
                 }
@@ -192,7 +192,7 @@ class Look {
         points_.clear();
         numbers_.clear();
         for (std::size_t i = 0; i < batch_.size(); ++i) {
-            if (const Seen seen = view_.seen[offset + i]; seen == Seen::surface || seen == Seen::lamp) {
+            if (const CameraHit seen = view_.seen[offset + i]; seen == CameraHit::surface || seen == CameraHit::lamp) {
                 points_.push_back(batch_[i]);
                 numbers_.push_back(i);
             }
@@ -329,7 +329,7 @@ class Look {
         const LightSets& sets = parts_.direct->sets();
         shines = shines && (show.quantity != Quantity::group || sets.names[sets.sky] == show.group);
         for (std::size_t i = 0; i < batch_.size() && shines; ++i) {
-            if (view_.seen[offset_ + i] == Seen::nothing) {
+            if (view_.seen[offset_ + i] == CameraHit::nothing) {
                 values[offset_ + i] = pixel_of(std::numbers::pi * scene_.sky_radiance(directions_[i]));
             }
         }
@@ -459,9 +459,9 @@ double exposure_of(const View& view, std::size_t show) {
     std::vector<float> surfaces, all;
     for (std::size_t s = 0; s < view.seen.size(); ++s) {
         const auto bright = static_cast<float>(luminance(rgb_of(view.values[show][s])));
-        if (view.seen[s] == Seen::surface) {
+        if (view.seen[s] == CameraHit::surface) {
             surfaces.push_back(bright);
-        } else if (view.seen[s] != Seen::back && surfaces.empty()) {
+        } else if (view.seen[s] != CameraHit::back && surfaces.empty()) {
             all.push_back(bright);
         }
     }
@@ -473,7 +473,7 @@ ColourScale scale_of(const View& view, std::size_t show, bool logarithmic) {
     const bool without_lamps = quantity == Quantity::luminance || quantity == Quantity::radiosity_weighted;
     std::vector<float> values;
     for (std::size_t s = 0; s < view.seen.size(); ++s) {
-        if (view.seen[s] == Seen::surface || (view.seen[s] == Seen::lamp && !without_lamps)) {
+        if (view.seen[s] == CameraHit::surface || (view.seen[s] == CameraHit::lamp && !without_lamps)) {
             values.push_back(view.values[show][s][0]);
         }
     }
@@ -488,10 +488,10 @@ Image develop(const BakeResult& result, const View& view, std::size_t show, cons
     const bool sky = how.sky && !how.background && meets_the_eye(what.quantity);
     Image image = averaged(view, execution, [&](std::size_t s) -> Rgb {
         const Rgb value = rgb_of(view.values[show][s]);
-        if (view.seen[s] == Seen::back) {
+        if (view.seen[s] == CameraHit::back) {
             return dark_grey;
         }
-        if (view.seen[s] == Seen::nothing && !sky) {
+        if (view.seen[s] == CameraHit::nothing && !sky) {
             return how.background.value_or(light_around ? light_neutral : neutral);
         }
         switch (colouring) {
@@ -517,7 +517,7 @@ Image linear_picture(const View& view, std::size_t show, const std::optional<Rgb
     const Quantity quantity = view.shows[show].quantity;
     const bool radiance = meets_the_eye(quantity) || quantity == Quantity::indirect || quantity == Quantity::emission;
     return averaged(view, {}, [&](std::size_t s) -> Rgb {
-        if (view.seen[s] == Seen::nothing && background) {
+        if (view.seen[s] == CameraHit::nothing && background) {
             return *background;
         }
         return (radiance ? std::numbers::inv_pi : 1.0) * rgb_of(view.values[show][s]);

@@ -26,13 +26,13 @@ struct ViewOptions {
 };
 
 /// What a camera ray hit.
-enum class Seen : std::uint8_t { surface, lamp, back, nothing };
+enum class CameraHit : std::uint8_t { surface, lamp, back, nothing };
 
 /// The samples of a picture: options.samples per pixel, adjacent, pixels row by row from the top.
 struct View {
     ViewOptions options;
     std::vector<Show> shows;
-    std::vector<Seen> seen;
+    std::vector<CameraHit> seen;
     std::vector<std::vector<std::array<float, 3>>> values; ///< of each show; for scalars, three equal ones
     std::size_t rays = 0, segments = 0;                    ///< cast, excluding the camera's
 };

@@ -327,14 +327,11 @@ void report_crossings(const Mesh& mesh, FindingList& found) {
     }
     std::vector<std::array<Index, 2>>& pairs = *all;
     std::stable_sort(pairs.begin(), pairs.end(), [&](const auto& a, const auto& b) { return faces(a) < faces(b); });
-    const auto corners = [&](Index t) -> std::array<Vec3, 3> {
-        return {mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)};
-    };
     for (std::size_t i = 0; i < pairs.size(); ++i) {
         const auto [face, other] = faces(pairs[i]);
         if (i == 0 || faces(pairs[i - 1]) != faces(pairs[i])) {
             found.at_faces(Defect::crossing_faces, face, other,
-                           middle_of_crossing(corners(pairs[i][0]), corners(pairs[i][1])));
+                           middle_of_crossing(mesh.corners(pairs[i][0]), mesh.corners(pairs[i][1])));
         }
     }
 }

@@ -73,7 +73,7 @@ const std::vector<OpeningFigures>& roof_tables() {
 
 /// A ceiling with a square opening in its middle, from the share `low` of its width on.
 void add_ceiling_around(Scene& scene, double low) {
-    const RoomSide ceiling = room_side(room_size, Side::ceiling);
+    const RoomSide ceiling = room_side(room_size, RoomFace::ceiling);
     add_rectangle_around(scene, ceiling.name, ceiling.a, ceiling.u, ceiling.v, {low, 1.0 - low, low, 1.0 - low});
 }
 
@@ -82,7 +82,8 @@ ValidationCase roof_opening(int type, bool large, const std::vector<double>& wal
     const auto sky = general_sky(type, 1.0);
     const double side = large ? 4.0 : 1.0;
     ValidationCase one = daylight_case(large ? "5.9 roof 4x4" : "5.9 roof 1x1", type, sky);
-    add_sides(one.scene, room_size, {Side::floor, Side::y_high, Side::x_low, Side::x_high, Side::y_low});
+    add_sides(one.scene, room_size,
+              {RoomFace::floor, RoomFace::y_high, RoomFace::x_low, RoomFace::x_high, RoomFace::y_low});
     const double low = 0.5 * (room_width - side) / room_width;
     add_ceiling_around(one.scene, low);
     one.exact = [=](const Vec3& x, const Vec3& n) {
@@ -149,7 +150,8 @@ struct Facade {
 /// The room with that window; the sun is in front of it.
 ValidationCase facade_case(const std::string& name, int type, const Facade& facade) {
     ValidationCase one = daylight_case(name, type, facade.sky);
-    add_sides(one.scene, room_size, {Side::floor, Side::y_high, Side::x_low, Side::x_high, Side::ceiling});
+    add_sides(one.scene, room_size,
+              {RoomFace::floor, RoomFace::y_high, RoomFace::x_low, RoomFace::x_high, RoomFace::ceiling});
     const double left = 0.5 * (room_width - facade.width) / room_width;
     add_rectangle_around(one.scene, "facade", Vec3::Zero(), {0, 0, room_height}, {room_width, 0, 0},
                          {facade.sill / room_height, (facade.sill + facade.height) / room_height, left, 1.0 - left});
@@ -275,10 +277,12 @@ ValidationCase daylight_conservation() {
     const auto sky = general_sky(12, 1.0);
     ValidationCase one = daylight_case("5.4 flux of daylight", 12, sky);
     one.unit = "W";
-    add_sides(one.scene, room_size, {Side::floor, Side::y_high, Side::x_low, Side::x_high, Side::y_low});
+    add_sides(one.scene, room_size,
+              {RoomFace::floor, RoomFace::y_high, RoomFace::x_low, RoomFace::x_high, RoomFace::y_low});
     add_ceiling_around(one.scene, 0.375);
     one.readings.push_back({"sum", {}, {}, 100.0, {}});
-    add_side_nodes(one, room_size, {Side::floor, Side::y_low, Side::y_high, Side::x_low, Side::x_high}, 20, 1.0);
+    add_side_nodes(one, room_size,
+                   {RoomFace::floor, RoomFace::y_low, RoomFace::y_high, RoomFace::x_low, RoomFace::x_high}, 20, 1.0);
     return one;
 }
 

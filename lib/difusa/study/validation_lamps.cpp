@@ -35,8 +35,8 @@ PointLight point_light(const Vec3& position, double candela) {
     return light;
 }
 
-constexpr std::initializer_list<Side> all_sides{Side::floor,  Side::ceiling, Side::y_low,
-                                                Side::y_high, Side::x_low,   Side::x_high};
+constexpr std::initializer_list<RoomFace> all_sides{RoomFace::floor,  RoomFace::ceiling, RoomFace::y_low,
+                                                    RoomFace::y_high, RoomFace::x_low,   RoomFace::x_high};
 
 /// 5.2, diffuse: I = 1000 cd cos(gamma), 3 m above the middle of a black square of 4 m.
 ValidationCase point_source() {
@@ -75,11 +75,11 @@ ValidationCase area_source() {
     const double radiance = 1000.0 / lumens_per_watt; // of 1 m²
     Scene& scene = one.scene;
     const Vec3 size(4, 4, 3);
-    const RoomSide ceiling = room_side(size, Side::ceiling);
-    add_sides(scene, size, {Side::floor});
+    const RoomSide ceiling = room_side(size, RoomFace::ceiling);
+    add_sides(scene, size, {RoomFace::floor});
     add_rectangle_around(scene, ceiling.name, ceiling.a, ceiling.u, ceiling.v, {0.375, 0.625, 0.375, 0.625});
     add_rectangle(scene, "source", {1.5, 1.5, 3}, {0, 1, 0}, {1, 0, 0}, 0.0, pi_of_lamps * radiance);
-    add_sides(scene, size, {Side::y_low, Side::y_high, Side::x_low, Side::x_high});
+    add_sides(scene, size, {RoomFace::y_low, RoomFace::y_high, RoomFace::x_low, RoomFace::x_high});
     one.exact = [=](const Vec3& at, const Vec3& n) {
         return lumens_per_watt * irradiance_through({{1.5, 1.5, 3}, {1, 0, 0}, {0, 1, 0}}, at, n,
                                                     [&](const Vec3& /*towards*/) { return radiance; });

@@ -40,35 +40,35 @@ void add_rectangle_around(Scene& scene, const std::string& name, const Vec3& a, 
     }
 }
 
-RoomSide room_side(const Vec3& size, Side side) {
+RoomSide room_side(const Vec3& size, RoomFace side) {
     const Vec3 x = size.x() * Vec3::UnitX(), y = size.y() * Vec3::UnitY(), z = size.z() * Vec3::UnitZ();
     switch (side) {
-    case Side::floor:
+    case RoomFace::floor:
         return {"floor", Vec3::Zero(), x, y};
-    case Side::ceiling:
+    case RoomFace::ceiling:
         return {"ceiling", z, y, x};
-    case Side::y_low:
+    case RoomFace::y_low:
         return {"wall at y low", Vec3::Zero(), z, x};
-    case Side::y_high:
+    case RoomFace::y_high:
         return {"wall at y high", y, x, z};
-    case Side::x_low:
+    case RoomFace::x_low:
         return {"wall at x low", Vec3::Zero(), y, z};
-    case Side::x_high:
+    case RoomFace::x_high:
         break;
     }
     return {"wall at x high", x, z, y};
 }
 
-void add_sides(Scene& scene, const Vec3& size, std::initializer_list<Side> sides, double rho) {
-    for (const Side side : sides) {
+void add_sides(Scene& scene, const Vec3& size, std::initializer_list<RoomFace> sides, double rho) {
+    for (const RoomFace side : sides) {
         const RoomSide one = room_side(size, side);
         add_rectangle(scene, one.name, one.a, one.u, one.v, rho);
     }
 }
 
-void add_side_nodes(ValidationCase& one, const Vec3& size, std::initializer_list<Side> sides, std::size_t count,
+void add_side_nodes(ValidationCase& one, const Vec3& size, std::initializer_list<RoomFace> sides, std::size_t count,
                     double factor) {
-    for (const Side side : sides) {
+    for (const RoomFace side : sides) {
         const RoomSide each = room_side(size, side);
         add_nodes(one, each.a, each.u, each.v, count, factor);
     }

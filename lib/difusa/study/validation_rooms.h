@@ -24,16 +24,16 @@ struct RoomSide {
     Vec3 a, u, v;
 };
 
-enum class Side { floor, ceiling, y_low, y_high, x_low, x_high };
+enum class RoomFace { floor, ceiling, y_low, y_high, x_low, x_high };
 
 /// Of a room from the origin to `size`.
-RoomSide room_side(const Vec3& size, Side side);
+RoomSide room_side(const Vec3& size, RoomFace side);
 
 /// Adds these sides, each of a material of its own.
-void add_sides(Scene& scene, const Vec3& size, std::initializer_list<Side> sides, double rho = 0.0);
+void add_sides(Scene& scene, const Vec3& size, std::initializer_list<RoomFace> sides, double rho = 0.0);
 
 /// Adds the nodes of these sides to the last reading, as add_nodes does.
-void add_side_nodes(ValidationCase& one, const Vec3& size, std::initializer_list<Side> sides, std::size_t count,
+void add_side_nodes(ValidationCase& one, const Vec3& size, std::initializer_list<RoomFace> sides, std::size_t count,
                     double factor);
 
 /// "A", "B", ... from `first` on, each with `suffix`.
