@@ -182,13 +182,12 @@ void run(const Arguments& a) {
     }
 }
 
-} // namespace bake_radiosity
-
-int main(int count, char** words) {
-    using namespace bake_radiosity;
+int program(int count, char** words) {
     Arguments arguments;
     CLI::App app(examples, "bake_radiosity");
     declare(app, arguments);
     return difusa::run_command(app, count, words, "one mesh and one output file", arguments.run.version,
                                [&] { run(arguments); });
 }
+
+} // namespace bake_radiosity

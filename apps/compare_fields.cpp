@@ -130,13 +130,12 @@ void run(const Arguments& a) {
     }
 }
 
-} // namespace compare_fields
-
-int main(int count, char** words) {
-    using namespace compare_fields;
+int program(int count, char** words) {
     Arguments arguments;
     CLI::App app(examples, "compare_fields");
     declare(app, arguments);
     return difusa::run_command(app, count, words, "two fields and one output file", arguments.version,
                                [&] { run(arguments); });
 }
+
+} // namespace compare_fields

@@ -324,13 +324,12 @@ void run(const Arguments& a) {
     progress.watch([&] { compute(a, progress); });
 }
 
-} // namespace form_factors
-
-int main(int count, char** words) {
-    using namespace form_factors;
+int program(int count, char** words) {
     Arguments arguments;
     CLI::App app(examples, "form_factors");
     declare(app, arguments);
     return difusa::run_command(app, count, words, "one mesh and one output file", arguments.run.version,
                                [&] { run(arguments); });
 }
+
+} // namespace form_factors

@@ -107,13 +107,12 @@ void run(Arguments& a) {
     }
 }
 
-} // namespace inspect_basis
-
-int main(int count, char** words) {
-    using namespace inspect_basis;
+int program(int count, char** words) {
     Arguments arguments;
     CLI::App app(examples, "inspect_basis");
     declare(app, arguments);
     return difusa::run_command(app, count, words, "one mesh and one output file", arguments.run.version,
                                [&] { run(arguments); });
 }
+
+} // namespace inspect_basis

@@ -523,10 +523,7 @@ void run(Arguments& a) {
     }
 }
 
-} // namespace measure_accuracy
-
-int main(int count, char** words) {
-    using namespace measure_accuracy;
+int program(int count, char** words) {
     std::string text = examples, names;
     for (const std::string& name : difusa::reference_case_names()) {
         names += (names.empty() ? "" : ", ") + name;
@@ -538,3 +535,5 @@ int main(int count, char** words) {
     return difusa::run_command(app, count, words, "no arguments but options", arguments.run.version,
                                [&] { run(arguments); });
 }
+
+} // namespace measure_accuracy

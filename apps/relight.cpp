@@ -399,13 +399,12 @@ void run(const Arguments& a) {
     });
 }
 
-} // namespace relight
-
-int main(int count, char** words) {
-    using namespace relight;
+int program(int count, char** words) {
     Arguments arguments;
     CLI::App app(examples, "relight");
     declare(app, arguments);
     return difusa::run_command(app, count, words, "one transport and one output file", arguments.run.version,
                                [&] { run(arguments); });
 }
+
+} // namespace relight

@@ -412,13 +412,12 @@ void run(Arguments& a) {
     require_target(result);
 }
 
-} // namespace render_view
-
-int main(int count, char** words) {
-    using namespace render_view;
+int program(int count, char** words) {
     Arguments arguments;
     CLI::App app(examples, "render_view");
     declare(app, arguments);
     return difusa::run_command(app, count, words, "one scene and one picture", arguments.run.version,
                                [&] { run(arguments); });
 }
+
+} // namespace render_view

@@ -6,14 +6,6 @@
 
 #include "fuzz_reader.h"
 
-namespace difusa {
-
-PolygonSoup read_soup(const Registry& /*registry*/, const std::filesystem::path& file) {
-    throw InputError(file.string() + ": is not read here");
-}
-
-} // namespace difusa
-
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace difusa;
     const auto square = [](const std::filesystem::path& file) {
