@@ -302,41 +302,13 @@ void check_files(const Arguments& a) {
     check_bake_outputs(bake, outputs, inputs);
 }
 
-/// What the command line leaves open is as in the bake.
-void fill_in(difusa::BakeOptions& options, const difusa::BakeOptions& saved, const difusa::BakeArguments& arguments) {
-    options.direct = options.direct.empty() ? saved.direct : options.direct;
-    options.visibility = options.visibility.empty() ? saved.visibility : options.visibility;
-    options.solver = options.solver.empty() ? saved.solver : options.solver;
-    if (!arguments.given("--tolerance")) {
-        options.solve.tolerance = saved.solve.tolerance;
-    }
-    if (!arguments.given("--max-iterations")) {
-        options.solve.max_iterations = saved.solve.max_iterations;
-    }
-}
-
-/// Loads the transport, fills in what it knows, and relights by `act`.
-template <class Act>
-difusa::BakeResult with_transport(const Arguments& a, difusa::RelightOptions& how, const difusa::Execution& execution,
-                                  const Act& act) {
-    difusa::Journal journal;
-    const difusa::SavedTransport saved =
-        difusa::load_transport(a.transport, {execution.threads, execution.progress, &journal});
-    journal.end();
-    fill_in(how.bake, relight_defaults(saved), a.bake);
-    difusa::BakeResult result = act(saved);
-    journal.append(result.journal); // loading comes first
-    result.journal = std::move(journal);
-    return result;
-}
-
 void relight_series(const Arguments& a, const difusa::Registry& registry, difusa::RelightOptions& how) {
     const std::vector<std::filesystem::path> files = series_of(a);
     how.bake.outputs.insert(how.bake.outputs.end(), files.begin(), files.end());
     how.bake.error_points = how.bake.error_points.value_or(0);
     difusa::SeriesWriter writer(a.bake.files.field, a.bake.files.listed);
     run_bake({}, a.run, a.verbose, [&](const difusa::Execution& execution) {
-        return with_transport(a, how, execution, [&](const difusa::SavedTransport& saved) {
+        return difusa::with_transport(a.transport, a.bake, how, execution, [&](const difusa::SavedTransport& saved) {
             const auto write = [&](const difusa::SunStep& step, const difusa::BakeResult& result) {
                 writer.add(step, result, execution);
             };
@@ -367,7 +339,7 @@ void run_without_field(const Arguments& a, const difusa::Registry& registry, dif
         how.bake.first_bounce = "operator";
     }
     run_studies(studies, a.run, [&](const difusa::Execution& execution) {
-        return with_transport(a, how, execution, [&](const difusa::SavedTransport& saved) {
+        return difusa::with_transport(a.transport, a.bake, how, execution, [&](const difusa::SavedTransport& saved) {
             return difusa::relight(registry, saved, how, execution);
         });
     });
@@ -391,7 +363,7 @@ void run(const Arguments& a) {
         return;
     }
     run_bake(a.bake.files, a.run, a.verbose, [&](const difusa::Execution& execution) {
-        return with_transport(a, how, execution, [&](const difusa::SavedTransport& saved) {
+        return difusa::with_transport(a.transport, a.bake, how, execution, [&](const difusa::SavedTransport& saved) {
             difusa::LampPowers powers;
             return a.studies.lamps ? relight_lamps(registry, saved, how, *a.studies.lamps, powers, execution)
                                    : difusa::relight(registry, saved, how, execution);

@@ -1,6 +1,7 @@
-// render_view scene out: bakes a scene and makes pictures of it, without a display. Parses options, bakes, writes
-// pictures.
+// render_view scene out: bakes a scene, or lights a saved transport, and makes pictures of it, without a display.
+// Parses options, bakes, writes pictures.
 #include "bake_arguments.h"
+#include "run_bake.h"
 #include "terminal.h"
 
 #include <difusa/bake.h>
@@ -42,6 +43,8 @@ Examples:
       one basis element
   render_view house.off out.hdr --sky 1 --cull-backs
       linear radiances; seeing through the backs of walls
+  render_view room.difusa out.png --eye 0.3,0.3,-0.8
+      of a transport saved by bake_radiosity --save-transport: other views, without baking again
 
 What can be shown: radiosity; its parts direct and indirect; irradiance, irradiance-direct, irradiance-indirect,
 emission (W/m^2); reflectance; group:NAME, the radiosity of one light group; luminance (cd/m^2), illuminance (lux),
@@ -216,7 +219,8 @@ void declare_picture(CLI::App& app, Arguments& a) {
 }
 
 void declare(CLI::App& app, Arguments& a) {
-    app.add_option("scene", a.mesh, difusa::mesh_help)->type_name("SCENE");
+    app.add_option("scene", a.mesh, std::string(difusa::mesh_help) + ", or a transport saved by bake_radiosity")
+        ->type_name("SCENE");
     app.add_option("out", a.out, "picture: .png, or .hdr (Radiance: linear, without colour maps)")->type_name("OUT");
     declare_picture(app, a);
     declare_camera(app, a);
@@ -341,9 +345,40 @@ void check_view_of(const difusa::Mesh& mesh, const difusa::Camera& camera, const
     }
 }
 
+/// A saved transport has its sites, rays and projection.
+void refuse_choices_of_transport(const Arguments& a) {
+    for (const char* option : {"--quality",    "--basis",       "--sampler",      "--spacing",     "--sites",
+                               "--neighbours", "--adaptive",    "--projection",   "--transport",   "--rays",
+                               "--directions", "--kernel",      "--mirror-depth", "--flip",        "--error",
+                               "--max-sites",  "--max-seconds", "--max-memory",   "--best-effort", "--error-chart"}) {
+        if (a.bake.given(option)) {
+            throw UsageError(std::string(option) + ": " + a.mesh.string() +
+                             " is a saved transport, for which this was decided when it was baked; omit the option, or "
+                             "name the scene");
+        }
+    }
+}
+
+/// The bake, or the saved one in its own light and that of the options.
+difusa::BakeResult baked(const Arguments& a, bool saved, const difusa::Registry& registry,
+                         const difusa::BakeOptions& options, const difusa::Execution& execution) {
+    if (!saved) {
+        return difusa::bake(registry, a.mesh, options, execution);
+    }
+    difusa::RelightOptions how;
+    how.bake = options;
+    return with_transport(a.mesh, a.bake, how, execution, [&](const difusa::SavedTransport& transport) {
+        return difusa::relight(registry, transport, how, execution);
+    });
+}
+
 void run(Arguments& a) {
     const difusa::Registry registry = difusa::Registry::load(a.run.plugin_path);
     std::vector<Picture> pictures = pictures_of(a);
+    const bool saved = difusa::is_transport_file(a.mesh);
+    if (saved) {
+        refuse_choices_of_transport(a);
+    }
     difusa::BakeOptions options = bake_options(a.bake);
     if (a.size.size() == 2) {
         a.view.width = a.size[0];
@@ -353,7 +388,7 @@ void run(Arguments& a) {
     a.view.seed = options.seed;
     a.camera.cull_backs = a.view.cull_backs;
     check_view(a.view);
-    options.graded_sky = true;
+    options.graded_sky = !saved;                                 // the picture is that of the result which was saved
     options.output_spacing = std::numeric_limits<double>::max(); // the pictures are the output, not the mesh
     std::vector<difusa::Show> shows;
     for (const Picture& picture : pictures) {
@@ -378,7 +413,7 @@ void run(Arguments& a) {
     difusa::BakeResult result;
     difusa::View view;
     progress.watch([&] {
-        result = difusa::bake(registry, a.mesh, options, execution);
+        result = baked(a, saved, registry, options, execution);
         execution.phase("look");
         choose_element(a, *result.sites, shows);
         view = look(result, a.view, shows, execution);

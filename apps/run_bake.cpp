@@ -1,8 +1,8 @@
 #include "run_bake.h"
-#include "bake_arguments.h"
 #include "terminal.h"
 
 #include <iostream>
+#include <utility>
 
 namespace difusa {
 
@@ -38,6 +38,19 @@ void print_result(const BakeResult& result, const BakeFiles& files, bool verbose
     }
 }
 
+/// What the command line leaves open is as in the bake.
+void fill_in(BakeOptions& options, const BakeOptions& saved, const BakeArguments& arguments) {
+    options.direct = options.direct.empty() ? saved.direct : options.direct;
+    options.visibility = options.visibility.empty() ? saved.visibility : options.visibility;
+    options.solver = options.solver.empty() ? saved.solver : options.solver;
+    if (!arguments.given("--tolerance")) {
+        options.solve.tolerance = saved.solve.tolerance;
+    }
+    if (!arguments.given("--max-iterations")) {
+        options.solve.max_iterations = saved.solve.max_iterations;
+    }
+}
+
 } // namespace
 
 void run_bake(const BakeFiles& files, const RunArguments& run, bool verbose,
@@ -52,6 +65,18 @@ void run_bake(const BakeFiles& files, const RunArguments& run, bool verbose,
         print_result(result, files, verbose);
     }
     require_target(result);
+}
+
+BakeResult with_transport(const std::filesystem::path& file, const BakeArguments& arguments, RelightOptions& how,
+                          const Execution& execution, const std::function<BakeResult(const SavedTransport&)>& act) {
+    Journal journal;
+    const SavedTransport saved = load_transport(file, {execution.threads, execution.progress, &journal});
+    journal.end();
+    fill_in(how.bake, relight_defaults(saved), arguments);
+    BakeResult result = act(saved);
+    journal.append(result.journal); // loading comes first
+    result.journal = std::move(journal);
+    return result;
 }
 
 } // namespace difusa

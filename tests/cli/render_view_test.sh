@@ -119,6 +119,24 @@ number=$(sed -n 's/^written: near.png .*element \([0-9]*\).*/\1/p' stdout)
 expect_exit 0 "$render" "$box" numbered.png $small $view --show basis --element "$number" --quiet
 cmp -s near.png numbered.png || fail "--near shows another element than it says"
 
+# A saved transport is looked at from further places without baking again: what a bake would show there.
+expect_exit 0 "$bake" "$box" box.ply $small --save-transport box.difusa --quiet
+expect_exit 0 "$render" "$box" fresh.png $small $view --eye 0.3,0.3,-1 --also error=fresh_error.png --quiet
+expect_exit 0 "$render" box.difusa saved.png $view --eye 0.3,0.3,-1 --also error=saved_error.png --report saved.json
+cmp -s fresh.png saved.png || fail "a saved transport does not look like its bake"
+cmp -s fresh_error.png saved_error.png || fail "the error of a saved transport does not look like that of its bake"
+expect_text saved.json '"what": "rays from the sites"'
+expect_exit 0 "$render" box.difusa other.png $view --eye 0.3,0.3,-1 --sun 0,0.3,-1,5 --quiet
+if cmp -s saved.png other.png; then
+    fail "--sun does not light a saved transport"
+fi
+for option in "--sites 100" "--rays 8" "--basis shepard" "--quality draft" "--error 5%" "--adaptive" "--flip none"; do
+    # shellcheck disable=SC2086
+    refuse 1 "is a saved transport, for which this was decided when it was baked" box.difusa new.png $option
+done
+head -c 3000 box.difusa >cut.difusa
+refuse 2 "cut.difusa: " cut.difusa new.png
+
 # Nothing is half written: where one file cannot be, an older one stays and no other appears.
 echo old >old.png
 mkdir taken

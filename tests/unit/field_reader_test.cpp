@@ -1,6 +1,7 @@
 #include <difusa/core/error.h>
 #include <difusa/io/field_reader.h>
 
+#include "support/sanitized.h"
 #include <example_field.h>
 #include <scratch_directory.h>
 
@@ -190,6 +191,9 @@ TEST(FieldReader, ReadsEveryEncodingOfVtk) {
     std::vector<FieldFile> files;
     for (const int mode : {vtkXMLWriter::Ascii, vtkXMLWriter::Binary, vtkXMLWriter::Appended}) {
         for (const int compressor : {vtkXMLWriter::NONE, vtkXMLWriter::ZLIB, vtkXMLWriter::LZ4, vtkXMLWriter::LZMA}) {
+            if (test::sanitized() && compressor == vtkXMLWriter::LZMA) {
+                continue; // VTK's codec reserves 100 MB for each array, whose every byte is then marked
+            }
             for (const int choice : {0, 1, 2, 3}) { // raw or base64, byte order, header of 32 or 64 bits
                 vtkNew<vtkXMLPolyDataWriter> writer;
                 writer->SetInputData(mesh);

@@ -301,6 +301,10 @@ void write_transport(const SavedTransport& transport, WholeFile& file) {
     write_sealed(file, transport_seal(), content.finish());
 }
 
+bool is_transport_file(const std::filesystem::path& file) {
+    return begins_as_sealed(file, transport_seal());
+}
+
 void save_transport(const BakeResult& result, const std::filesystem::path& file) {
     const SavedTransport saved = saved_transport_of(result);
     WholeFile whole(file);

@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cstdint>
 #include <cstdio>
+#include <fstream>
 #include <optional>
 #include <system_error>
 
@@ -45,6 +46,18 @@ std::string seal_of(const SealKind& kind, std::string_view content) {
 void write_sealed(WholeFile& file, const SealKind& kind, std::string_view content) {
     file.write(seal_of(kind, content));
     file.write(content);
+}
+
+bool begins_as_sealed(const std::filesystem::path& file, const SealKind& kind) {
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(file, ignored)) {
+        return false; // a pipe can be read only once
+    }
+    const std::string wanted = kind.name + "\n";
+    std::string begin(wanted.size(), '\0');
+    std::ifstream in(file, std::ios::binary);
+    in.read(begin.data(), static_cast<std::streamsize>(begin.size()));
+    return in && begin == wanted;
 }
 
 std::string read_sealed(const std::filesystem::path& file, const SealKind& kind) {

@@ -27,6 +27,9 @@ std::string seal_of(const SealKind& kind, std::string_view content);
 /// Writes seal and content.
 void write_sealed(WholeFile& file, const SealKind& kind, std::string_view content);
 
+/// Whether a file begins as those of this kind do; it may yet be damaged or of another version.
+bool begins_as_sealed(const std::filesystem::path& file, const SealKind& kind);
+
 /// The whole file, from the seal on. Throws InputError, with the reason and the remedy, for anything but a complete and
 /// undamaged file of this kind and version, and what `read_file` throws.
 std::string read_sealed(const std::filesystem::path& file, const SealKind& kind);
