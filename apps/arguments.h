@@ -2,6 +2,7 @@
 #pragma once
 
 #include <difusa/core/error.h>
+#include <difusa/core/progress.h>
 #include <difusa/core/types.h>
 
 #include <CLI/CLI.hpp>
@@ -15,7 +16,6 @@
 #include <optional>
 #include <sstream>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -100,7 +100,7 @@ template <class T> std::string shown(const T& value) {
 /// Run settings common to all programs that compute.
 struct RunArguments {
     std::vector<std::filesystem::path> plugin_path;
-    unsigned threads = std::max(1U, std::thread::hardware_concurrency());
+    unsigned threads = processors();
     bool quiet = false, version = false;
 };
 

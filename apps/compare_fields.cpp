@@ -13,7 +13,6 @@
 #include <memory>
 #include <new>
 #include <string>
-#include <thread>
 #include <vector>
 
 namespace compare_fields {
@@ -44,7 +43,7 @@ Exit codes: 0 done, 1 usage, 2 input, 3 not converged, 4 resources, 5 internal, 
 struct Arguments {
     std::filesystem::path result, reference, error, report;
     difusa::CompareOptions compare;
-    unsigned threads = std::max(1U, std::thread::hardware_concurrency());
+    unsigned threads = difusa::processors();
     bool quiet = false, version = false;
 };
 
@@ -60,6 +59,8 @@ void declare(CLI::App& app, Arguments& a) {
                "ignore points of the result farther than this from the reference (default: 1 % of its diameter)",
                difusa::parse_positive)
         ->type_name("D");
+    app.add_flag("--with-emitters", a.compare.with_emitters,
+                 "count emitting surfaces into the norms of the total light, too");
     app.add_option("--report", a.report, "write all norms as JSON")->type_name("FILE.json");
     add_whole(app, "--threads", a.threads, 1U, "threads; the result does not depend on it")
         ->type_name("N")

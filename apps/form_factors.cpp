@@ -181,7 +181,7 @@ void settle_thermal(const Arguments& a, const difusa::PolygonSoup& soup, difusa:
 Input read(const Arguments& a, const difusa::Registry& registry, const difusa::Execution& execution) {
     execution.phase("read");
     const difusa::PolygonSoup soup = difusa::read_apart_from({a.out, a.thermal}, registry, a.mesh);
-    execution.phase("diagnose");
+    execution.phase("check mesh");
     difusa::DiagnosedMesh diagnosed = difusa::diagnose(soup);
     Input input;
     difusa::Scene& scene = input.scene;

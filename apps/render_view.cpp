@@ -414,12 +414,12 @@ void run(Arguments& a) {
     difusa::View view;
     progress.watch([&] {
         result = baked(a, saved, registry, options, execution);
-        execution.phase("look");
+        execution.phase("trace picture");
         choose_element(a, *result.sites, shows);
         view = look(result, a.view, shows, execution);
     });
 
-    execution.phase("develop");
+    execution.phase("tone mapping");
     const double exposure = exposure_for(a, view);
     std::vector<std::unique_ptr<difusa::WholeFile>> files;
     std::string written;

@@ -94,7 +94,8 @@ def colour_directly(field, display, name):
 
 
 def colour_by(field, view, display, name, preset, limits=None, log_decades=None, centre=None):
-    """Colours by one component, with a scale bar showing name and unit; prints the range of the values.
+    """Colours by one component, with a scale bar showing name and unit; prints the range of the values, and that of the
+    bar.
 
     limits       (least, largest) of the colour scale; by default those of the values
     log_decades  a logarithmic scale of that many decades below the largest; smaller values get the lowest colour
@@ -122,6 +123,7 @@ def colour_by(field, view, display, name, preset, limits=None, log_decades=None,
     if high - low <= 1e-9 * max(abs(low), abs(high)): # one value everywhere except for rounding
         reach = abs(low) / 2 or 1.0
         low, high = low - reach, high + reach
+    print("colour bar: %.17g to %.17g%s" % (low, high, ", logarithmic" if log_decades else ""))
 
     simple.ColorBy(display, ("POINTS", name) if component is None else
                    ("POINTS", name, array.GetComponentName(component) or str(component)))

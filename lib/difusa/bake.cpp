@@ -40,7 +40,7 @@ void refuse_for_mirrors(const BakeResult& result, const Choices& choices) {
 /// Builds the engine, and settles which sides are fronts.
 void build_visibility(BakeResult& result, const Registry& registry, Choices& choices, const Execution& execution) {
     refuse_for_mirrors(result, choices);
-    execution.phase("build visibility");
+    execution.phase("build ray tree");
     choices.engine->build(result.scene->mesh);
     if (result.scene->thermal && choices.flip == Flip::certain) { // which side is warm does not tell fronts from backs
         choices.flip = Flip::nothing;

@@ -20,7 +20,7 @@ expect_exit 0 "$bake" "$box" fine.ply --sites 250 --rays 64 --output-spacing 0.1
 expect_exit 0 "$compare" coarse.vtp coarse.vtp error.vtp --report error.json
 expect_text stdout "coarse.vtp against coarse.vtp: same mesh" "radiosity, W/m^2 (weighted)" \
     "radiosity_indirect, W/m^2" "L2, root mean square" "bias" "written: error.vtp" "written: error.json"
-expect_text error.json '"schema": "difusa-comparison"' '"schema_version": 2' '"same_mesh": true'
+expect_text error.json '"schema": "difusa-comparison"' '"schema_version": 3' '"same_mesh": true'
 [ "$(entry error.json error)" = 0.0 ] || fail "a field differs from itself: $(entry error.json error)"
 expect_text stderr read compare write
 for name in radiosity_error radiosity_error_absolute radiosity_error_relative radiosity_error_rgb \

@@ -11,7 +11,7 @@ expect_exit 0 "$bake" "$box" --dry-run $small --quiet
 expect_exit 0 "$bake" "$box" out.vtp $small --sites-output sites.vtp --report report.json
 expect_text stdout "20 faces, 38 triangles" "sites: " "solve: converged after" "energy (W" "time: " "peak memory" \
     "written: out.vtp" "written: sites.vtp" "written: report.json"
-for phase in read diagnose "place sites" transport "direct light" solve "estimate error" evaluate write; do
+for phase in read "check mesh" "place sites" transport "direct light" solve "estimate error" evaluate write; do
     [ "$(grep -cx "$phase" stderr)" = 1 ] || fail "the phase $phase is not told once, in a line of its own"
 done
 [ "$(tr -d '\12\40-\176' <stderr | wc -c)" = 0 ] || fail "control characters in a pipe"

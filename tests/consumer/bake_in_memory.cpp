@@ -1,6 +1,7 @@
 // The whole library in a page: a scene made by a program, its bake, and the light at a place of one's choice.
 #include <difusa/bake.h>
 #include <difusa/import/shapes.h>
+#include <difusa/mesh/surface_finder.h>
 
 #include <cmath>
 #include <cstdlib>
@@ -19,11 +20,12 @@ int main() {
 
         difusa::BakeOptions options;
         options.sites = 500;
-        const difusa::Execution execution{2}; // threads
+        const difusa::Execution execution; // all processors, silently
         const difusa::BakeResult result = difusa::bake(difusa::Registry::load(), scene, "room", options, execution);
 
-        // A place on the first triangle, by barycentric coordinates.
-        const difusa::SurfacePoint x = result.scene->mesh.at(0, 0.25, 0.25);
+        // The place on the surface that is nearest to a point of the room, on its floor; mesh.at(0, 0.25, 0.25) would
+        // be one on the first triangle, by barycentric coordinates.
+        const difusa::SurfacePoint x = difusa::SurfaceFinder(result.scene->mesh).nearest({1, 2, 0.1})->point;
         const difusa::PointValues light = result.field().at({&x, 1}, 0, 1, "example", execution);
         std::cout << "at " << x.position.transpose() << ": irradiance " << light.H(0, 0) << " W/m², radiosity "
                   << light.B(0, 0) << " W/m²\n";

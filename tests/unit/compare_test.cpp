@@ -1,5 +1,6 @@
 #include <difusa/core/error.h>
 #include <difusa/core/random.h>
+#include <difusa/import/shapes.h>
 #include <difusa/mesh/nearest_surface.h>
 #include <difusa/study/compare.h>
 
@@ -53,6 +54,45 @@ const Values& array(const FieldFile& field, const std::string& name) {
 
 Vec3 random_point(RandomStream& stream) {
     return {stream.uniform(), stream.uniform(), stream.uniform()};
+}
+
+// ---- emitters -------------------------------------------------------------------------------------------------
+
+/// A floor of radiosity `floor` and a lamp of the same area of radiosity 1000, which emits it all, or as `emission`
+/// says.
+FieldFile floor_and_lamp(double floor, const Function& emission) {
+    Mesh mesh = rectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 2, 2);
+    add(mesh, rectangle({0, 0, 2}, {0, 1, 0}, {1, 0, 0}), 1);
+    FieldFile field = scalar_field(mesh, [&](const Vec3& p) { return p.z() < 1.0 ? floor : 1000.0; });
+    field.point_arrays.push_back(scalar_field(mesh, emission, "emission").point_arrays[0]);
+    return field;
+}
+
+double lamp_alone(const Vec3& p) {
+    return p.z() > 1.0 ? 1000.0 : 0.0;
+}
+
+TEST(Compare, EmittersAreLeftOutOfTheTotalUnlessAskedFor) {
+    const FieldFile result = floor_and_lamp(1.25, lamp_alone), reference = floor_and_lamp(1.0, lamp_alone);
+    const auto l1 = [](const Comparison& comparison) { return comparison.quantities[0].norms.all.l1; };
+    const Comparison without = compare(result, reference);
+    EXPECT_NEAR(l1(without).error, 0.25, 8 * eps);
+    EXPECT_NEAR(*l1(without).relative(), 0.25, 8 * eps);
+    EXPECT_NEAR(without.matching.emitting_area, 1.0, 8 * eps);
+    EXPECT_THAT(without.notes, testing::Contains(HasSubstr("emitters, 50 % of the area, are left out")));
+    EXPECT_EQ(without.quantities[0].result(without.quantities[0].result.rows() - 1, 0), 1000.0); // the field has them
+
+    CompareOptions all;
+    all.with_emitters = true;
+    EXPECT_NEAR(l1(compare(result, reference, all)).error, 0.125, 8 * eps);
+    EXPECT_NEAR(*l1(compare(result, reference, all)).relative(), 0.25 / 1001.0, 8 * eps);
+    EXPECT_EQ(compare(result, reference, all).matching.emitting_area, 0.0);
+
+    // On the reference alone it is enough; if all surfaces emit, they are compared.
+    const auto nothing = [](const Vec3&) { return 0.0; };
+    const auto everything = [](const Vec3&) { return 1.0; };
+    EXPECT_NEAR(l1(compare(floor_and_lamp(1.25, nothing), reference)).error, 0.25, 8 * eps);
+    EXPECT_NEAR(l1(compare(floor_and_lamp(1.25, everything), floor_and_lamp(1.0, everything))).error, 0.125, 8 * eps);
 }
 
 // ---- nearest surface ------------------------------------------------------------------------------------------
@@ -336,7 +376,7 @@ TEST(Compare, TotalAndIndirectLightAreComparedPerChannel) {
 
     const auto report = nlohmann::json::parse(report_of(c, "result.vtp", "reference.vtp"));
     EXPECT_EQ(report["schema"], "difusa-comparison");
-    EXPECT_EQ(report["schema_version"], 2);
+    EXPECT_EQ(report["schema_version"], 3);
     EXPECT_EQ(report["quantities"][1]["name"], "radiosity_indirect");
     EXPECT_EQ(report["quantities"][1]["channels"][2]["name"], "B");
     EXPECT_EQ(report["quantities"][1]["channels"][2]["l2"]["error"].get<double>(), indirect.channel[2].l2.error);

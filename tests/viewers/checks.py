@@ -126,6 +126,8 @@ def check_luminance():
     components, arrays, cells = read_vtp("box.vtp")
     values = arrays["radiosity_weighted"]
     check_range("luminance.log", values)
+    low, high = map(float, re.search(r"^colour bar: (\S+) to (\S+)$", open("luminance.log").read(), re.M).groups())
+    check(min(values) <= low < high < max(values), "luminance.log: the bar is from %g to %g" % (low, high))
     picture = Picture("luminance.png")
     check_scale_bar("luminance.png", picture)
     camera = Camera("luminance.log", 400, 400)
@@ -136,6 +138,27 @@ def check_luminance():
         for low, _, bright in light[i + 1:]:
             check(low < high or bright >= dark - 2, "luminance.png: %g is lighter than %g" % (high, low))
     check(len(light) >= 50 and light[-1][2] > light[0][2] + 10, "luminance.png: the wall is all of one colour")
+
+
+def check_macro():
+    """By the macro the box looks as by the script, and material_id has a colour and the name for each material."""
+    check(Picture("macro.png").rows == Picture("box.png").rows, "macro.png: does not look like box.png")
+    log = open("macro.log").read()
+    for name in ("white", "red", "green", "lamp"):
+        check("'%s'" % name in log, "macro.log: no material %s" % name)
+    check(re.search("^materials: .*, 1$", log, re.M), "macro.log: material_id is no category")
+    components, arrays, cells = read_vtp("box.vtp")
+    values = sorted(arrays["radiosity_weighted"])
+    low, high = map(float, re.search(r"radiosity_weighted: (\S+) to (\S+)", log).groups())
+    for end, name, below in ((low, "low", 0.005), (high, "high", 0.995)):
+        share = sum(v < end for v in values) / len(values)
+        check(abs(share - below) < 0.005, "macro.log: %.3f of the values are below the %s end" % (share, name))
+    picture = Picture("materials.png")
+    camera = Camera("box.log", 400, 400)
+    walls = (lambda p: p[0] > 0.5495, lambda p: p[0] < 1e-6)
+    colours = [{picture.at(*p) for _, p in triangle_pixels(camera, arrays["points"], cells["connectivity"], wall)}
+               for wall in walls]
+    check(all(len(c) == 1 for c in colours) and colours[0] != colours[1], "materials.png: walls are %s" % colours)
 
 
 def check_courtyard():
@@ -209,7 +232,7 @@ def check_meshlab():
 
 
 os.chdir(sys.argv[1])
-parts = [check_box, check_luminance, check_courtyard, check_basis, check_error, check_meshlab]
+parts = [check_box, check_luminance, check_macro, check_courtyard, check_basis, check_error, check_meshlab]
 for part in parts:
     before = len(failures)
     part()

@@ -75,6 +75,9 @@ show element show_basis.py basis.vtp --sites sites.vtp --supports --towards 0 -0
 show sum show_basis.py basis.vtp --array sum --towards 0 0 1 --up 0 1 0 --size 640 480
 show error show_error.py error.vtp --towards 0 0 1 --up 0 1 0 --size 640 480
 show signed show_error.py error.vtp --array radiosity_error_rgb:0 --towards 0 0 1 --up 0 1 0 --size 640 480
+timeout 200 pvbatch "$here/use_macro.py" "$scripts/difusa_macro.py" box.vtp macro.png materials.png >macro.log 2>&1 &&
+    ! grep -Eiq 'warn|err\||error:|traceback' macro.log ||
+    { echo "FAILED: the macro:" >&2; cat macro.log >&2; exit 1; }
 # What is not there is refused with what is.
 if pvbatch "$scripts/show_bake.py" box.vtp none.png --array nothing >none.log 2>&1 || [ -e none.png ] ||
     ! grep -q "has no point array nothing; it has .*radiosity_weighted" none.log; then

@@ -2,7 +2,7 @@
 
 #include <difusa/import/file_content.h>
 #include <difusa/import/json_tree.h>
-#include <difusa/mesh/nearest_surface.h>
+#include <difusa/mesh/surface_finder.h>
 #include <difusa/plugin/parameters.h>
 
 #include <algorithm>
@@ -148,27 +148,25 @@ std::vector<GoalRequest> read_goals(const std::filesystem::path& file) {
 std::vector<Goal> find_goals(const std::vector<GoalRequest>& requests, const Scene& scene, double spacing,
                              const Execution& execution) {
     std::vector<Goal> goals;
-    std::optional<NearestSurface> surface; // made for the first goal with places
+    std::optional<SurfaceFinder> surface; // made for the first goal with places
     for (const GoalRequest& request : requests) {
         Goal goal{request.name, {}, {}};
         if (request.places.empty()) {
             goal.triangles = triangles_of(request, scene);
         } else {
             if (!surface) {
-                surface.emplace(scene.mesh.points, scene.mesh.triangles);
+                surface.emplace(scene.mesh);
             }
             std::size_t far = 0;
             for (const ListedPoint& wanted : request.places) {
-                const Vec3& p = wanted.position;
-                const Vec3 n = wanted.normal.value_or(Vec3::Zero());
-                const NearestSurface::Place place = surface->nearest({p, n, p + n * spacing});
-                if (place.triangle == none) {
+                const auto place = surface->nearest(wanted.position, wanted.normal.value_or(Vec3::Zero()));
+                if (!place) {
                     refuse(request, "no surface faces the direction of the normal of place " +
                                         std::to_string(goal.places.size()) +
                                         " (counting from 0): turn the normal, or omit it");
                 }
-                goal.places.push_back(scene.mesh.at(place.triangle, place.weight[1], place.weight[2]));
-                far += place.distance > spacing ? 1 : 0;
+                goal.places.push_back(place->point);
+                far += place->distance > spacing ? 1 : 0;
             }
             if (far > 0) {
                 execution.note("goal \"" + request.name + "\": " + std::to_string(far) + " of its " +

@@ -99,7 +99,7 @@ class Relighting {
   private:
     void solve() {
         restore_surface();
-        execution_.phase("build visibility");
+        execution_.phase("build ray tree");
         choices_.engine->build(result_.scene->mesh);
         if (result_.options.when_visible) {
             result_.options.when_visible(*result_.scene, *choices_.engine, result_.camera, result_.up);

@@ -204,7 +204,7 @@ void read_into(BakeResult& result, const Registry& registry, const std::filesyst
     execution.phase("read");
     result.file = file.string();
     const PolygonSoup soup = read_apart_from(result.options.outputs, registry, file);
-    execution.phase("diagnose");
+    execution.phase("check mesh");
     DiagnosedMesh diagnosed = diagnose(soup);
     result.diagnosis = std::move(diagnosed.diagnosis);
     for (const std::string& what : soup.notes) {

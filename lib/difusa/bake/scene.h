@@ -27,7 +27,7 @@ void add_chosen_lights(Scene& scene, const BakeOptions& options);
 bool has_light(const Scene& scene);
 
 /// Reads and repairs a mesh or scene file into `result`: file, diagnosis, scene, camera, channels, and the options
-/// determined by the file. Throws what `read_apart_from` throws. Phases: "read", "diagnose".
+/// determined by the file. Throws what `read_apart_from` throws. Phases: "read", "check mesh".
 void read_into(BakeResult& result, const Registry& registry, const std::filesystem::path& file,
                const Execution& execution, const SceneChange& change = {});
 

@@ -4,7 +4,7 @@
 #include <difusa/core/error.h>
 #include <difusa/core/photometry.h>
 #include <difusa/core/text.h>
-#include <difusa/mesh/nearest_surface.h>
+#include <difusa/mesh/surface_finder.h>
 #include <difusa/repair/findings.h>
 
 #include <algorithm>
@@ -37,7 +37,7 @@ std::optional<Sensor> sensor_without_normal(const BakeOptions& options, const Ve
 class Placing {
   public:
     explicit Placing(BakeResult& result)
-        : result_(result), mesh_(result.scene->mesh), surface_(mesh_.points, mesh_.triangles),
+        : result_(result), mesh_(result.scene->mesh), surface_(mesh_),
           without_normal_(sensor_without_normal(result.options, result.up)) {}
 
     void place(std::size_t i) {
@@ -49,23 +49,23 @@ class Placing {
                                             : ": measures where it stands: omit --snap"));
         }
         if (snap) {
-            const NearestSurface::Place place = nearest(wanted.position, wanted.normal.value_or(Vec3::Zero()));
-            if (place.triangle == none) {
+            const auto place = surface_.nearest(wanted.position, wanted.normal.value_or(Vec3::Zero()));
+            if (!place) {
                 throw InputError("--at: no surface faces the direction of the normal of " + place_name(i) +
                                  ": turn the normal, or omit it");
             }
-            list(i, place);
+            list(i, *place);
             return;
         }
         Sensor sensor = without_normal_.value_or(Sensor{});
         sensor.position = wanted.position;
         sensor.axis = wanted.normal.value_or(sensor.axis);
-        const NearestSurface::Place place = nearest(sensor.position, Vec3::Zero());
-        if (place.triangle != none && place.distance <= touching * mesh_.diameter()) {
-            const Vec3& n = mesh_.normals[place.triangle];
+        const auto place = surface_.nearest(sensor.position);
+        if (place && place->distance <= touching * mesh_.diameter()) {
+            const Vec3& n = place->point.normal;
             const double facing = n.dot(sensor.axis);
             if (sensor.kind == SensorKind::planar && facing > 1.0 - touching) {
-                list(i, place);
+                list(i, *place);
                 return;
             }
             // Rays of a sensor that lies on the surface must not start in it.
@@ -109,12 +109,8 @@ class Placing {
     }
 
   private:
-    NearestSurface::Place nearest(const Vec3& p, const Vec3& n) const {
-        return surface_.nearest({p, n, p + n * result_.options.spacing});
-    }
-
-    void list(std::size_t i, const NearestSurface::Place& place) {
-        result_.listed.push_back(mesh_.at(place.triangle, place.weight[1], place.weight[2]));
+    void list(std::size_t i, const SurfaceFinder::Found& place) {
+        result_.listed.push_back(place.point);
         result_.listed_distance.push_back(place.distance);
         result_.listed_number.push_back(static_cast<Index>(i));
     }
@@ -132,7 +128,7 @@ class Placing {
 
     BakeResult& result_;
     const Mesh& mesh_;
-    const NearestSurface surface_;
+    const SurfaceFinder surface_;
     const std::optional<Sensor> without_normal_;
 };
 

@@ -61,10 +61,10 @@ class Trial {
         if (phase == "direct light" || phase == "pilot bake") {
             return sites_ * rays_;
         }
-        if (phase == "light surfels" || phase == "divide surface" || phase == "project") {
+        if (phase == "light surface" || phase == "divide surface" || phase == "set up projection") {
             return surfels_;
         }
-        if (phase == "bind basis" || phase == "place sites") {
+        if (phase == "set up basis" || phase == "place sites") {
             return bound_;
         }
         if (phase == "estimate error") {

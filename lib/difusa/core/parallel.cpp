@@ -10,6 +10,10 @@
 
 namespace difusa {
 
+unsigned processors() {
+    return std::max(1U, std::thread::hardware_concurrency());
+}
+
 void parallel_for(std::size_t count, std::size_t grain, const Execution& execution,
                   const std::function<void(std::size_t, std::size_t, unsigned)>& body) {
     grain = std::max<std::size_t>(grain, 1);

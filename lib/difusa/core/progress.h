@@ -49,11 +49,14 @@ class SubordinateProgress : public Progress {
     Progress* whole_;
 };
 
+/// The number of processors that this process may run on, at least 1.
+unsigned processors();
+
 /// How to compute: threads, progress reporting, and where to record. A plain value, passed by reference.
 struct Execution {
-    unsigned threads = 1;         ///< at least 1
-    Progress* progress = nullptr; ///< may be null: silent
-    Journal* journal = nullptr;   ///< may be null: nothing is recorded
+    unsigned threads = processors(); ///< at least 1; results do not depend on it
+    Progress* progress = nullptr;    ///< may be null: silent
+    Journal* journal = nullptr;      ///< may be null: nothing is recorded
 
     /// Starts a new phase. Throws Interrupted if the computation was cancelled.
     void phase(std::string_view name) const {

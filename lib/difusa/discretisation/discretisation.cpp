@@ -28,7 +28,7 @@ Discretisation discretise(const Mesh& mesh, std::shared_ptr<SiteSet> sites, std:
     Discretisation result;
     result.sites = sites;
     result.basis = basis;
-    execution.phase("bind basis");
+    execution.phase("set up basis");
     basis->bind(mesh, *sites, execution);
 
     execution.phase("divide surface");
@@ -42,7 +42,7 @@ Discretisation discretise(const Mesh& mesh, std::shared_ptr<SiteSet> sites, std:
         sites->area = result.integrals;
     }
 
-    execution.phase("project");
+    execution.phase("set up projection");
     result.points = projection_points(projection, mesh, *sites, seed);
     const auto project = [&](const ProjectionChoice& choice) {
         return std::make_shared<Projection>(*basis, *sites, choice, result.points, result.integrals, execution);

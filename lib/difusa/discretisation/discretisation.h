@@ -32,7 +32,7 @@ struct Discretisation {
 std::vector<double> element_integrals(const Mesh& mesh, const Basis& basis, double spacing, const Execution& execution);
 
 /// `sites` receive their areas, the integrals of the basis functions (unless `neighbour_areas`), and the basis, which
-/// is bound to them. Phases: "bind basis", "divide surface", "project".
+/// is bound to them. Phases: "set up basis", "divide surface", "set up projection".
 Discretisation discretise(const Mesh& mesh, std::shared_ptr<SiteSet> sites, std::shared_ptr<Basis> basis,
                           const ProjectionChoice& projection, bool neighbour_areas, std::uint64_t seed,
                           const Execution& execution);

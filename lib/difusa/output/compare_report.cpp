@@ -97,17 +97,22 @@ std::string table_of(const Comparison& comparison) {
 std::string report_of(const Comparison& comparison, const std::string& result_name, const std::string& reference_name) {
     Json report;
     report["schema"] = "difusa-comparison";
-    report["schema_version"] = 2;
+    report["schema_version"] = 3;
     report["difusa_version"] = version();
     report["result"] = result_name;
     report["reference"] = reference_name;
     const Matching& matching = comparison.matching;
-    report["matching"] = {
-        {"same_mesh", matching.same_mesh},           {"area", matching.area},
-        {"reference_area", matching.reference_area}, {"matched_area", matching.matched_area},
-        {"too_far_area", matching.too_far_area},     {"turned_away_area", matching.turned_away_area},
-        {"max_distance", matching.max_distance},     {"largest_distance", matching.largest_distance},
-        {"vertices", matching.matched.size()},       {"unmatched_vertices", matching.unmatched_vertices}};
+    report["matching"] = {{"same_mesh", matching.same_mesh},
+                          {"area", matching.area},
+                          {"reference_area", matching.reference_area},
+                          {"matched_area", matching.matched_area},
+                          {"emitting_area", matching.emitting_area},
+                          {"too_far_area", matching.too_far_area},
+                          {"turned_away_area", matching.turned_away_area},
+                          {"max_distance", matching.max_distance},
+                          {"largest_distance", matching.largest_distance},
+                          {"vertices", matching.matched.size()},
+                          {"unmatched_vertices", matching.unmatched_vertices}};
     report["notes"] = comparison.notes;
     report["quantities"] = Json::array();
     for (const ComparedQuantity& quantity : comparison.quantities) {

@@ -181,7 +181,7 @@ class Solving {
     }
 
     void light_surfels() {
-        execution_.phase("light surfels");
+        execution_.phase("light surface");
         result_.area_lights = sources_->area_light_count();
         result_.light =
             light_on_surfels(*scene_, *discretisation_.surfels, *sources_, channels_, system_.parts().seed, execution_);

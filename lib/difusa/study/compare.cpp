@@ -329,13 +329,45 @@ Matching summarize(const Spots& spots, std::size_t vertices) {
     return matching;
 }
 
-/// Norms over all matched spots, and the values at the vertices.
-void fill(Pair& pair, const Spots& spots, std::size_t vertices) {
+/// Which spots emit light, in either file; empty if no matched part of the surface does, or all of it.
+std::vector<bool> emitting_spots(const Spots& spots, const Side& result, const Side& reference, Matching& matching) {
+    std::vector<bool> emitting(spots.all.size(), false);
+    for (const Side* side : {&result, &reference}) {
+        const FieldArray* array = find(*side, "emission");
+        if (array == nullptr) {
+            continue;
+        }
+        const Values emission = numbers(*array);
+        for (std::size_t i = 0; i < spots.all.size(); ++i) {
+            const Spot& spot = spots.all[i];
+            if (spot.matched) {
+                const auto& corner = side == &result ? spot.corner : spot.reference_corner;
+                const auto& weight = side == &result ? spot.weight : spot.reference_weight;
+                emitting[i] = emitting[i] || (at(emission, corner, weight).array() > 0.0).any();
+            }
+        }
+    }
+    double area = 0.0;
+    for (std::size_t i = 0; i < spots.all.size(); ++i) {
+        area += emitting[i] ? spots.all[i].area : 0.0;
+    }
+    if (!(area > 0.0) || !(area < matching.matched_area * (1.0 - 1e-12))) {
+        return {};
+    }
+    matching.emitting_area = area;
+    return emitting;
+}
+
+/// Norms over all matched spots but those left out, and the values at the vertices.
+void fill(Pair& pair, const Spots& spots, std::size_t vertices, const std::vector<bool>& left_out) {
     ComparedQuantity& quantity = pair.quantity;
     const Eigen::Index channels = pair.result.cols();
-    const auto matched = static_cast<Eigen::Index>(
-        std::count_if(spots.all.begin(), spots.all.end(), [](const Spot& spot) { return spot.matched; }));
-    Values f(matched, channels), g(matched, channels);
+    const auto counted = [&](std::size_t i) { return spots.all[i].matched && (left_out.empty() || !left_out[i]); };
+    Eigen::Index rows = 0;
+    for (std::size_t i = 0; i < spots.all.size(); ++i) {
+        rows += counted(i) ? 1 : 0;
+    }
+    Values f(rows, channels), g(rows, channels);
     std::vector<double> area;
     quantity.result = quantity.reference = Values::Constant(static_cast<Eigen::Index>(vertices), channels, nan);
     const std::size_t inside = spots.all.size() - vertices;
@@ -345,14 +377,17 @@ void fill(Pair& pair, const Spots& spots, std::size_t vertices) {
         if (!spot.matched) {
             continue;
         }
-        f.row(row) = at(pair.result, spot.corner, spot.weight);
-        g.row(row) = at(pair.reference, spot.reference_corner, spot.reference_weight);
-        area.push_back(spot.area);
+        const Eigen::RowVectorXd own = at(pair.result, spot.corner, spot.weight),
+                                 other = at(pair.reference, spot.reference_corner, spot.reference_weight);
         if (i >= inside) {
-            quantity.result.row(static_cast<Eigen::Index>(i - inside)) = f.row(row);
-            quantity.reference.row(static_cast<Eigen::Index>(i - inside)) = g.row(row);
+            quantity.result.row(static_cast<Eigen::Index>(i - inside)) = own;
+            quantity.reference.row(static_cast<Eigen::Index>(i - inside)) = other;
         }
-        ++row;
+        if (counted(i)) {
+            f.row(row) = own;
+            g.row(row++) = other;
+            area.push_back(spot.area);
+        }
     }
     quantity.norms = field_norms(f, g, area, quantity.rgb);
 }
@@ -444,11 +479,19 @@ Comparison compare(const FieldFile& result, const std::string& result_name, cons
                          "--max-distance");
     }
     add_notes(a, b, comparison);
+    const std::vector<bool> emitting =
+        options.with_emitters ? std::vector<bool>{} : emitting_spots(spots, a, b, comparison.matching);
+    if (!emitting.empty()) {
+        comparison.notes.push_back("emitters, " +
+                                   percent(comparison.matching.emitting_area / comparison.matching.area) +
+                                   " of the area, are left out of the norms of the total light (--with-emitters)");
+    }
     for (Pair& pair : pairs) {
         if (execution.progress != nullptr) {
             execution.progress->check();
         }
-        fill(pair, spots, result.points.size());
+        const bool total = pair.quantity.name == "radiosity" || pair.quantity.name == "radiosity_weighted";
+        fill(pair, spots, result.points.size(), total ? emitting : std::vector<bool>{});
         comparison.quantities.push_back(std::move(pair.quantity));
     }
     return comparison;

@@ -280,7 +280,7 @@ BasisInspection inspect_basis(const Registry& registry, const std::filesystem::p
     place_sites(result, *sampler, visibility.get(), execution);
     const NearestSites nearest(result.mesh, result.sites);
     result.elements = choose_elements(result, nearest);
-    execution.phase("bind basis");
+    execution.phase("set up basis");
     basis->bind(result.mesh, result.sites, execution);
 
     execution.phase("refine output");
