@@ -1,4 +1,4 @@
-// data/report.schema.json says what is in a report: nothing else is, and nothing it names is never there.
+// data/schemas/report.schema.json says what is in a report: nothing else is, and nothing it names is never there.
 #include "support/json_schema.h"
 #include "support/plugins.h"
 
@@ -19,7 +19,7 @@ using nlohmann::json;
 const std::string data = DIFUSA_TEST_DATA "/";
 
 json schema() {
-    return json::parse(std::ifstream(data + "report.schema.json"));
+    return json::parse(std::ifstream(data + "schemas/report.schema.json"));
 }
 
 BakeOptions few_sites() {
