@@ -8,9 +8,15 @@
 #include <thread>
 #include <vector>
 
+#include <sched.h>
+
 namespace difusa {
 
 unsigned processors() {
+    cpu_set_t own;
+    if (sched_getaffinity(0, sizeof own, &own) == 0) { // not if there are more than the set holds
+        return static_cast<unsigned>(std::max(1, CPU_COUNT(&own)));
+    }
     return std::max(1U, std::thread::hardware_concurrency());
 }
 
