@@ -7,6 +7,10 @@ have a range that a few extreme values do not spoil, and material_id has the nam
 """
 from paraview import servermanager, simple, vtk
 
+# Of materials, over and over: neighbours differ in hue and lightness.
+COLOURS = ((0.85, 0.85, 0.82), (0.80, 0.25, 0.20), (0.30, 0.60, 0.30), (0.95, 0.80, 0.30), (0.25, 0.45, 0.75),
+           (0.60, 0.40, 0.65), (0.90, 0.55, 0.25), (0.45, 0.75, 0.75), (0.55, 0.40, 0.30), (0.95, 0.65, 0.75))
+
 
 def extremes(array):
     """The range of the finite values without half a percent at either end; without any if they are alike."""
@@ -44,7 +48,7 @@ def prepare_materials(data):
     colours = simple.GetColorTransferFunction("material_id")
     colours.InterpretValuesAsCategories = 1
     colours.Annotations = [text for k in there for text in (str(k), names[k] if k < len(names) else str(k))]
-    colours.ApplyPreset("Set3", True) # its twelve colours are repeated
+    colours.IndexedColors = [part for i in range(len(there)) for part in COLOURS[i % len(COLOURS)]]
 
 
 def show_as_it_looks(source, view):

@@ -189,7 +189,8 @@ TEST(Picture, BacksAreDarkOrLookedThrough) {
     const BakeResult result = bake(registry(), uniform_scene(box(1.0, 1, true), 0.5, 1.0), "box", few(), one);
     ViewOptions options = view_of({Vec3(0.5, 0.5, 3.0), -Vec3::UnitZ(), Vec3::UnitY(), 0.2}, 8, 8, 1);
     const View outside = look(result, options, {{}}, one);
-    EXPECT_TRUE(std::all_of(outside.seen.begin(), outside.seen.end(), [](CameraHit seen) { return seen == CameraHit::back; }));
+    EXPECT_TRUE(
+        std::all_of(outside.seen.begin(), outside.seen.end(), [](CameraHit seen) { return seen == CameraHit::back; }));
     Development how;
     for (const auto& pixel : develop(result, outside, 0, how, one).pixels) {
         EXPECT_LT(pixel[0], 0.1F);
