@@ -135,8 +135,9 @@ class JsonSchema {
     static void collect(const Json& schema, const std::string& place, std::vector<std::string>& places) {
         const Json properties = schema.value("properties", Json::object());
         for (const auto& [name, member] : properties.items()) {
-            places.push_back(place + "/" + name);
-            collect(member, places.back(), places);
+            const std::string where = place + "/" + name;
+            places.push_back(where);
+            collect(member, where, places);
         }
         if (schema.contains("items")) {
             collect(schema["items"], place + "/*", places);

@@ -31,6 +31,7 @@
 #include <limits>
 #include <new>
 #include <numeric>
+#include <optional>
 #include <set>
 #include <string_view>
 
@@ -134,6 +135,9 @@ class QuietReader : public vtkXMLPolyDataReader {
         if (XMLParser->GetCompressor() != nullptr && !check_blocks(*element)) {
             return 0;
         }
+        if (auto* texts = vtkStringArray::SafeDownCast(array); texts != nullptr && !make_room(*element, *texts)) {
+            return 0;
+        }
         const int read = Superclass::ReadArrayValues(element, index, array, start, count, type);
         const char* name = element->GetAttribute("Name");
         vtkDataArray* offsets = vtkDataArray::SafeDownCast(array);
@@ -216,37 +220,60 @@ class QuietReader : public vtkXMLPolyDataReader {
         return true;
     }
 
+    /// What an array's header and data begin with.
+    struct Encoded {
+        std::string_view data;
+        bool raw = false; ///< otherwise base64
+
+        std::string first(std::size_t count) const {
+            return raw ? std::string(data.substr(0, count)) : decode(data, count);
+        }
+    };
+
+    /// The file after the first `mark` from a place on.
+    std::string_view after(std::size_t from, char mark) const {
+        const std::string_view content = content_;
+        const std::size_t place = content.find(mark, std::min(from, content.size()));
+        return content.substr(place == std::string_view::npos ? content.size() : place + 1);
+    }
+
+    /// Nothing if it is not where the array says, which is complained about.
+    std::optional<Encoded> encoded(vtkXMLDataElement& array) {
+        if (std::string_view(array.GetAttribute("format")) != "appended") {
+            return Encoded{after(static_cast<std::size_t>(array.GetXMLByteIndex()), '>'), false};
+        }
+        double offset = 0.0;
+        if (array.GetScalarAttribute("offset", offset) == 0 || !possible(offset, "an offset")) {
+            return std::nullopt;
+        }
+        const std::string_view content = content_;
+        const std::size_t tag = content.find("<AppendedData"), end = content.find('>', tag);
+        std::string_view data = after(end, '_');
+        if (after(end, '>').find_first_not_of(" \t\r\n") != after(end, '>').size() - data.size() - 1) {
+            complain("its appended data do not begin with '_'");
+            return std::nullopt;
+        }
+        data.remove_prefix(std::min(static_cast<std::size_t>(offset), data.size()));
+        return Encoded{data, content.substr(0, end).find("\"raw\"", tag) != std::string_view::npos};
+    }
+
+    static bool is_ascii(vtkXMLDataElement& array) {
+        const char* format = array.GetAttribute("format");
+        return format == nullptr || std::string_view(format) == "ascii";
+    }
+
     /// The header of a compressed array: number of blocks, unpacked size of each but the last, and of the last; then
     /// their packed sizes.
     bool check_blocks(vtkXMLDataElement& array) {
-        const char* format = array.GetAttribute("format");
-        if (format == nullptr || std::string_view(format) == "ascii") {
+        if (is_ascii(array)) {
             return true;
         }
         const std::size_t size = wide_header_ ? 8 : 4;
-        const std::string_view content = content_;
-        const auto after = [&](std::size_t from, char mark) {
-            const std::size_t place = content.find(mark, std::min(from, content.size()));
-            return content.substr(place == std::string_view::npos ? content.size() : place + 1);
-        };
-        std::string_view data;
-        bool raw = false;
-        if (std::string_view(format) == "appended") {
-            double offset = 0.0;
-            if (array.GetScalarAttribute("offset", offset) == 0 || !possible(offset, "an offset")) {
-                return false;
-            }
-            const std::size_t tag = content.find("<AppendedData"), end = content.find('>', tag);
-            data = after(end, '_');
-            if (after(end, '>').find_first_not_of(" \t\r\n") != after(end, '>').size() - data.size() - 1) {
-                return complain("its appended data do not begin with '_'");
-            }
-            data.remove_prefix(std::min(static_cast<std::size_t>(offset), data.size()));
-            raw = content.substr(0, end).find("\"raw\"", tag) != std::string_view::npos;
-        } else {
-            data = after(static_cast<std::size_t>(array.GetXMLByteIndex()), '>');
+        const std::optional<Encoded> data = encoded(array);
+        if (!data) {
+            return false;
         }
-        std::string bytes = raw ? std::string(data.substr(0, size)) : decode(data, size);
+        std::string bytes = data->first(size);
         if (bytes.size() < size) {
             return complain("an array has no data");
         }
@@ -254,14 +281,39 @@ class QuietReader : public vtkXMLPolyDataReader {
         if (!possible(1032.0 * blocks, "the size of a compressed array")) {
             return false;
         }
-        const std::size_t all = size * (3 + static_cast<std::size_t>(blocks));
-        bytes = raw ? std::string(data.substr(0, all)) : decode(data, all);
+        bytes = data->first(size * (3 + static_cast<std::size_t>(blocks)));
         for (std::size_t entry = size; entry + size <= bytes.size(); entry += size) {
             const double packed = entry < 3 * size ? 1.0 : 1032.0; // bytes that each byte of it may unpack to
             if (!possible(packed * number(bytes, entry, size), "the size of a compressed array")) {
                 return false;
             }
         }
+        return true;
+    }
+
+    /// VTK writes as many texts as it finds, however many the array says it has: makes room for one in each byte.
+    bool make_room(vtkXMLDataElement& element, vtkStringArray& texts) {
+        double bytes = 0.0;
+        if (is_ascii(element)) {
+            const std::string_view data = after(static_cast<std::size_t>(element.GetXMLByteIndex()), '>');
+            bytes = static_cast<double>(std::min(data.find('<'), data.size()));
+        } else {
+            const std::size_t size = wide_header_ ? 8 : 4;
+            const std::optional<Encoded> data = encoded(element);
+            if (!data) {
+                return false;
+            }
+            const std::string header = data->first(3 * size);
+            const auto entry = [&](std::size_t k) {
+                return (k + 1) * size <= header.size() ? number(header, k * size, size) : 0.0;
+            };
+            bytes = XMLParser->GetCompressor() == nullptr ? entry(0) : entry(0) * entry(1) + entry(2);
+        }
+        constexpr double longest = 4e6;
+        if (!(bytes <= longest)) {
+            return complain("it has a text of more than 4 MB");
+        }
+        texts.Resize(texts.GetNumberOfValues() + static_cast<vtkIdType>(bytes) + 1);
         return true;
     }
 
