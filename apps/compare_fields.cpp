@@ -60,7 +60,7 @@ void declare(CLI::App& app, Arguments& a) {
                difusa::parse_positive)
         ->type_name("D");
     app.add_flag("--with-emitters", a.compare.with_emitters,
-                 "count emitting surfaces into the norms of the total light, too");
+                 "include emitting surfaces in the norms of the total light");
     app.add_option("--report", a.report, "write all norms as JSON")->type_name("FILE.json");
     add_whole(app, "--threads", a.threads, 1U, "threads; the result does not depend on it")
         ->type_name("N")

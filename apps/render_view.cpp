@@ -296,7 +296,7 @@ Developed developed(const difusa::BakeResult& result, const difusa::View& view, 
     if (difusa::is_radiance_hdr(file)) {
         how = ", linear";
         const std::optional<difusa::Rgb> background = a.background ? a.background->colour : std::nullopt;
-        return {radiance_hdr_of(linear_picture(view, show, background)), a.view.width, a.view.height};
+        return {radiance_hdr_of(linear_picture(view, show, background, execution)), a.view.width, a.view.height};
     }
     difusa::Development development{exposure, a.tone, {}, {}, false};
     if (a.background) {
@@ -347,10 +347,9 @@ void check_view_of(const difusa::Mesh& mesh, const difusa::Camera& camera, const
 
 /// A saved transport has its sites, rays and projection.
 void refuse_choices_of_transport(const Arguments& a) {
-    for (const char* option : {"--quality",    "--basis",       "--sampler",      "--spacing",     "--sites",
-                               "--neighbours", "--adaptive",    "--projection",   "--transport",   "--rays",
-                               "--directions", "--kernel",      "--mirror-depth", "--flip",        "--error",
-                               "--max-sites",  "--max-seconds", "--max-memory",   "--best-effort", "--error-chart"}) {
+    for (const char* option : {"--quality", "--basis", "--sampler", "--spacing", "--sites", "--neighbours",
+                               "--adaptive", "--projection", "--transport", "--rays", "--directions", "--kernel",
+                               "--mirror-depth", "--flip", "--error", "--max-memory", "--seed"}) {
         if (a.bake.given(option)) {
             throw UsageError(std::string(option) + ": " + a.mesh.string() +
                              " is a saved transport, for which this was decided when it was baked; omit the option, or "
@@ -385,7 +384,6 @@ void run(Arguments& a) {
         a.view.height = a.size[1];
     }
     a.view.final_gather = options.final_gather;
-    a.view.seed = options.seed;
     a.camera.cull_backs = a.view.cull_backs;
     check_view(a.view);
     options.graded_sky = !saved;                                 // the picture is that of the result which was saved
@@ -414,12 +412,13 @@ void run(Arguments& a) {
     difusa::View view;
     progress.watch([&] {
         result = baked(a, saved, registry, options, execution);
+        a.view.seed = result.options.seed;
         execution.phase("trace picture");
         choose_element(a, *result.sites, shows);
         view = look(result, a.view, shows, execution);
     });
 
-    execution.phase("tone mapping");
+    execution.phase("write pictures");
     const double exposure = exposure_for(a, view);
     std::vector<std::unique_ptr<difusa::WholeFile>> files;
     std::string written;

@@ -40,9 +40,15 @@ void print_result(const BakeResult& result, const BakeFiles& files, bool verbose
 
 /// What the command line leaves open is as in the bake.
 void fill_in(BakeOptions& options, const BakeOptions& saved, const BakeArguments& arguments) {
-    options.direct = options.direct.empty() ? saved.direct : options.direct;
-    options.visibility = options.visibility.empty() ? saved.visibility : options.visibility;
-    options.solver = options.solver.empty() ? saved.solver : options.solver;
+    if (!arguments.given("--direct")) {
+        options.direct = saved.direct;
+    }
+    if (!arguments.given("--visibility")) {
+        options.visibility = saved.visibility;
+    }
+    if (!arguments.given("--solver")) {
+        options.solver = saved.solver;
+    }
     if (!arguments.given("--tolerance")) {
         options.solve.tolerance = saved.solve.tolerance;
     }

@@ -120,17 +120,24 @@ expect_exit 0 "$render" "$box" numbered.png $small $view --show basis --element 
 cmp -s near.png numbered.png || fail "--near shows another element than it says"
 
 # A saved transport is looked at from further places without baking again: what a bake would show there.
-expect_exit 0 "$bake" "$box" box.ply $small --save-transport box.difusa --quiet
-expect_exit 0 "$render" "$box" fresh.png $small $view --eye 0.3,0.3,-1 --also error=fresh_error.png --quiet
+decided="--seed 7 --direct interpolated --solver jacobi"
+# shellcheck disable=SC2086
+{
+    expect_exit 0 "$bake" "$box" box.ply $small $decided --save-transport box.difusa --quiet
+    expect_exit 0 "$render" "$box" fresh.png $small $decided $view --eye 0.3,0.3,-1 --also error=fresh_error.png --quiet
+}
 expect_exit 0 "$render" box.difusa saved.png $view --eye 0.3,0.3,-1 --also error=saved_error.png --report saved.json
 cmp -s fresh.png saved.png || fail "a saved transport does not look like its bake"
 cmp -s fresh_error.png saved_error.png || fail "the error of a saved transport does not look like that of its bake"
 expect_text saved.json '"what": "rays from the sites"'
+expect_text saved.json '"direct": "interpolated"'
+expect_text saved.json jacobi
 expect_exit 0 "$render" box.difusa other.png $view --eye 0.3,0.3,-1 --sun 0,0.3,-1,5 --quiet
 if cmp -s saved.png other.png; then
     fail "--sun does not light a saved transport"
 fi
-for option in "--sites 100" "--rays 8" "--basis shepard" "--quality draft" "--error 5%" "--adaptive" "--flip none"; do
+for option in "--sites 100" "--rays 8" "--basis shepard" "--quality draft" "--error 5%" "--adaptive" "--flip none" \
+    "--seed 7"; do
     # shellcheck disable=SC2086
     refuse 1 "is a saved transport, for which this was decided when it was baked" box.difusa new.png $option
 done

@@ -2,6 +2,7 @@
 #include <difusa/bake.h>
 #include <difusa/core/error.h>
 #include <difusa/discretisation/basis.h>
+#include <difusa/import/shapes.h>
 #include <difusa/lighting/lambert.h>
 #include <difusa/rays/visibility.h>
 #include <difusa/study/references/bowl.h>
@@ -52,6 +53,29 @@ BakeOptions coarse(double spacing, const std::string& engine = "cgal", std::size
 
 BakeResult baked(Scene scene, const BakeOptions& options) {
     return bake(test::registry(), std::move(scene), "hard case", options, Execution{1, nullptr});
+}
+
+/// A floor on which slender posts stand that cross it, as parts of a machine do.
+Mesh floor_with_posts() {
+    Mesh mesh = test::grid(1, 1);
+    for (int i = 0; i < 5; ++i) {
+        for (int j = 0; j < 5; ++j) {
+            const Vec3 foot(0.1 + 0.18 * i, 0.07 + 0.19 * j, -0.3);
+            mesh = test::together(mesh, box(foot, foot + Vec3(0.06, 0.06, 0.6), 1, Front::outside));
+        }
+    }
+    mesh.material.assign(mesh.triangles.size(), 0);
+    return mesh;
+}
+
+TEST(HardCases, WhatLiesInsideOfOtherBodiesIsNoErrorOfTheBasis) {
+    // A twelfth of the floor is inside of posts, where most of it has no site in sight: no light comes there, the
+    // elements vanish, and constants count as represented. Elsewhere the elements sum to 1, and so do their constants.
+    BakeOptions options = coarse(0.2);
+    options.projection = "corrected";
+    const BakeResult result = baked(test::uniform_scene(floor_with_posts(), 0.3, 1.0), options);
+    EXPECT_THAT(result.plugins, testing::Contains(testing::Pair("basis", testing::HasSubstr("moving-least-squares"))));
+    EXPECT_LE(result.constant_error, 1e-9) << "the tolerance of the projection's solve";
 }
 
 /// Sets the material of the triangles `which` holds.

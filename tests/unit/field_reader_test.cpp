@@ -23,7 +23,9 @@
 #include <vtkUnsignedCharArray.h>
 #include <vtkXMLPolyDataWriter.h>
 
+#include <array>
 #include <bit>
+#include <cstdint>
 #include <cstring>
 #include <fstream>
 #include <limits>
@@ -474,6 +476,53 @@ TEST(FieldReader, PackedSizesBeyondTheFileAreRefusedBeforeMemoryIsTaken) {
                 "</Piece></PolyData></VTKFile>\n");
         },
         ThrowsMessage<InputError>(HasSubstr("the size of a compressed array is not possible in a file of this size")));
+}
+
+/// VTK writes as many texts as the data hold, whatever the array says, and takes the encoding in either quotes.
+TEST(FieldReader, MoreTextsThanTheArrayHasRoomForAreSkipped) {
+    const auto appended = [](auto... numbers) {
+        std::string bytes;
+        for (const auto number : {numbers...}) {
+            const auto raw = std::bit_cast<std::array<char, sizeof number>>(number);
+            bytes.append(raw.begin(), raw.end());
+        }
+        const auto size = std::bit_cast<std::array<char, 4>>(static_cast<std::uint32_t>(bytes.size()));
+        return std::string(size.begin(), size.end()) + bytes;
+    };
+    const std::size_t count = 300'000;
+    std::string texts;
+    for (std::size_t i = 0; i < count; ++i) {
+        texts += {'x', '\0'};
+    }
+    const auto size = std::bit_cast<std::array<char, 4>>(static_cast<std::uint32_t>(texts.size()));
+    texts.insert(texts.begin(), size.begin(), size.end());
+    const std::string points = appended(0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F);
+    const auto at = [&](std::size_t extra) { return "offset=\"" + std::to_string(texts.size() + extra) + "\"/>"; };
+    const std::string form = "format=\"appended\" ";
+    const std::string head = "<VTKFile type=\"PolyData\" version=\"0.1\" byte_order=\"LittleEndian\" "
+                             "header_type=\"UInt32\"><PolyData><FieldData><Array type=\"String\" Name=\"t\" "
+                             "NumberOfTuples=\"1\" " +
+                             form +
+                             "offset=\"0\"/></FieldData><Piece NumberOfPoints=\"3\" NumberOfVerts=\"0\" "
+                             "NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"1\"><Points><DataArray "
+                             "type=\"Float32\" NumberOfComponents=\"3\" " +
+                             form + at(0) + "</Points><Polys><DataArray type=\"Int32\" Name=\"connectivity\" " + form +
+                             at(points.size()) + "<DataArray type=\"Int32\" Name=\"offsets\" " + form +
+                             at(points.size() + 16) + "</Polys></Piece></PolyData>";
+    const std::string data = "_" + texts + points + appended(0, 1, 2) + appended(3);
+    const ScratchDirectory scratch;
+    for (const std::string encoding : {"encoding=\"raw\"", "encoding='raw'", "encoding = 'raw'"}) {
+        const FieldFile file = read_text(scratch, "texts.vtp",
+                                         head + "<AppendedData " + encoding + ">" + data + "</AppendedData></VTKFile>");
+        EXPECT_EQ(file.points.size(), 3U);
+        EXPECT_EQ(file.triangles.size(), 1U);
+    }
+    EXPECT_THAT(
+        [&] {
+            read_text(scratch, "texts.vtp",
+                      head + "<AppendedData encoding=\"&#114;aw\">" + data + "</AppendedData></VTKFile>");
+        },
+        ThrowsMessage<InputError>(HasSubstr("encoded neither as \"raw\" nor as \"base64\"")));
 }
 
 /// VTK tells the terminal if a range it has written beside an array is of the wrong length.

@@ -333,6 +333,19 @@ TEST(Obstacles, ArePiecesThatHangCloseOverTheSurface) {
     }
 }
 
+TEST(Obstacles, AreWithinTheBoxOfTheSurfaceAndTheLift) {
+    // Two upright sheets over the middle of a floor, one on it and one beside it, in one plane. Points of the floor lie
+    // on both sides of it, but no line between two of them comes to the second, however far it may reach.
+    const auto sheet = [](double from, double to) {
+        return test::make_mesh({{from, 0.5, 0.01}, {to, 0.5, 0.01}, {to, 0.5, 0.8}, {from, 0.5, 0.8}},
+                               {{0, 1, 2}, {0, 2, 3}});
+    };
+    const Mesh mesh = test::together(test::together(test::grid(1, 1), sheet(0.2, 0.8)), sheet(1.5, 2.5));
+    for (const double around : {0.2, 100.0}) {
+        EXPECT_EQ(obstacles_of(mesh, around, 0.1)[mesh.region[0]], (std::vector<Index>{2, 3}));
+    }
+}
+
 enum class Pair { parted, together, other };
 
 struct PairCount {

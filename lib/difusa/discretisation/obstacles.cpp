@@ -78,23 +78,25 @@ std::vector<std::vector<Index>> find_obstacles(const Mesh& mesh, const RegionTre
                                                std::span<const SightReach> reach, double rounding,
                                                const Execution& execution) {
     std::vector<std::vector<Index>> found(mesh.region_count);
-    double farthest = 0.0;
+    double highest = 0.0;
     for (const SightReach& each : reach) {
-        farthest = std::max(farthest, each.around);
+        highest = std::max(highest, each.lift + rounding);
     }
     if (mesh.region_count < 2 || mesh.convex) {
         return found;
     }
     const auto obstructed_by = [&](Index F, std::vector<Index>& regions) {
-        const Box own = mesh.box(F), far(own.min() - Vec3::Constant(farthest), own.max() + Vec3::Constant(farthest));
-        trees.regions().visit(far, [&](Index region, const Box& whole) {
+        const Box own = mesh.box(F);
+        trees.regions().visit(grown(own, highest), [&](Index region, const Box& whole) {
             const SightReach& here = reach[region];
-            if (region == mesh.region[F] || !(here.around > 0.0)) {
+            // Lines of sight stay in the box of the region, but for the lift of their ends.
+            if (region == mesh.region[F] || !(here.around > 0.0) ||
+                !own.intersects(grown(whole, here.lift + rounding))) {
                 return false;
             }
-            const Box near(own.min() - Vec3::Constant(here.around), own.max() + Vec3::Constant(here.around));
+            const Box near = grown(own, here.around);
             Sides sides(mesh, F, trees.members(region)[0], here, rounding);
-            if (!near.intersects(whole) || !sides.matters(whole)) {
+            if (!sides.matters(whole)) {
                 return false;
             }
             trees.triangles(region).visit_where(

@@ -12,6 +12,11 @@
 
 namespace difusa {
 
+/// The box of all points at most `by` from `box` along each axis.
+inline BoxTree::Box grown(const BoxTree::Box& box, double by) {
+    return {box.min() - Vec3::Constant(by), box.max() + Vec3::Constant(by)};
+}
+
 /// The trees of single regions are made when they are first asked for.
 class RegionTrees {
   public:

@@ -21,10 +21,6 @@ namespace {
 using Box = BoxTree::Box;
 using Corners = std::array<Vec3, 3>;
 
-Box grown(const Box& box, double by) {
-    return {box.min() - Vec3::Constant(by), box.max() + Vec3::Constant(by)};
-}
-
 /// The signed distances of a triangle's corners from a plane.
 struct Heights {
     std::array<double, 3> at{};
@@ -153,6 +149,19 @@ std::vector<SightReach> sight_reach(const SiteSet& sites, std::span<const double
     return reach;
 }
 
+/// The radii of the supports, but at most the extent of the site's region: no point of it is farther away.
+std::vector<double> reach_within_region(const Mesh& mesh, const SiteSet& sites, std::span<const double> support) {
+    std::vector<Box> whole(mesh.region_count);
+    for (Index triangle = 0; triangle < mesh.triangles.size(); ++triangle) {
+        whole[mesh.region[triangle]].extend(mesh.box(triangle));
+    }
+    std::vector<double> reach(sites.size());
+    for (std::size_t i = 0; i < sites.size(); ++i) {
+        reach[i] = std::min(support[i], whole[sites.region[i]].diagonal().norm());
+    }
+    return reach;
+}
+
 /// A segment, by its centre and half of its extent: of boxes in a tree of very many triangles it meets few, though all
 /// are within its own.
 class SightLine {
@@ -191,9 +200,10 @@ Separators::Separators(const Mesh& mesh, const SiteSet& sites, std::span<const d
     }
     const Unreported unreported(execution);
     const RegionTrees regions(mesh);
+    support_ = reach_within_region(mesh, sites, support);
     const std::vector<char> flat = flat_regions(mesh, regions, wall_rounding(mesh));
     std::vector<std::vector<Index>> walls(mesh.region_count),
-        obstacles = find_obstacles(mesh, regions, sight_reach(sites, support, flat), wall_rounding(mesh), unreported);
+        obstacles = find_obstacles(mesh, regions, sight_reach(sites, support_, flat), wall_rounding(mesh), unreported);
     for (const Separator& separator : find_separators(mesh, regions, unreported)) {
         walls[separator.region].push_back(separator.triangle);
     }
@@ -203,7 +213,6 @@ Separators::Separators(const Mesh& mesh, const SiteSet& sites, std::span<const d
                        std::back_inserter(all));
         obstacles[region] = std::move(all);
     }
-    support_.assign(support.begin(), support.end());
     near_.assign(sites.size(), 0);
     // A region that is flat, or a closed body on which nothing stands, is not looked at as an obstacle to itself.
     std::vector<char> simple = closed_regions(mesh);

@@ -18,7 +18,7 @@ double distance_between(const SiteSet& sites, Index i, Index j) {
                          sites.points[j].normal, sites.region[j]);
 }
 
-/// NeighbourSearch found; buffers reused between searches.
+/// The neighbours found; buffers reused between searches.
 struct NeighbourSearch {
     std::vector<Index> found;
     std::vector<double> squared, distance;

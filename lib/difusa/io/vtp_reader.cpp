@@ -237,6 +237,26 @@ class QuietReader : public vtkXMLPolyDataReader {
         return content.substr(place == std::string_view::npos ? content.size() : place + 1);
     }
 
+    /// The attribute `encoding` of an opening tag as it is written; base64 without one, as for VTK.
+    static std::string_view encoding_of(std::string_view opening) {
+        constexpr std::string_view blanks = " \t\r\n", name = "encoding";
+        for (std::size_t at = opening.find(name); at != std::string_view::npos; at = opening.find(name, at + 1)) {
+            std::string_view rest = opening.substr(at + name.size());
+            rest.remove_prefix(std::min(rest.find_first_not_of(blanks), rest.size()));
+            if (blanks.find(opening[at - 1]) == std::string_view::npos || rest.empty() || rest.front() != '=') {
+                continue;
+            }
+            rest.remove_prefix(1);
+            rest.remove_prefix(std::min(rest.find_first_not_of(blanks), rest.size()));
+            if (rest.empty() || (rest.front() != '"' && rest.front() != '\'')) {
+                return "";
+            }
+            const std::size_t close = rest.find(rest.front(), 1);
+            return rest.substr(1, close == std::string_view::npos ? close : close - 1);
+        }
+        return "base64";
+    }
+
     /// Nothing if it is not where the array says, which is complained about.
     std::optional<Encoded> encoded(vtkXMLDataElement& array) {
         if (std::string_view(array.GetAttribute("format")) != "appended") {
@@ -254,7 +274,12 @@ class QuietReader : public vtkXMLPolyDataReader {
             return std::nullopt;
         }
         data.remove_prefix(std::min(static_cast<std::size_t>(offset), data.size()));
-        return Encoded{data, content.substr(0, end).find("\"raw\"", tag) != std::string_view::npos};
+        const std::string_view encoding = tag < end ? encoding_of(content.substr(tag, end - tag)) : "";
+        if (encoding != "raw" && encoding != "base64") {
+            complain("its appended data are encoded neither as \"raw\" nor as \"base64\"");
+            return std::nullopt;
+        }
+        return Encoded{data, encoding == "raw"};
     }
 
     static bool is_ascii(vtkXMLDataElement& array) {
@@ -303,11 +328,16 @@ class QuietReader : public vtkXMLPolyDataReader {
             if (!data) {
                 return false;
             }
-            const std::string header = data->first(3 * size);
-            const auto entry = [&](std::size_t k) {
-                return (k + 1) * size <= header.size() ? number(header, k * size, size) : 0.0;
-            };
-            bytes = XMLParser->GetCompressor() == nullptr ? entry(0) : entry(0) * entry(1) + entry(2);
+            const bool packed = XMLParser->GetCompressor() != nullptr;
+            const std::string header = data->first(packed ? 3 * size : size);
+            if (header.size() < (packed ? 3 * size : size)) {
+                return complain("a text has no data");
+            }
+            bytes = number(header, 0, size);
+            if (packed) { // blocks of equal size; the size of the last is 0 if it is as long as the others
+                const double block = number(header, size, size), last = number(header, 2 * size, size);
+                bytes = last > 0.0 ? (bytes - 1.0) * block + last : bytes * block;
+            }
         }
         constexpr double longest = 4e6;
         if (!(bytes <= longest)) {

@@ -513,10 +513,11 @@ Image develop(const BakeResult& result, const View& view, std::size_t show, cons
     return image;
 }
 
-Image linear_picture(const View& view, std::size_t show, const std::optional<Rgb>& background) {
+Image linear_picture(const View& view, std::size_t show, const std::optional<Rgb>& background,
+                     const Execution& execution) {
     const Quantity quantity = view.shows[show].quantity;
     const bool radiance = meets_the_eye(quantity) || quantity == Quantity::indirect || quantity == Quantity::emission;
-    return averaged(view, {}, [&](std::size_t s) -> Rgb {
+    return averaged(view, execution, [&](std::size_t s) -> Rgb {
         if (view.seen[s] == CameraHit::nothing && background) {
             return *background;
         }

@@ -68,6 +68,7 @@ Image develop(const BakeResult& result, const View& view, std::size_t show, cons
               const Execution& execution);
 
 /// Unmapped linear values: means of each pixel's samples; radiances, W/(m² sr), for light that reaches the eye.
-Image linear_picture(const View& view, std::size_t show, const std::optional<Rgb>& background);
+Image linear_picture(const View& view, std::size_t show, const std::optional<Rgb>& background,
+                     const Execution& execution = {});
 
 } // namespace difusa

@@ -13,7 +13,7 @@ namespace difusa {
 struct CompareOptions {
     std::vector<std::string> arrays; ///< point arrays to compare in addition to total and indirect light
     double max_distance = 0.0;  ///< points of the reference farther away do not match; 0: 1 % of its mesh' diameter
-    bool with_emitters = false; ///< count emitting surfaces into the norms of the total light
+    bool with_emitters = false; ///< include emitting surfaces in the norms of the total light
 };
 
 /// A quantity present in both files.
@@ -33,7 +33,7 @@ struct Matching {
     double reference_area = 0.0;       ///< of the reference
     double matched_area = 0.0;         ///< of the result: the domain of the norms
     double turned_away_area = 0.0;     ///< of the result: no triangle of the reference faces the same way
-    double emitting_area = 0.0;        ///< of the result: matched, but not counted into the norms of the total light
+    double emitting_area = 0.0;        ///< of the result: matched, but left out of the norms of the total light
     double too_far_area = 0.0;         ///< of the result: the nearest such triangle is beyond the limit
     double max_distance = 0.0;         ///< the limit
     double largest_distance = 0.0;     ///< of the matched points
@@ -53,7 +53,7 @@ struct Comparison {
 /// Quantities: the total light `radiosity` if both files have it, otherwise `radiosity_weighted` (or PLY's quality);
 /// the indirect light `radiosity_indirect` = `irradiance_indirect` times `reflectance`; and `options.arrays`.
 ///
-/// What emits, by the array `emission` of either file, is left out of the norms of the total light unless asked for, or
+/// What emits, by the array `emission` of either file, is left out of the norms of the total light unless requested, or
 /// unless nothing else is there: its radiosity is known, and so much larger than what it lights that relative errors
 /// would say nothing.
 ///
