@@ -210,7 +210,6 @@ void declare(CLI::App& app, Arguments& a) {
         ->group(transport)
         ->type_name("NAME")
         ->capture_default_str();
-    options.direct = options.visibility = options.solver = ""; // as in the bake
     add_direct_arguments(app, options, transport);
     add_solver_arguments(app, options, transport);
     for (const char* const kept : {"--direct", "--visibility", "--solver", "--tolerance", "--max-iterations"}) {

@@ -40,21 +40,16 @@ void print_result(const BakeResult& result, const BakeFiles& files, bool verbose
 
 /// What the command line leaves open is as in the bake.
 void fill_in(BakeOptions& options, const BakeOptions& saved, const BakeArguments& arguments) {
-    if (!arguments.given("--direct")) {
-        options.direct = saved.direct;
-    }
-    if (!arguments.given("--visibility")) {
-        options.visibility = saved.visibility;
-    }
-    if (!arguments.given("--solver")) {
-        options.solver = saved.solver;
-    }
-    if (!arguments.given("--tolerance")) {
-        options.solve.tolerance = saved.solve.tolerance;
-    }
-    if (!arguments.given("--max-iterations")) {
-        options.solve.max_iterations = saved.solve.max_iterations;
-    }
+    const auto as_saved = [&](const char* option, auto& choice, const auto& in_bake) {
+        if (!arguments.given(option)) {
+            choice = in_bake;
+        }
+    };
+    as_saved("--direct", options.direct, saved.direct);
+    as_saved("--visibility", options.visibility, saved.visibility);
+    as_saved("--solver", options.solver, saved.solver);
+    as_saved("--tolerance", options.solve.tolerance, saved.solve.tolerance);
+    as_saved("--max-iterations", options.solve.max_iterations, saved.solve.max_iterations);
 }
 
 } // namespace

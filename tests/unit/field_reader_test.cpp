@@ -29,6 +29,7 @@
 #include <cstring>
 #include <fstream>
 #include <limits>
+#include <span>
 
 namespace difusa::field_reader_test {
 namespace {
@@ -480,23 +481,18 @@ TEST(FieldReader, PackedSizesBeyondTheFileAreRefusedBeforeMemoryIsTaken) {
 
 /// VTK writes as many texts as the data hold, whatever the array says, and takes the encoding in either quotes.
 TEST(FieldReader, MoreTextsThanTheArrayHasRoomForAreSkipped) {
-    const auto appended = [](auto... numbers) {
-        std::string bytes;
-        for (const auto number : {numbers...}) {
-            const auto raw = std::bit_cast<std::array<char, sizeof number>>(number);
-            bytes.append(raw.begin(), raw.end());
-        }
+    const auto block = [](const auto& values) { // behind its size
+        const auto bytes = std::as_bytes(std::span(values));
         const auto size = std::bit_cast<std::array<char, 4>>(static_cast<std::uint32_t>(bytes.size()));
-        return std::string(size.begin(), size.end()) + bytes;
+        std::string all(size.begin(), size.end());
+        return all.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     };
-    const std::size_t count = 300'000;
-    std::string texts;
-    for (std::size_t i = 0; i < count; ++i) {
-        texts += {'x', '\0'};
+    std::string text;
+    for (int i = 0; i < 300'000; ++i) {
+        text += {'x', '\0'};
     }
-    const auto size = std::bit_cast<std::array<char, 4>>(static_cast<std::uint32_t>(texts.size()));
-    texts.insert(texts.begin(), size.begin(), size.end());
-    const std::string points = appended(0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F);
+    const std::string texts = block(text);
+    const std::string points = block(std::array{0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F});
     const auto at = [&](std::size_t extra) { return "offset=\"" + std::to_string(texts.size() + extra) + "\"/>"; };
     const std::string form = "format=\"appended\" ";
     const std::string head = "<VTKFile type=\"PolyData\" version=\"0.1\" byte_order=\"LittleEndian\" "
@@ -509,7 +505,7 @@ TEST(FieldReader, MoreTextsThanTheArrayHasRoomForAreSkipped) {
                              form + at(0) + "</Points><Polys><DataArray type=\"Int32\" Name=\"connectivity\" " + form +
                              at(points.size()) + "<DataArray type=\"Int32\" Name=\"offsets\" " + form +
                              at(points.size() + 16) + "</Polys></Piece></PolyData>";
-    const std::string data = "_" + texts + points + appended(0, 1, 2) + appended(3);
+    const std::string data = "_" + texts + points + block(std::array{0, 1, 2}) + block(std::array{3});
     const ScratchDirectory scratch;
     for (const std::string encoding : {"encoding=\"raw\"", "encoding='raw'", "encoding = 'raw'"}) {
         const FieldFile file = read_text(scratch, "texts.vtp",

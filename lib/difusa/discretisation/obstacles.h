@@ -25,7 +25,8 @@ struct SightReach {
 };
 
 /// For each region, the triangles of other regions that lines of sight between two of its points may cross, ascending:
-/// those within reach that have points of the region, or of what is lifted off it, on both sides of their planes.
+/// those within reach, and within the box of the region grown by the lift, that have points of the region, or of what
+/// is lifted off it, on both sides of their planes.
 /// Walls around a convex floor are not among them. Of a bent region, points as far away as the lift in any direction
 /// count. `reach`: #regions.
 std::vector<std::vector<Index>> find_obstacles(const Mesh& mesh, const RegionTrees& trees,

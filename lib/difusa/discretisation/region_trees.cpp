@@ -7,11 +7,17 @@
 
 namespace difusa {
 
-RegionTrees::RegionTrees(const Mesh& mesh) : mesh_(mesh), trees_(mesh.region_count) {
+std::vector<BoxTree::Box> region_boxes(const Mesh& mesh) {
     std::vector<BoxTree::Box> boxes(mesh.region_count);
-    first_.assign(mesh.region_count + std::size_t{1}, 0);
     for (Index t = 0; t < mesh.triangles.size(); ++t) {
         boxes[mesh.region[t]].extend(mesh.box(t));
+    }
+    return boxes;
+}
+
+RegionTrees::RegionTrees(const Mesh& mesh) : mesh_(mesh), boxes_(region_boxes(mesh)), trees_(mesh.region_count) {
+    first_.assign(mesh.region_count + std::size_t{1}, 0);
+    for (Index t = 0; t < mesh.triangles.size(); ++t) {
         ++first_[mesh.region[t] + std::size_t{1}];
     }
     for (std::size_t p = 0; p < mesh.region_count; ++p) {
@@ -26,7 +32,7 @@ RegionTrees::RegionTrees(const Mesh& mesh) : mesh_(mesh), trees_(mesh.region_cou
     for (Index p = 0; p < mesh.region_count; ++p) {
         numbers[p] = p;
     }
-    regions_ = BoxTree(std::move(boxes), std::move(numbers));
+    regions_ = BoxTree(boxes_, std::move(numbers));
 }
 
 const BoxTree& RegionTrees::triangles(Index region) const {

@@ -17,6 +17,9 @@ inline BoxTree::Box grown(const BoxTree::Box& box, double by) {
     return {box.min() - Vec3::Constant(by), box.max() + Vec3::Constant(by)};
 }
 
+/// The box of each region of a mesh.
+std::vector<BoxTree::Box> region_boxes(const Mesh& mesh);
+
 /// The trees of single regions are made when they are first asked for.
 class RegionTrees {
   public:
@@ -25,6 +28,8 @@ class RegionTrees {
 
     /// Boxes of whole regions.
     const BoxTree& regions() const { return regions_; }
+
+    const BoxTree::Box& box(Index region) const { return boxes_[region]; }
 
     /// The triangles of a region, ascending.
     std::span<const Index> members(Index region) const {
@@ -36,8 +41,9 @@ class RegionTrees {
 
   private:
     const Mesh& mesh_;
-    std::vector<std::size_t> first_; ///< #regions + 1
-    std::vector<Index> members_;     ///< #T, by region
+    std::vector<std::size_t> first_;  ///< #regions + 1
+    std::vector<Index> members_;      ///< #T, by region
+    std::vector<BoxTree::Box> boxes_; ///< #regions
     BoxTree regions_;
     struct Tree {
         std::once_flag made;

@@ -1,6 +1,7 @@
 #include <difusa/discretisation/sampler.h>
 
 #include <difusa/discretisation/predict_sites.h>
+#include <difusa/discretisation/region_trees.h>
 
 #include <algorithm>
 #include <cmath>
@@ -18,13 +19,9 @@ constexpr double most_unseen = 50.0;     ///< surface that a sampler may leave o
 /// The largest D at which `wanted` sites could cover the surface: along a region that extends s in the direction of an
 /// axis there are at least s / 2D of them. Regions shorter than 2D do not count.
 double widest_spacing(const Mesh& mesh, double wanted) {
-    std::vector<Eigen::AlignedBox3d> box(mesh.region_count);
-    for (Index t = 0; t < mesh.triangles.size(); ++t) {
-        box[mesh.region[t]].extend(mesh.box(t));
-    }
     std::vector<double> extent;
-    extent.reserve(box.size());
-    for (const Eigen::AlignedBox3d& each : box) {
+    extent.reserve(mesh.region_count);
+    for (const Eigen::AlignedBox3d& each : region_boxes(mesh)) {
         extent.push_back(each.isEmpty() ? 0.0 : each.sizes().maxCoeff());
     }
     std::sort(extent.begin(), extent.end(), std::greater<>());

@@ -150,14 +150,11 @@ std::vector<SightReach> sight_reach(const SiteSet& sites, std::span<const double
 }
 
 /// The radii of the supports, but at most the extent of the site's region: no point of it is farther away.
-std::vector<double> reach_within_region(const Mesh& mesh, const SiteSet& sites, std::span<const double> support) {
-    std::vector<Box> whole(mesh.region_count);
-    for (Index triangle = 0; triangle < mesh.triangles.size(); ++triangle) {
-        whole[mesh.region[triangle]].extend(mesh.box(triangle));
-    }
+std::vector<double> reach_within_region(const RegionTrees& regions, const SiteSet& sites,
+                                        std::span<const double> support) {
     std::vector<double> reach(sites.size());
     for (std::size_t i = 0; i < sites.size(); ++i) {
-        reach[i] = std::min(support[i], whole[sites.region[i]].diagonal().norm());
+        reach[i] = std::min(support[i], regions.box(sites.region[i]).diagonal().norm());
     }
     return reach;
 }
@@ -200,7 +197,7 @@ Separators::Separators(const Mesh& mesh, const SiteSet& sites, std::span<const d
     }
     const Unreported unreported(execution);
     const RegionTrees regions(mesh);
-    support_ = reach_within_region(mesh, sites, support);
+    support_ = reach_within_region(regions, sites, support);
     const std::vector<char> flat = flat_regions(mesh, regions, wall_rounding(mesh));
     std::vector<std::vector<Index>> walls(mesh.region_count),
         obstacles = find_obstacles(mesh, regions, sight_reach(sites, support_, flat), wall_rounding(mesh), unreported);

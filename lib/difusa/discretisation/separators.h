@@ -70,7 +70,7 @@ class Separators {
 
     const Mesh* mesh_ = nullptr;
     const SiteSet* sites_ = nullptr;
-    std::vector<double> support_;    ///< #S
+    std::vector<double> support_;    ///< #S, at most the extent of the site's region
     std::vector<std::uint8_t> near_; ///< #S
     std::vector<char> folded_;       ///< #regions
     std::vector<Trees> trees_;       ///< of each region that has any

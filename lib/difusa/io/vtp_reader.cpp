@@ -336,7 +336,7 @@ class QuietReader : public vtkXMLPolyDataReader {
             bytes = number(header, 0, size);
             if (packed) { // blocks of equal size; the size of the last is 0 if it is as long as the others
                 const double block = number(header, size, size), last = number(header, 2 * size, size);
-                bytes = last > 0.0 ? (bytes - 1.0) * block + last : bytes * block;
+                bytes = std::max(last > 0.0 ? bytes - 1.0 : bytes, 0.0) * block + last;
             }
         }
         constexpr double longest = 4e6;
