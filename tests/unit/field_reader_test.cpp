@@ -479,6 +479,20 @@ TEST(FieldReader, PackedSizesBeyondTheFileAreRefusedBeforeMemoryIsTaken) {
         ThrowsMessage<InputError>(HasSubstr("the size of a compressed array is not possible in a file of this size")));
 }
 
+TEST(FieldReader, ALastBlockWithoutBlocksIsRefused) {
+    const ScratchDirectory scratch;
+    EXPECT_THAT(
+        [&] {
+            read_text(scratch, "packed.vtp",
+                      "<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" "
+                      "header_type=\"UInt32\" compressor=\"vtkZLibDataCompressor\"><PolyData><Piece "
+                      "NumberOfPoints=\"1\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" "
+                      "NumberOfPolys=\"0\"><Points><DataArray type=\"Float32\" NumberOfComponents=\"3\" "
+                      "format=\"binary\">AAAAAACAAAAMAAAA</DataArray></Points></Piece></PolyData></VTKFile>\n");
+        },
+        ThrowsMessage<InputError>(HasSubstr("a compressed array has a last block, but no blocks")));
+}
+
 /// VTK writes as many texts as the data hold, whatever the array says, and takes the encoding in either quotes.
 TEST(FieldReader, MoreTextsThanTheArrayHasRoomForAreSkipped) {
     const auto block = [](const auto& values) { // behind its size
