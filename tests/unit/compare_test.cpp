@@ -95,6 +95,36 @@ TEST(Compare, EmittersAreLeftOutOfTheTotalUnlessAskedFor) {
     EXPECT_NEAR(l1(compare(floor_and_lamp(1.25, everything), floor_and_lamp(1.0, everything))).error, 0.125, 8 * eps);
 }
 
+TEST(Compare, EmittersAreLeftOutOfEveryQuantityThatContainsEmission) {
+    // Emission is 1000 on the lamp; irradiance does not contain it and is compared there too.
+    for (const auto& [name, counted] : {std::pair("luminance", 0.25), {"radiosity_of_lamp", 0.25}, {"irradiance", 0.125}}) {
+        FieldFile result = floor_and_lamp(1.25, lamp_alone), reference = floor_and_lamp(1.0, lamp_alone);
+        for (FieldFile* field : {&result, &reference}) {
+            FieldArray copy = field->point_arrays[0];
+            copy.name = name;
+            field->point_arrays.push_back(copy);
+        }
+        CompareOptions options;
+        options.arrays = {name};
+        EXPECT_NEAR(compare(result, reference, options).quantities[1].norms.all.l1.error, counted, 8 * eps) << name;
+    }
+}
+
+TEST(Compare, SaysThatEmittersAreIncludedIfNeitherFileTellsThem) {
+    const auto unknown = HasSubstr("neither file has an array emission");
+    FieldFile result = floor_and_lamp(1.25, lamp_alone), reference = floor_and_lamp(1.0, lamp_alone);
+    EXPECT_THAT(compare(result, reference).notes, testing::Not(testing::Contains(unknown)));
+    const FieldFile told = result;
+    for (FieldFile* field : {&result, &reference}) {
+        field->point_arrays.resize(1); // as a .ply has it
+    }
+    EXPECT_THAT(compare(result, reference).notes, testing::Contains(unknown));
+    EXPECT_THAT(compare(told, reference).notes, testing::Not(testing::Contains(unknown)));
+    CompareOptions all;
+    all.with_emitters = true; // asked for: nothing to say
+    EXPECT_THAT(compare(result, reference, all).notes, testing::Not(testing::Contains(unknown)));
+}
+
 // ---- nearest surface ------------------------------------------------------------------------------------------
 
 /// The least distance to a triangle, by ternary search for one weight within ternary search for another: distance is

@@ -329,6 +329,12 @@ Matching summarize(const Spots& spots, std::size_t vertices) {
     return matching;
 }
 
+/// Whether a quantity contains the light that a surface emits itself.
+bool contains_emission(const std::string& name) {
+    return name == "radiosity" || name == "radiosity_weighted" || name == "luminance" ||
+           name.starts_with("radiosity_of_");
+}
+
 /// Which spots emit light, in either file; empty if no matched part of the surface does, or all of it.
 std::vector<bool> emitting_spots(const Spots& spots, const Side& result, const Side& reference, Matching& matching) {
     std::vector<bool> emitting(spots.all.size(), false);
@@ -356,6 +362,14 @@ std::vector<bool> emitting_spots(const Spots& spots, const Side& result, const S
     }
     matching.emitting_area = area;
     return emitting;
+}
+
+/// Whether neither file tells emitters from what they light. In a thermal scene everything emits.
+bool emission_unknown(const Side& result, const Side& reference) {
+    const auto tells = [](const Side& side) {
+        return find(side, "emission") != nullptr || find(side, "temperature") != nullptr;
+    };
+    return !tells(result) && !tells(reference);
 }
 
 /// Norms over all matched spots but those left out, and the values at the vertices.
@@ -485,12 +499,17 @@ Comparison compare(const FieldFile& result, const std::string& result_name, cons
         comparison.notes.push_back("emitters, " +
                                    percent(comparison.matching.emitting_area / comparison.matching.area) +
                                    " of the area, are left out of the norms of the total light (--with-emitters)");
+    } else if (!options.with_emitters && emission_unknown(a, b) &&
+               std::any_of(pairs.begin(), pairs.end(),
+                           [](const Pair& pair) { return contains_emission(pair.quantity.name); })) {
+        comparison.notes.push_back("neither file has an array emission: emitters, if there are any, are included in the "
+                                   "norms of the total light, where they hide errors; a .vtp baked by difusa has it");
     }
     for (Pair& pair : pairs) {
         if (execution.progress != nullptr) {
             execution.progress->check();
         }
-        const bool total = pair.quantity.name == "radiosity" || pair.quantity.name == "radiosity_weighted";
+        const bool total = contains_emission(pair.quantity.name);
         fill(pair, spots, result.points.size(), total ? emitting : std::vector<bool>{});
         comparison.quantities.push_back(std::move(pair.quantity));
     }

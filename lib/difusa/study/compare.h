@@ -53,9 +53,10 @@ struct Comparison {
 /// Quantities: the total light `radiosity` if both files have it, otherwise `radiosity_weighted` (or PLY's quality);
 /// the indirect light `radiosity_indirect` = `irradiance_indirect` times `reflectance`; and `options.arrays`.
 ///
-/// What emits, by the array `emission` of either file, is left out of the norms of the total light unless requested, or
-/// unless nothing else is there: its radiosity is known, and so much larger than what it lights that relative errors
-/// would say nothing.
+/// What emits, by the array `emission` of either file, is left out of the norms of whatever contains emitted light
+/// (`radiosity`, `radiosity_weighted`, `luminance`, `radiosity_of_NAME`) unless requested, or unless nothing else is
+/// there: its radiosity is known, and so much larger than what it lights that relative errors would say nothing. If
+/// neither file has that array, a note says that emitters are included.
 ///
 /// Norms are integrals over the result's triangles by the rule with the points (1/6, 1/6, 2/3) and weights of a third
 /// of the area, exact for quadratic functions: for the square of an error that is linear in a triangle. Points inside
