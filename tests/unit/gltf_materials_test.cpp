@@ -95,14 +95,15 @@ std::string picture(char bright = '\xff') {
 }
 
 TEST(GltfReader, TexturesAndTheirPlacement) {
-    const auto read = [](const std::string& info, const std::string& sampler) {
-        return gltf("\"nodes\":[{\"mesh\":0}],\"images\":[{\"uri\":\"data:image/png;base64," + base64(picture()) +
-                    "\"}],\"samplers\":[{" + sampler +
-                    "}],\"textures\":[{\"source\":0,\"sampler\":0}],\"materials\":[{\"pbrMetallicRoughness\":{"
-                    "\"metallicFactor\":0,\"baseColorTexture\":{\"index\":0" +
-                    info + "}},\"emissiveFactor\":[1,1,1],\"emissiveTexture\":{\"index\":0" + info + "}}]," +
-                    square_mesh + "," + square().embedded());
+    const auto members = [](const std::string& info, const std::string& sampler) {
+        return "\"nodes\":[{\"mesh\":0}],\"images\":[{\"uri\":\"data:image/png;base64," + base64(picture()) +
+               "\"}],\"samplers\":[{" + sampler +
+               "}],\"textures\":[{\"source\":0,\"sampler\":0}],\"materials\":[{\"pbrMetallicRoughness\":{"
+               "\"metallicFactor\":0,\"baseColorTexture\":{\"index\":0" +
+               info + "}},\"emissiveFactor\":[1,1,1],\"emissiveTexture\":{\"index\":0" + info + "}}]," + square_mesh +
+               "," + square().embedded();
     };
+    const auto read = [&](const std::string& info, const std::string& sampler) { return gltf(members(info, sampler)); };
     const PolygonSoup plain = read("", "");
     const Material& material = plain.materials[0];
     ASSERT_TRUE(material.reflectance_texture);
@@ -114,6 +115,8 @@ TEST(GltfReader, TexturesAndTheirPlacement) {
     const PolygonSoup clamped = read("", "\"wrapS\":33071,\"wrapT\":33648");
     EXPECT_EQ(clamped.materials[0].reflectance_texture->at({-5, 0.75})[0], 0.0);
     EXPECT_EQ(clamped.materials[0].reflectance_texture->at({0.25, 1.25})[0], 0.0) << "mirrored";
+    EXPECT_THAT(refused(members("", "\"wrapS\":3.3e45")), HasSubstr("\"wrapS\" must be a non-negative whole number"));
+    EXPECT_THAT(refused(members("", "\"wrapT\":1")), HasSubstr("\"wrapT\" must be 10497 (repeat), 33071 (clamp)"));
     // Scaled to half, then turned by 90 degrees counterclockwise on the picture, whose v runs downwards (u' = v/2,
     // v' = -u/2), then moved by (0, 1): (u, v) = (0.5, 0.5) shows (0.25, 0.75), which is 0.25 from below.
     const PolygonSoup turned = read(",\"extensions\":{\"KHR_texture_transform\":{\"offset\":[0,1],\"rotation\":"

@@ -1,6 +1,7 @@
 #include <difusa/import/gltf_materials.h>
 
 #include <difusa/core/photometry.h>
+#include <difusa/core/text.h>
 
 #include <algorithm>
 #include <array>
@@ -39,8 +40,21 @@ std::shared_ptr<const Image> GltfMaterials::image(const JsonValue& texture, Pixe
     return result;
 }
 
-Texture::Wrap GltfMaterials::wrap(std::size_t mode) {
-    return mode == 33071 ? Texture::Wrap::clamp : mode == 33648 ? Texture::Wrap::mirror : Texture::Wrap::repeat;
+Texture::Wrap GltfMaterials::wrap(const JsonValue& sampler, const char* name) const {
+    const JsonValue* value = sampler.find(name);
+    if (value == nullptr) {
+        return Texture::Wrap::repeat;
+    }
+    switch (input_.checks().whole(*value, quoted(name))) {
+    case 10497:
+        return Texture::Wrap::repeat;
+    case 33071:
+        return Texture::Wrap::clamp;
+    case 33648:
+        return Texture::Wrap::mirror;
+    }
+    input_.checks().fail(*value, quoted(name) + " must be 10497 (repeat), 33071 (clamp) or 33648 (mirror), not " +
+                                     text_of(value->number));
 }
 
 TexturePlacement GltfMaterials::placement(const JsonValue& transform) const {
@@ -76,11 +90,10 @@ GltfMaterials::Map GltfMaterials::map(const JsonValue& from) {
     if (!picture) {
         return result;
     }
-    std::size_t modes[2] = {10497, 10497};
+    std::array<Texture::Wrap, 2> modes{Texture::Wrap::repeat, Texture::Wrap::repeat};
     if (const JsonValue* sampler = texture.find("sampler")) {
-        const JsonValue& modes_from = input_.file().entry("samplers", *sampler);
-        modes[0] = static_cast<std::size_t>(input_.number(modes_from, "wrapS", 10497.0));
-        modes[1] = static_cast<std::size_t>(input_.number(modes_from, "wrapT", 10497.0));
+        const JsonValue& from_sampler = input_.file().entry("samplers", *sampler);
+        modes = {wrap(from_sampler, "wrapS"), wrap(from_sampler, "wrapT")};
     }
     std::vector<std::pair<TexturePlacement, std::shared_ptr<const Texture>>>& made =
         textures_[static_cast<std::size_t>(index.number)];
@@ -90,7 +103,7 @@ GltfMaterials::Map GltfMaterials::map(const JsonValue& from) {
             return result;
         }
     }
-    result.texture = std::make_shared<const Texture>(picture, wrap(modes[0]), wrap(modes[1]), place);
+    result.texture = std::make_shared<const Texture>(picture, modes[0], modes[1], place);
     made.emplace_back(place, result.texture);
     return result;
 }

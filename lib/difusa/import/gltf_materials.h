@@ -34,7 +34,7 @@ class GltfMaterials {
     };
     /// Decoded once. Null, with a note, for an image that is missing or not of a kind built into glTF.
     std::shared_ptr<const Image> image(const JsonValue& texture, PixelEncoding encoding);
-    static Texture::Wrap wrap(std::size_t mode);
+    Texture::Wrap wrap(const JsonValue& sampler, const char* name) const;
     /// KHR_texture_transform, with v pointing up as in textures here: u' = offset + R scale u, where R rotates
     /// counterclockwise on the image.
     TexturePlacement placement(const JsonValue& transform) const;
