@@ -97,7 +97,8 @@ TEST(Compare, EmittersAreLeftOutOfTheTotalUnlessAskedFor) {
 
 TEST(Compare, EmittersAreLeftOutOfEveryQuantityThatContainsEmission) {
     // Emission is 1000 on the lamp; irradiance does not contain it and is compared there too.
-    for (const auto& [name, counted] : {std::pair("luminance", 0.25), {"radiosity_of_lamp", 0.25}, {"irradiance", 0.125}}) {
+    for (const auto& [name, counted] :
+         {std::pair("luminance", 0.25), {"radiosity_of_lamp", 0.25}, {"irradiance", 0.125}}) {
         FieldFile result = floor_and_lamp(1.25, lamp_alone), reference = floor_and_lamp(1.0, lamp_alone);
         for (FieldFile* field : {&result, &reference}) {
             FieldArray copy = field->point_arrays[0];

@@ -502,8 +502,9 @@ Comparison compare(const FieldFile& result, const std::string& result_name, cons
     } else if (!options.with_emitters && emission_unknown(a, b) &&
                std::any_of(pairs.begin(), pairs.end(),
                            [](const Pair& pair) { return contains_emission(pair.quantity.name); })) {
-        comparison.notes.push_back("neither file has an array emission: emitters, if there are any, are included in the "
-                                   "norms of the total light, where they hide errors; a .vtp baked by difusa has it");
+        comparison.notes.push_back(
+            "neither file has an array emission: emitters, if there are any, are included in the "
+            "norms of the total light, where they hide errors; a .vtp baked by difusa has it");
     }
     for (Pair& pair : pairs) {
         if (execution.progress != nullptr) {
