@@ -46,6 +46,11 @@ expect_text groups.vtp radiosity_of_sun irradiance_of_lamp
 expect_exit 0 "$relight" box.difusa operator.ply --error-points 0 --sun 0,0.05,-1,5 --first-bounce operator --report o.json
 [ "$(entry o.json first_bounce)" = operator ] || fail "the first bounce is not that of the operator"
 
+# Lights that are turned off on purpose may leave darkness.
+expect_exit 0 "$relight" box.difusa dark.vtp --error-points 0 --scale lamp=0 --sun 0,0,1,1
+expect_text stdout "note: the lights that are left do not reach the front of any face: nothing is lit"
+expect_exit 2 "$bake" other.obj none.vtp $size --sun 0,0,1,1 --sky 0
+
 # Where an accuracy was ordered, the sites and rays that reached it are saved.
 expect_exit 0 "$bake" "$box" ordered.ply --error 90% --max-sites 100 --save-transport ordered.difusa
 expect_exit 0 "$relight" ordered.difusa again.ply --error-points 0

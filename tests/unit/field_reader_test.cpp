@@ -491,6 +491,16 @@ TEST(FieldReader, ALastBlockWithoutBlocksIsRefused) {
                       "format=\"binary\">AAAAAACAAAAMAAAA</DataArray></Points></Piece></PolyData></VTKFile>\n");
         },
         ThrowsMessage<InputError>(HasSubstr("a compressed array has a last block, but no blocks")));
+    EXPECT_THAT(
+        [&] {
+            read_text(scratch, "packed.vtp",
+                      "<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" "
+                      "header_type=\"UInt32\" compressor=\"vtkZLibDataCompressor\"><PolyData><Piece "
+                      "NumberOfPoints=\"1\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" "
+                      "NumberOfPolys=\"0\"><Points><DataArray type=\"Float32\" NumberOfComponents=\"3\" "
+                      "format=\"binary\">AQAAAACAAAAMAAAAD=AAQAA=</DataArray></Points></Piece></PolyData></VTKFile>\n");
+        },
+        ThrowsMessage<InputError>(HasSubstr("the header of a compressed array is cut short")));
 }
 
 /// VTK writes as many texts as the data hold, whatever the array says, and takes the encoding in either quotes.

@@ -234,8 +234,23 @@ def check_meshlab():
     check(len(set(zip(own["red"], own["green"], own["blue"]))) > 100, "box.ply: of few colours")
 
 
+def check_relight():
+    """What the plugin adds up is the sum of what relight computes for each light, to rounding: each is the same system
+    solved for the same right-hand side, but for a factor. The picture is exposed a stop brighter."""
+    log = open("relight.log").read()
+    check("groups: ['lamp']" in log, "relight.log: other light groups than the lamp")
+    check("all off: at most 0\n" in log, "relight.log: light remains")
+    off = re.findall(r"^(.*): off by (\S+)$", log, re.M)
+    check(len(off) == 7, "relight.log: compares %s" % [name for name, _ in off])
+    for name, difference in off:
+        check(float(difference) <= 1e-9, "relight.log: %s is off by %s" % (name, difference))
+    brighter = float(re.search(r"^display_rgb: brighter by (\S+) to (\S+)$", log, re.M).group(1))
+    check(brighter >= 0.0, "relight.log: a stop more makes display_rgb darker")
+    check(len(Picture("relight.png").colours()) > 100, "relight.png: of few colours")
+
+
 os.chdir(sys.argv[1])
-parts = [check_box, check_luminance, check_macro, check_courtyard, check_basis, check_error, check_meshlab]
+parts = [check_box, check_luminance, check_macro, check_relight, check_courtyard, check_basis, check_error, check_meshlab]
 for part in parts:
     before = len(failures)
     part()

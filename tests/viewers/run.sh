@@ -22,7 +22,7 @@ for program in Xvfb pvbatch meshlabserver; do
 done
 export PYTHONDONTWRITEBYTECODE=1
 cd "$out"
-rm -f ./*.png ./*.vtp ./*.ply ./*.log ./*.json
+rm -f ./*.png ./*.vtp ./*.ply ./*.log ./*.json ./*.difusa
 
 # One server for all: without -noreset it starts anew whenever a program ends, and refuses the next one meanwhile.
 rm -f display
@@ -78,6 +78,23 @@ show signed show_error.py error.vtp --array radiosity_error_rgb:0 --towards 0 0 
 timeout 200 pvbatch "$here/use_macro.py" "$scripts/difusa_macro.py" box.vtp macro.png materials.png >macro.log 2>&1 &&
     ! grep -Eiq 'warn|err\||error:|traceback' macro.log ||
     { echo "FAILED: the macro:" >&2; cat macro.log >&2; exit 1; }
+# The plugin that relights: half the lamp, a sky, and a sun in the north, 20 degrees high.
+"$bin/bake_radiosity" "$box" saved.vtp "${few[@]}" --error-points 0 --save-transport saved.difusa
+relight() { "$bin/relight" saved.difusa "$1.vtp" --quiet --error-points 0 "${@:2}"; }
+relight half --scale lamp=0.5
+relight sky --scale lamp=0 --sky 2
+relight sun --scale lamp=0 --sun 0,0.34202014332566871,-0.93969262078590838,30
+open_saved() {
+    DIFUSA_RELIGHT=$1 timeout 200 pvbatch "$here/use_relight.py" "$scripts/difusa_relight.py" "$2.png" saved.difusa \
+        half.vtp sky.vtp sun.vtp >"$2.log" 2>&1
+}
+open_saved "$bin/relight" relight && ! grep -Eiq 'warn|err\||error:|traceback' relight.log ||
+    { echo "FAILED: the plugin that relights:" >&2; cat relight.log >&2; exit 1; }
+if open_saved /nowhere/relight none || ! grep -q "difusa: the program /nowhere/relight cannot be found" none.log; then
+    echo "FAILED: a program that is not there:" >&2
+    cat none.log >&2
+    exit 1
+fi
 # What is not there is refused with what is.
 if pvbatch "$scripts/show_bake.py" box.vtp none.png --array nothing >none.log 2>&1 || [ -e none.png ] ||
     ! grep -q "has no point array nothing; it has .*radiosity_weighted" none.log; then

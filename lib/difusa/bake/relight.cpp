@@ -50,7 +50,9 @@ class Relighting {
                Choices& choices, const Execution& execution)
         : saved_(saved), how_(how), path_(path), result_(result), choices_(choices), execution_(execution) {
         result.options.sites = saved.options.sites;
-        choices.may_be_dark = path != nullptr || !how.evaluate; // the sun may be behind a wall
+        const auto& scale = how.change.scale;
+        turned_off_ = std::any_of(scale.begin(), scale.end(), [](const auto& each) { return each.second == 0.0; });
+        choices.may_be_dark = path != nullptr || !how.evaluate || turned_off_; // the sun may be behind a wall
         result.transport_file = saved.file.string();
         BakeOptions& all = result.requested; // in case it is saved again
         all.sky = all.sky ? all.sky : saved.options.sky;
@@ -87,6 +89,9 @@ class Relighting {
         solve();
         if (!how_.evaluate) {
             return;
+        }
+        if (path_ == nullptr && turned_off_ && result_.solution.irradiance.isZero(0.0)) {
+            execution_.note("the lights that are left do not reach the front of any face: nothing is lit");
         }
         estimate_error_of(result_, execution_);
         evaluate_solution(result_, execution_);
@@ -221,6 +226,7 @@ class Relighting {
     const SavedTransport& saved_;
     const RelightOptions& how_;
     const SunPath* path_;
+    bool turned_off_ = false; ///< some lights
     std::vector<SunStep> steps_;
     std::size_t moving_ = 0; ///< number of the sun of the path in the scene
     BakeResult& result_;

@@ -307,6 +307,9 @@ class QuietReader : public vtkXMLPolyDataReader {
             return false;
         }
         bytes = data->first(size * (3 + static_cast<std::size_t>(blocks)));
+        if (blocks > 0.0 && bytes.size() < size * (3 + static_cast<std::size_t>(blocks))) {
+            return complain("the header of a compressed array is cut short"); // VTK makes up the rest
+        }
         for (std::size_t entry = size; entry + size <= bytes.size(); entry += size) {
             const double packed = entry < 3 * size ? 1.0 : 1032.0; // bytes that each byte of it may unpack to
             if (!possible(packed * number(bytes, entry, size), "the size of a compressed array")) {

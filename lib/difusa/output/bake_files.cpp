@@ -157,6 +157,7 @@ std::vector<FieldNote> notes_of(const BakeResult& result) {
     }
     notes.push_back({"default_reflectance", as_vector(options.reflectance.value_or(Material{}.reflectance))});
     notes.push_back({"sky", as_vector(result.scene->sky)});
+    notes.push_back({"up", std::vector<double>(result.up.begin(), result.up.end())});
     if (result.scene->thermal) {
         const std::vector<FieldNote> thermal = thermal_notes(result);
         notes.insert(notes.end(), thermal.begin(), thermal.end());
