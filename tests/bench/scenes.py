@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Error against processor time of bakes of the scenes in data/, for any choices of options.
+"""Error against processor time of bakes of the scenes in data/ and of generated ones, for any choices of options.
 
     tests/bench/scenes.py BIN_DIR [--scene NAME]... [--points N] [--seeds N] [OPTIONS]...
 
@@ -8,6 +8,7 @@ For each scene (all by default) and each of them it prints the root mean square 
 points drawn uniformly by area, relative to the rms of that irradiance, over several seeds; and the least processor
 time of a bake. Faces that emit are left out. The reference is a final gather at the same points, which evaluates light
 where rays hit: with 16384 rays from a field of 20000 sites. BIN_DIR may be that of another version, if it has --at.
+The scenes hall and engine are made by its generate_scenes; with --scenes DIR, files of these names there are used.
 """
 import argparse
 import csv
@@ -30,6 +31,7 @@ SCENES = {
     "room_c": "room_c.json",
     "room_d": "room_d.json",
 }
+GENERATED = ("hall", "engine")
 
 
 def read_obj(file):
@@ -114,6 +116,16 @@ def table_of(folder, quantity):
                 for row in csv.DictReader(lines)]
 
 
+def scene_file(name, arguments, folder):
+    """The file of a scene in data/, or of one that is generated."""
+    if name in SCENES:
+        return DATA / SCENES[name]
+    if arguments.scenes:
+        return arguments.scenes / f"{name}.json"
+    subprocess.run([arguments.bin / "generate_scenes", "--directory", folder, name], check=True)
+    return folder / f"{name}.json"
+
+
 def squares(rows):
     return sum(x * x for row in rows for x in row)
 
@@ -121,7 +133,8 @@ def squares(rows):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("bin", type=pathlib.Path, help="folder of bake_radiosity")
-    parser.add_argument("--scene", action="append", choices=sorted(SCENES), default=[])
+    parser.add_argument("--scene", action="append", choices=[*sorted(SCENES), *GENERATED], default=[])
+    parser.add_argument("--scenes", type=pathlib.Path, help="folder of the generated scenes")
     parser.add_argument("--points", type=int, default=4000)
     parser.add_argument("--seeds", type=int, default=2)
     parser.add_argument("options", nargs="*", default=[""])
@@ -131,9 +144,9 @@ def main():
     program = arguments.bin / "bake_radiosity"
     print("| scene | options | error, % | processor time, s |\n|---|---|---|---|")
     for name in arguments.scene or sorted(SCENES):
-        scene = DATA / SCENES[name]
         with tempfile.TemporaryDirectory() as temporary:
             folder = pathlib.Path(temporary)
+            scene = scene_file(name, arguments, folder)
             write_points(scene, arguments.points, folder / "points.txt")
             exact, _ = irradiance(program, scene, shlex.split("--sites 20000 --final-gather 16384 --seed 977 "
                                                               "--output-spacing 1000"), folder)

@@ -14,6 +14,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -303,11 +304,25 @@ TEST(Separators, NoElementReachesThroughAWall) {
     }
 }
 
-/// Lines of sight of all regions within `around` of them.
+/// For each region the triangles that lines of sight may cross which end within `lift` of it.
 std::vector<std::vector<Index>> obstacles_of(const Mesh& mesh, double around, double lift) {
-    RegionTrees trees(mesh);
-    return find_obstacles(mesh, trees, std::vector<SightReach>(mesh.region_count, {around, lift, true}),
-                          wall_rounding(mesh));
+    const auto trees = std::make_shared<const RegionTrees>(mesh);
+    const double rounding = wall_rounding(mesh);
+    std::vector<SightReach> reach;
+    for (const Index plane : planes_of_regions(mesh, *trees, rounding)) {
+        reach.push_back({around, lift, plane});
+    }
+    const Obstacles obstacles(mesh, trees, reach, rounding);
+    std::vector<std::vector<Index>> found(mesh.region_count);
+    for (Index region = 0; region < mesh.region_count; ++region) {
+        for (Index T = 0; T < mesh.triangles.size(); ++T) {
+            if (mesh.region[T] != region && obstacles.may_obstruct(T, region)) {
+                found[region].push_back(T);
+            }
+        }
+        EXPECT_EQ(obstacles.any(region), !found[region].empty());
+    }
+    return found;
 }
 
 TEST(Obstacles, AreNoneWhereNothingIsBetween) {
@@ -331,6 +346,24 @@ TEST(Obstacles, ArePiecesThatHangCloseOverTheSurface) {
         const auto found = obstacles_of(mesh, reach, reach);
         EXPECT_EQ(found[mesh.region[0]], reach > 0.1 ? (std::vector<Index>{2, 3}) : std::vector<Index>());
     }
+}
+
+TEST(Obstacles, OfAFlatSurfaceAreWithinTheLiftOfItsPlane) {
+    // Three small sheets within the box of a floor that is tilted by 45 degrees: across it, just under where lines of
+    // sight end, just above that, and below the floor. All are perpendicular to it and cross the middle of it.
+    const auto tilted = [](double x, double y, double height) -> Vec3 {
+        const double h = std::sqrt(0.5);
+        return {x * h - height * h, y, x * h + height * h};
+    };
+    const auto sheet = [&](double low, double high) {
+        return test::make_mesh({tilted(0.5, 0.4, low), tilted(0.5, 0.6, low), tilted(0.5, 0.6, high)}, {{0, 1, 2}});
+    };
+    const Mesh floor =
+        test::make_mesh({tilted(0, 0, 0), tilted(1, 0, 0), tilted(1, 1, 0), tilted(0, 1, 0)}, {{0, 1, 2}, {0, 2, 3}});
+    const Mesh mesh =
+        test::together(test::together(floor, sheet(-0.05, 0.05)),
+                       test::together(sheet(0.09, 0.3), test::together(sheet(0.11, 0.3), sheet(-0.3, -0.01))));
+    EXPECT_EQ(obstacles_of(mesh, 10.0, 0.1)[mesh.region[0]], (std::vector<Index>{2, 3}));
 }
 
 TEST(Obstacles, AreWithinTheBoxOfTheSurfaceAndTheLift) {

@@ -3,6 +3,7 @@
 #include <difusa/core/error.h>
 
 #include <cmath>
+#include <string>
 
 namespace difusa {
 
@@ -10,6 +11,31 @@ namespace {
 
 bool is_unit(const Vec3& v) {
     return std::abs(v.norm() - 1.0) < 1e-6;
+}
+
+[[noreturn]] void refuse(const std::string& option, const std::string& why) {
+    throw UsageError(option + ": " + why);
+}
+
+void check_target(const BakeOptions& options, const ErrorTarget& target) {
+    if (!(target.relative > 0.0)) {
+        refuse("--error", "must be above 0");
+    }
+    if (target.most_sites < 100) {
+        refuse("--max-sites", "must be at least 100");
+    }
+    if (!(target.most_seconds > 0.0)) {
+        refuse("--max-seconds", "must be above 0");
+    }
+    if (options.spacing > 0.0 || options.sites > 0 || options.error_points) {
+        refuse("--error", "chooses --sites, --spacing, --rays and --error-points by itself: omit them");
+    }
+    if (options.adaptive) {
+        refuse("--error", "places sites where they help in any case: omit --adaptive");
+    }
+    if (options.final_gather > 0) {
+        refuse("--error", "is that of the field as the basis represents it: omit --final-gather");
+    }
 }
 
 } // namespace
@@ -30,9 +56,6 @@ bool is_sound(const PointLight& light) {
 }
 
 void check_options(const BakeOptions& options) {
-    const auto refuse = [](const std::string& option, const std::string& why) {
-        throw UsageError(option + ": " + why);
-    };
     if (options.spacing < 0.0 || !std::isfinite(options.spacing)) {
         refuse("--spacing", "must be a positive length");
     }
@@ -56,24 +79,7 @@ void check_options(const BakeOptions& options) {
         refuse("--max-memory", "must be above 0");
     }
     if (options.target) {
-        if (!(options.target->relative > 0.0)) {
-            refuse("--error", "must be above 0");
-        }
-        if (options.target->most_sites < 100) {
-            refuse("--max-sites", "must be at least 100");
-        }
-        if (!(options.target->most_seconds > 0.0)) {
-            refuse("--max-seconds", "must be above 0");
-        }
-        if (options.spacing > 0.0 || options.sites > 0 || options.error_points) {
-            refuse("--error", "chooses --sites, --spacing, --rays and --error-points by itself: omit them");
-        }
-        if (options.adaptive) {
-            refuse("--error", "places sites where they help in any case: omit --adaptive");
-        }
-        if (options.final_gather > 0) {
-            refuse("--error", "is that of the field as the basis represents it: omit --final-gather");
-        }
+        check_target(options, *options.target);
     }
     if (options.final_gather > (std::size_t{1} << 24U)) {
         refuse("--final-gather", "must be at most 16777216");

@@ -46,7 +46,9 @@ class Trial {
         rays_ = ratio(bake.options.rays, result.options.rays);
         gathered_ = ratio(bake.options.final_gather, result.options.final_gather);
         bound_ = (n + triangles) / (placed + triangles);
-        surfels_ = expected_surfels(bake) / expected_surfels(result);
+        // The expected numbers leave out what each of many small parts has at least.
+        const auto made = static_cast<double>(result.system->discretisation().surfels->size());
+        surfels_ = std::max(1.0, expected_surfels(bake) / std::max(expected_surfels(result), made));
         error_points_ = ratio(error_points(bake.options, bake.estimate.sites), result.options.error_points.value_or(0));
         // Refining adds vertices to those of the mesh in proportion to the sites.
         const auto vertices = static_cast<double>(result.mesh.vertices.size());

@@ -19,7 +19,7 @@ class BoxTree {
     BoxTree() = default;
 
     /// boxes[i] has the number items[i].
-    BoxTree(std::vector<Box> boxes, std::vector<Index> items);
+    BoxTree(const std::vector<Box>& boxes, const std::vector<Index>& items);
 
     bool empty() const { return nodes_.empty(); }
 
@@ -49,7 +49,7 @@ class BoxTree {
             }
             if (node.right == none) {
                 for (Index i = node.first; i < node.last; ++i) {
-                    if (meets(boxes_[i]) && act(items_[i], boxes_[i])) {
+                    if (meets(entries_[i].box) && act(entries_[i].item, entries_[i].box)) {
                         return true;
                     }
                 }
@@ -61,14 +61,22 @@ class BoxTree {
         return false;
     }
 
+    static constexpr std::size_t leaf = 4; ///< entries at most
+
+    struct Entry {
+        Box box;
+        Index item = 0;
+    };
     struct Node {
         Box box;
-        Index first = 0, last = 0; ///< its boxes
+        Index first = 0, last = 0; ///< its entries
         Index right = none;        ///< none: a leaf
     };
+    /// Adds the node of these entries, and those below it.
+    void build(std::size_t first, std::size_t last);
+
     std::vector<Node> nodes_; ///< each before its children, the left one immediately
-    std::vector<Box> boxes_;
-    std::vector<Index> items_;
+    std::vector<Entry> entries_;
 };
 
 } // namespace difusa

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 namespace difusa {
 
@@ -12,11 +14,11 @@ using Box = BoxTree::Box;
 /// Looks for points of a region, and of what is lifted off it, on both sides of a triangle's plane.
 class Sides {
   public:
-    /// `member`: of the region.
-    Sides(const Mesh& mesh, Index plane, Index member, const SightReach& reach, double rounding)
+    Sides(const Mesh& mesh, Index plane, const SightReach& reach, double rounding)
         : mesh_(mesh), normal_(mesh.normals[plane]), foot_(mesh.corner(plane, 0)), rounding_(rounding) {
-        const double up = reach.lift * (reach.flat ? normal_.dot(mesh.normals[member]) : 1.0);
-        low_ = reach.flat ? std::min(up, 0.0) : -up;
+        const bool flat = reach.plane != none;
+        const double up = reach.lift * (flat ? normal_.dot(mesh.normals[reach.plane]) : 1.0);
+        low_ = flat ? std::min(up, 0.0) : -up;
         high_ = std::max(up, 0.0);
     }
 
@@ -43,24 +45,34 @@ class Sides {
     bool below_ = false, above_ = false;
 };
 
+/// True if no point of triangle F is between the plane of a flat region and that of what is lifted off it.
+bool is_off(const Mesh& mesh, Index F, const SightReach& reach, double rounding) {
+    const Vec3 &normal = mesh.normals[reach.plane], &foot = mesh.corner(reach.plane, 0);
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (int k = 0; k < 3; ++k) {
+        const double height = normal.dot(mesh.corner(F, k) - foot);
+        low = std::min(low, height);
+        high = std::max(high, height);
+    }
+    return high < -rounding || low > reach.lift + rounding;
+}
+
 } // namespace
 
-std::vector<char> flat_regions(const Mesh& mesh, const RegionTrees& trees, double rounding) {
-    std::vector<char> flat(mesh.region_count, 1);
+std::vector<Index> planes_of_regions(const Mesh& mesh, const RegionTrees& trees, double rounding) {
+    std::vector<Index> planes(mesh.region_count, none);
     for (Index region = 0; region < mesh.region_count; ++region) {
         const std::span<const Index> members = trees.members(region);
         const auto largest = std::max_element(members.begin(), members.end(),
                                               [&](Index s, Index t) { return mesh.areas[s] < mesh.areas[t]; });
         const Vec3 &normal = mesh.normals[*largest], &foot = mesh.corner(*largest, 0);
-        for (const Index t : members) {
-            for (int k = 0; k < 3; ++k) {
-                if (std::abs(normal.dot(mesh.corner(t, k) - foot)) > rounding) {
-                    flat[region] = 0;
-                }
-            }
-        }
+        const bool flat = std::all_of(members.begin(), members.end(), [&](Index t) {
+            const auto near = [&](int k) { return std::abs(normal.dot(mesh.corner(t, k) - foot)) <= rounding; };
+            return near(0) && near(1) && near(2);
+        });
+        planes[region] = flat ? *largest : none;
     }
-    return flat;
+    return planes;
 }
 
 std::vector<char> closed_regions(const Mesh& mesh) {
@@ -74,47 +86,35 @@ std::vector<char> closed_regions(const Mesh& mesh) {
     return closed;
 }
 
-std::vector<std::vector<Index>> find_obstacles(const Mesh& mesh, const RegionTrees& trees,
-                                               std::span<const SightReach> reach, double rounding,
-                                               const Execution& execution) {
-    std::vector<std::vector<Index>> found(mesh.region_count);
-    double highest = 0.0;
-    for (const SightReach& each : reach) {
-        highest = std::max(highest, each.lift + rounding);
+Obstacles::Obstacles(const Mesh& mesh, std::shared_ptr<const RegionTrees> trees, std::vector<SightReach> reach,
+                     double rounding)
+    : mesh_(mesh), trees_(std::move(trees)), reach_(std::move(reach)), rounding_(rounding) {}
+
+bool Obstacles::may_obstruct(Index F, Index region) const {
+    const SightReach& here = reach_[region];
+    const Box own = mesh_.box(F), &whole = trees_->box(region);
+    // Lines of sight stay in the box of the region, but for the lift of their ends.
+    if (!(here.around > 0.0) || !own.intersects(grown(whole, here.lift + rounding_))) {
+        return false;
     }
-    if (mesh.region_count < 2 || mesh.convex) {
-        return found;
+    Sides sides(mesh_, F, here, rounding_);
+    if (!sides.matters(whole) || (here.plane != none && is_off(mesh_, F, here, rounding_))) {
+        return false;
     }
-    const auto obstructed_by = [&](Index F, std::vector<Index>& regions) {
-        const Box own = mesh.box(F);
-        trees.regions().visit(grown(own, highest), [&](Index region, const Box& whole) {
-            const SightReach& here = reach[region];
-            // Lines of sight stay in the box of the region, but for the lift of their ends.
-            if (region == mesh.region[F] || !(here.around > 0.0) ||
-                !own.intersects(grown(whole, here.lift + rounding))) {
-                return false;
-            }
-            const Box near = grown(own, here.around);
-            Sides sides(mesh, F, trees.members(region)[0], here, rounding);
-            if (!sides.matters(whole)) {
-                return false;
-            }
-            trees.triangles(region).visit_where(
-                [&](const Box& box) { return box.intersects(near) && sides.matters(box); },
-                [&](Index T) {
-                    sides.see(T);
-                    return sides.both();
-                });
-            if (sides.both()) {
-                regions.push_back(region);
-            }
-            return false;
-        });
-    };
-    for (const auto& [region, triangle] : regions_by_triangle(mesh, obstructed_by, execution)) {
-        found[region].push_back(triangle);
-    }
-    return found;
+    const Box near = grown(own, here.around);
+    trees_->triangles(region).visit_where([&](const Box& box) { return box.intersects(near) && sides.matters(box); },
+                                          [&](Index T) {
+                                              sides.see(T);
+                                              return sides.both();
+                                          });
+    return sides.both();
+}
+
+bool Obstacles::any(Index region) const {
+    const Box around = grown(trees_->box(region), reach_[region].lift + rounding_);
+    return visit_others(
+        region, [&](const Box& box) { return box.intersects(around); },
+        [&](Index T) { return may_obstruct(T, region); });
 }
 
 bool FoldSearch::unfolded(const SurfacePoint& p, double radius) {

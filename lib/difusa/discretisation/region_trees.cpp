@@ -3,8 +3,6 @@
 #include <difusa/core/parallel.h>
 #include <difusa/mesh/triangle_tree.h>
 
-#include <utility>
-
 namespace difusa {
 
 std::vector<BoxTree::Box> region_boxes(const Mesh& mesh) {
@@ -32,7 +30,7 @@ RegionTrees::RegionTrees(const Mesh& mesh) : mesh_(mesh), boxes_(region_boxes(me
     for (Index p = 0; p < mesh.region_count; ++p) {
         numbers[p] = p;
     }
-    regions_ = BoxTree(boxes_, std::move(numbers));
+    regions_ = BoxTree(boxes_, numbers);
 }
 
 const BoxTree& RegionTrees::triangles(Index region) const {

@@ -9,8 +9,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <utility>
 
@@ -136,13 +136,13 @@ constexpr double least_lift = 0x1p-6, most_lift = 0x1p-2; ///< of a line of sigh
 
 /// What lines of sight between points of each region, lifted off it, stay within.
 std::vector<SightReach> sight_reach(const SiteSet& sites, std::span<const double> support,
-                                    const std::vector<char>& flat) {
-    std::vector<SightReach> reach(flat.size());
+                                    const std::vector<Index>& planes) {
+    std::vector<SightReach> reach(planes.size());
     for (std::size_t i = 0; i < sites.size(); ++i) {
         // Points of a bent region lie up to the radius below the tangent plane of another.
         SightReach& here = reach[sites.region[i]];
-        const bool level = flat[sites.region[i]] != 0;
-        here.flat = level;
+        here.plane = planes[sites.region[i]];
+        const bool level = here.plane != none;
         here.around = std::max(here.around, (level ? most_lift : 2.0) * support[i]);
         here.lift = std::max(here.lift, (level ? most_lift : most_lift + 0.5) * support[i]);
     }
@@ -196,76 +196,79 @@ Separators::Separators(const Mesh& mesh, const SiteSet& sites, std::span<const d
         return;
     }
     const Unreported unreported(execution);
-    const RegionTrees regions(mesh);
-    support_ = reach_within_region(regions, sites, support);
-    const std::vector<char> flat = flat_regions(mesh, regions, wall_rounding(mesh));
-    std::vector<std::vector<Index>> walls(mesh.region_count),
-        obstacles = find_obstacles(mesh, regions, sight_reach(sites, support_, flat), wall_rounding(mesh), unreported);
-    for (const Separator& separator : find_separators(mesh, regions, unreported)) {
-        walls[separator.region].push_back(separator.triangle);
+    const auto regions = std::make_shared<const RegionTrees>(mesh);
+    support_ = reach_within_region(*regions, sites, support);
+    const std::vector<Index> planes = planes_of_regions(mesh, *regions, wall_rounding(mesh));
+    obstacles_ =
+        std::make_shared<const Obstacles>(mesh, regions, sight_reach(sites, support_, planes), wall_rounding(mesh));
+    sight_.resize(mesh.region_count);
+    for (const Separator& separator : find_separators(mesh, *regions, unreported)) {
+        sight_[separator.region].walls.push_back(separator.triangle);
     }
-    for (Index region = 0; region < mesh.region_count; ++region) {
-        std::vector<Index> all;
-        std::set_union(walls[region].begin(), walls[region].end(), obstacles[region].begin(), obstacles[region].end(),
-                       std::back_inserter(all));
-        obstacles[region] = std::move(all);
-    }
+    parallel_for(sight_.size(), 16, unreported, [&](std::size_t begin, std::size_t end, unsigned) {
+        for (std::size_t region = begin; region < end; ++region) {
+            Sight& here = sight_[region];
+            here.tree = tree_of_triangles(mesh, here.walls);
+            here.obstructed = !here.walls.empty() || obstacles_->any(static_cast<Index>(region));
+        }
+    });
     near_.assign(sites.size(), 0);
     // A region that is flat, or a closed body on which nothing stands, is not looked at as an obstacle to itself.
     std::vector<char> simple = closed_regions(mesh);
     for (Index region = 0; region < mesh.region_count; ++region) {
-        simple[region] = flat[region] != 0 || (simple[region] != 0 && walls[region].empty()) ? 1 : 0;
+        const bool flat = planes[region] != none;
+        simple[region] = flat || (simple[region] != 0 && sight_[region].walls.empty()) ? 1 : 0;
     }
-    tree_.assign(mesh.region_count, none);
-    const auto add_tree = [&](Index region) {
-        tree_[region] = static_cast<Index>(trees_.size());
-        trees_.push_back({tree_of_triangles(mesh, walls[region]), tree_of_triangles(mesh, obstacles[region])});
-    };
-    for (Index region = 0; region < mesh.region_count; ++region) {
-        if (!obstacles[region].empty()) {
-            add_tree(region);
-        }
-    }
-    find_near(flat, simple, regions, unreported);
-    for (Index region = 0; region < mesh.region_count; ++region) {
-        if (simple[region] != 0 || (obstacles[region].empty() && folded_[region] == 0)) {
-            continue;
-        }
-        const std::span<const Index> own = regions.members(region);
-        obstacles[region].insert(obstacles[region].end(), own.begin(), own.end());
-        if (tree_[region] == none) {
-            add_tree(region);
-        } else {
-            trees_[tree_[region]].obstacles = tree_of_triangles(mesh, obstacles[region]);
-        }
-    }
+    find_near(planes, simple, unreported);
+    any_ = std::any_of(sight_.begin(), sight_.end(), [](const Sight& here) { return here.obstructed; });
 }
 
 /// Which sites have an obstacle, or a fold of their region, within reach of their lines of sight.
-void Separators::find_near(const std::vector<char>& flat, const std::vector<char>& simple, const RegionTrees& regions,
+void Separators::find_near(const std::vector<Index>& planes, const std::vector<char>& simple,
                            const Execution& execution) {
     std::vector<std::uint8_t> folded(sites_->size(), 0);
     std::vector<std::optional<FoldSearch>> searches(execution.threads);
     parallel_for(sites_->size(), 1024, execution, [&](std::size_t begin, std::size_t end, unsigned worker) {
         if (!searches[worker]) {
-            searches[worker].emplace(*mesh_, regions);
+            searches[worker].emplace(*mesh_, obstacles_->trees());
         }
         for (std::size_t i = begin; i < end; ++i) {
             const Index region = sites_->region[i];
-            const double reach = (flat[region] != 0 ? 1.0 + most_lift : 2.0) * support_[i];
+            const double reach = (planes[region] != none ? 1.0 + most_lift : 2.0) * support_[i];
             const Vec3& centre = sites_->points[i].position;
             const auto within = [&](const Box& box) { return box.squaredExteriorDistance(centre) < reach * reach; };
-            const bool close = tree_[region] != none &&
-                               trees_[tree_[region]].obstacles.visit_where(within, [](Index) { return true; });
+            const bool close = sight_[region].obstructed &&
+                               obstacles_->visit_others(region, within, [&](Index T) { return blocks(T, region); });
             folded[i] = simple[region] == 0 && !searches[worker]->unfolded(sites_->points[i], support_[i]) ? 1 : 0;
             near_[i] = close || folded[i] != 0 ? 1 : 0;
         }
     });
-    folded_.assign(flat.size(), 0);
     for (std::size_t i = 0; i < sites_->size(); ++i) {
-        char& region = folded_[sites_->region[i]];
-        region = folded[i] != 0 ? 1 : region;
+        Sight& here = sight_[sites_->region[i]];
+        here.by_itself = here.by_itself || folded[i] != 0;
     }
+    for (Index region = 0; region < sight_.size(); ++region) {
+        Sight& here = sight_[region];
+        here.obstructed = here.obstructed || here.by_itself;
+        here.by_itself = simple[region] == 0 && here.obstructed;
+    }
+}
+
+/// True if lines of sight of the region end at the triangle of another one.
+bool Separators::blocks(Index triangle, Index region) const {
+    const std::vector<Index>& walls = sight_[region].walls;
+    return std::binary_search(walls.begin(), walls.end(), triangle) || obstacles_->may_obstruct(triangle, region);
+}
+
+/// Calls `act(T, known)` for triangles in boxes that `meets` says yes to, until it returns true; `known`: T is of the
+/// region itself. Of other regions' triangles, `blocks` tells which are obstacles.
+template <class Meets, class Act>
+bool Separators::visit_obstacles(Index region, const Meets& meets, const Act& act) const {
+    if (obstacles_->visit_others(region, meets, [&](Index T) { return act(T, false); })) {
+        return true;
+    }
+    return sight_[region].by_itself &&
+           obstacles_->trees().triangles(region).visit_where(meets, [&](Index T) { return act(T, true); });
 }
 
 bool Separators::crosses(Index triangle, const Vec3& a, const Vec3& b, double& t) const {
@@ -280,22 +283,30 @@ bool Separators::crosses(Index triangle, const Vec3& a, const Vec3& b, double& t
     return WatertightRay(a, b - a).meets(foot, mesh_->corner(triangle, 1), mesh_->corner(triangle, 2), meeting);
 }
 
-bool Separators::crossed(const BoxTree& tree, const Vec3& a, const Vec3& b) const {
+bool Separators::crosses_wall(Index region, const Vec3& a, const Vec3& b) const {
     const auto meets = [segment = SightLine(a, b, rounding_)](const Box& box) { return segment.meets(box); };
-    return tree.visit_where(meets, [&](Index triangle) {
+    return sight_[region].tree.visit_where(meets, [&](Index triangle) {
         double t = 0.0;
         return crosses(triangle, a, b, t);
     });
 }
 
-Vec3 Separators::lifted(const BoxTree& tree, const Vec3& from, const Vec3& normal, double wanted) const {
+bool Separators::crosses_obstacle(Index region, const Vec3& a, const Vec3& b) const {
+    const auto meets = [segment = SightLine(a, b, rounding_)](const Box& box) { return segment.meets(box); };
+    return visit_obstacles(region, meets, [&](Index triangle, bool known) {
+        double t = 0.0;
+        return crosses(triangle, a, b, t) && (known || blocks(triangle, region));
+    });
+}
+
+Vec3 Separators::lifted(Index region, const Vec3& from, const Vec3& normal, double wanted) const {
     const Vec3 to = from + wanted * normal;
     double clear = 1.0;
     const auto meets = [segment = SightLine(from, to, rounding_)](const Box& box) { return segment.meets(box); };
-    tree.visit_where(meets, [&](Index triangle) {
+    visit_obstacles(region, meets, [&](Index triangle, bool known) {
         double t = 1.0;
-        if (crosses(triangle, from, to, t)) {
-            clear = std::min(clear, 0.5 * t);
+        if (crosses(triangle, from, to, t) && 0.5 * t < clear && (known || blocks(triangle, region))) {
+            clear = 0.5 * t;
         }
         return false;
     });
@@ -304,7 +315,7 @@ Vec3 Separators::lifted(const BoxTree& tree, const Vec3& from, const Vec3& norma
 
 bool Separators::hides(Index site, const SurfacePoint& x) const {
     const SurfacePoint& p = sites_->points[site];
-    const auto& [walls, obstacles] = trees_[tree_[sites_->region[site]]];
+    const Index region = sites_->region[site];
     const Vec3 away = x.position - p.position;
     const double below_p = 0.5 * std::max(0.0, -away.dot(p.normal)), below_x = 0.5 * std::max(0.0, away.dot(x.normal));
     const double least = least_lift * support_[site];
@@ -313,23 +324,24 @@ bool Separators::hides(Index site, const SurfacePoint& x) const {
     around.extend(x.position)
         .extend(p.position + (least + below_p) * p.normal)
         .extend(x.position + (least + below_x) * x.normal);
-    if (!obstacles.visit(around, [](Index, const Box&) { return true; })) {
+    const auto overlaps = [&](const Box& box) { return box.intersects(around); };
+    if (!visit_obstacles(region, overlaps, [](Index, bool) { return true; })) {
         return false;
     }
     for (double share = least_lift; share <= most_lift; share *= 4.0) {
         const double lift = share * support_[site];
-        const Vec3 a = lifted(obstacles, p.position, p.normal, lift + below_p),
-                   b = lifted(obstacles, x.position, x.normal, lift + below_x);
-        if (share == least_lift && crossed(walls, a, b)) {
+        const Vec3 a = lifted(region, p.position, p.normal, lift + below_p),
+                   b = lifted(region, x.position, x.normal, lift + below_x);
+        if (share == least_lift && crosses_wall(region, a, b)) {
             return true;
         }
-        if (!crossed(obstacles, a, b)) {
+        if (!crosses_obstacle(region, a, b)) {
             return false;
         }
         // Under a low ceiling over one of them, as between a shelf and the table below it.
         const double low = std::min((a - p.position).norm(), (b - x.position).norm());
         if (share == least_lift && low > 4.0 * rounding_ && low < lift &&
-            !crossed(obstacles, p.position + low * p.normal, x.position + low * x.normal)) {
+            !crosses_obstacle(region, p.position + low * p.normal, x.position + low * x.normal)) {
             return false;
         }
     }

@@ -3,11 +3,13 @@
 #pragma once
 
 #include <difusa/core/box_tree.h>
+#include <difusa/discretisation/obstacles.h>
 #include <difusa/discretisation/region_trees.h>
 #include <difusa/discretisation/site_set.h>
 #include <difusa/mesh/mesh.h>
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -38,10 +40,10 @@ class Separators {
                const Execution& execution = {});
 
     /// True if some region has anything that may hide its points from each other.
-    bool any() const { return !trees_.empty(); }
+    bool any() const { return any_; }
 
     /// True if the region has.
-    bool any(Index region) const { return any() && tree_[region] != none; }
+    bool any(Index region) const { return any() && sight_[region].obstructed; }
 
     /// True if something may hide a point of the site's support from it: else nothing does.
     bool near(Index site) const { return near_[site] != 0; }
@@ -57,25 +59,29 @@ class Separators {
     bool hides(Index site, const SurfacePoint& x) const;
 
   private:
-    /// What is around a region.
-    struct Trees {
-        BoxTree walls;     ///< its separators
-        BoxTree obstacles; ///< these, and all others
+    /// What a region has.
+    struct Sight {
+        bool obstructed = false;  ///< by walls, obstacles or itself
+        bool by_itself = false;   ///< its own triangles are looked at, too
+        std::vector<Index> walls; ///< its separators, ascending
+        BoxTree tree;             ///< of the walls
     };
-    void find_near(const std::vector<char>& flat, const std::vector<char>& simple, const RegionTrees& regions,
-                   const Execution& execution);
-    Vec3 lifted(const BoxTree& tree, const Vec3& from, const Vec3& normal, double wanted) const;
+    void find_near(const std::vector<Index>& planes, const std::vector<char>& simple, const Execution& execution);
+    template <class Meets, class Act> bool visit_obstacles(Index region, const Meets& meets, const Act& act) const;
+    bool blocks(Index triangle, Index region) const;
+    Vec3 lifted(Index region, const Vec3& from, const Vec3& normal, double wanted) const;
     bool crosses(Index triangle, const Vec3& a, const Vec3& b, double& t) const;
-    bool crossed(const BoxTree& tree, const Vec3& a, const Vec3& b) const;
+    bool crosses_wall(Index region, const Vec3& a, const Vec3& b) const;
+    bool crosses_obstacle(Index region, const Vec3& a, const Vec3& b) const;
 
     const Mesh* mesh_ = nullptr;
     const SiteSet* sites_ = nullptr;
-    std::vector<double> support_;    ///< #S, at most the extent of the site's region
-    std::vector<std::uint8_t> near_; ///< #S
-    std::vector<char> folded_;       ///< #regions
-    std::vector<Trees> trees_;       ///< of each region that has any
-    std::vector<Index> tree_;        ///< #regions: its trees, or none
-    double rounding_ = 0.0;          ///< of coordinates
+    std::vector<double> support_;                ///< #S, at most the extent of the site's region
+    std::vector<std::uint8_t> near_;             ///< #S
+    std::shared_ptr<const Obstacles> obstacles_; ///< of other regions
+    std::vector<Sight> sight_;                   ///< #regions
+    bool any_ = false;
+    double rounding_ = 0.0; ///< of coordinates
 };
 
 } // namespace difusa

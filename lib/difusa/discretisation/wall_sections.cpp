@@ -97,7 +97,7 @@ void sections_of_separators(const Mesh& mesh, const RegionTrees& trees, double r
 /// Where a region stands on itself: at sides that nothing is joined to.
 void sections_of_open_sides(const Mesh& mesh, const RegionTrees& trees, double rounding, const Execution& execution,
                             std::vector<WallSection>& sections) {
-    const std::vector<char> flat = flat_regions(mesh, trees, rounding);
+    const std::vector<Index> planes = planes_of_regions(mesh, trees, rounding);
     const Vec3 margin = Vec3::Constant(rounding);
     const auto joined = [&](Index U, Index T) {
         for (std::size_t side = 3 * std::size_t{U}; side < 3 * std::size_t{U} + 3; ++side) {
@@ -115,7 +115,7 @@ void sections_of_open_sides(const Mesh& mesh, const RegionTrees& trees, double r
     };
     for (Index U = 0; U < mesh.triangles.size(); ++U) {
         const Index* const twin = &mesh.twin[3 * std::size_t{U}];
-        if (flat[mesh.region[U]] != 0 || (twin[0] != none && twin[1] != none && twin[2] != none)) {
+        if (planes[mesh.region[U]] != none || (twin[0] != none && twin[1] != none && twin[2] != none)) {
             continue;
         }
         if (U % 1024 == 0) {

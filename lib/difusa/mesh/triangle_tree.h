@@ -9,6 +9,6 @@
 namespace difusa {
 
 /// The boxes of these triangles, numbered as in the mesh.
-BoxTree tree_of_triangles(const Mesh& mesh, std::vector<Index> triangles);
+BoxTree tree_of_triangles(const Mesh& mesh, const std::vector<Index>& triangles);
 
 } // namespace difusa
