@@ -255,37 +255,35 @@ void Surfels::number_parts(std::vector<std::vector<Plane>> cuts) {
     for (Index cell = 0; cell < cuts.size(); ++cell) {
         std::vector<Plane>& planes = cuts[cell];
         cell_pieces(cell, pieces);
+        const double whole = area_of();
         if (planes.empty()) {
-            number_[cell] = add(cell, 0, area_of());
+            number_[cell] = add(cell, 0, whole);
             continue;
         }
         std::stable_sort(planes.begin(), planes.end(),
                          [](const Plane& a, const Plane& b) { return a.weight > b.weight; });
         planes.resize(std::min(planes.size(), most_planes));
-        const double whole = area_of();
         Split split{std::move(planes), {}};
         split.part.assign(std::size_t{1} << split.planes.size(), none);
         number_[cell] = is_split | static_cast<Index>(splits_.size());
-        for (std::uint32_t code = 0; code < split.part.size(); ++code) {
-            cell_pieces(cell, pieces);
-            cut_pieces(split, code, pieces);
+        std::vector<std::uint32_t> known;
+        for (Part& part : parts_of(split, pieces)) {
+            pieces = std::move(part.pieces);
             if (const double area = area_of(); area > 1e-9 * whole) {
-                split.part[code] = add(cell, static_cast<std::uint8_t>(code), area);
+                split.part[part.code] = add(cell, static_cast<std::uint8_t>(part.code), area);
+                known.push_back(part.code);
             }
         }
-        if (std::all_of(split.part.begin(), split.part.end(), [](Index part) { return part == none; })) {
+        if (known.empty()) {
             split.part[0] = add(cell, 0, whole); // no more than a speck
+            known.push_back(0);
         }
         // What rounding puts where nothing is belongs to the part it has most sides in common with.
-        const std::vector<Index> known = split.part;
-        for (std::uint32_t code = 0; code < known.size(); ++code) {
-            int least = 64;
-            for (std::uint32_t other = 0; other < known.size(); ++other) {
-                if (const int apart = std::popcount(code ^ other); known[other] != none && apart < least) {
-                    least = apart;
-                    split.part[code] = known[other];
-                }
-            }
+        for (std::uint32_t code = 0; code < split.part.size(); ++code) {
+            const auto apart = [code](std::uint32_t a, std::uint32_t b) {
+                return std::popcount(code ^ a) < std::popcount(code ^ b);
+            };
+            split.part[code] = split.part[*std::min_element(known.begin(), known.end(), apart)];
         }
         splits_.push_back(std::move(split));
     }
@@ -334,23 +332,48 @@ void Surfels::cell_pieces(Index cell, std::vector<Piece>& pieces) const {
     pieces.push_back({grid.triangle, polygon, 2.0 * mesh_->areas[grid.triangle] * polygon.area()});
 }
 
-/// Leaves of the pieces what lies on the sides of the planes that the code names.
-void Surfels::cut_pieces(const Split& split, std::uint32_t code, std::vector<Piece>& pieces) const {
+/// What is left of the pieces on one side of a plane: above it, or below. Their areas are those of before.
+void Surfels::cut_pieces(const Plane& plane, bool above, std::vector<Piece>& pieces) const {
+    const double sign = above ? 1.0 : -1.0;
     for (Piece& piece : pieces) {
-        for (std::size_t i = 0; i < split.planes.size(); ++i) {
-            const double sign = ((code >> i) & 1U) != 0 ? 1.0 : -1.0;
-            const auto [a, b] = on_triangle(*mesh_, piece.triangle, split.planes[i].normal, split.planes[i].offset);
-            piece.outline = piece.outline.cut(sign * a, sign * b);
-        }
-        piece.area = 2.0 * mesh_->areas[piece.triangle] * piece.outline.area();
+        const auto [a, b] = on_triangle(*mesh_, piece.triangle, plane.normal, plane.offset);
+        piece.outline = piece.outline.cut(sign * a, sign * b);
     }
-    // Slivers that rounding leaves lie on the line of a wall.
+    std::erase_if(pieces, [](const Piece& piece) { return piece.outline.count == 0; });
+}
+
+/// Measures pieces that were cut, and drops slivers that rounding leaves on the line of a wall.
+void Surfels::measure(std::vector<Piece>& pieces) const {
     double largest = 0.0;
-    for (const Piece& piece : pieces) {
+    for (Piece& piece : pieces) {
+        piece.area = 2.0 * mesh_->areas[piece.triangle] * piece.outline.area();
         largest = std::max(largest, piece.area);
     }
-    std::erase_if(pieces,
-                  [&](const Piece& piece) { return piece.outline.count == 0 || piece.area < 0x1p-30 * largest; });
+    std::erase_if(pieces, [&](const Piece& piece) { return piece.area < 0x1p-30 * largest; });
+}
+
+/// The parts into which the planes cut a cell, by code; those without a piece are left out.
+std::vector<Surfels::Part> Surfels::parts_of(const Split& split, const std::vector<Piece>& pieces) const {
+    std::vector<Part> parts{{0, pieces}};
+    for (std::size_t i = 0; i < split.planes.size(); ++i) {
+        std::vector<Part> finer;
+        for (Part& part : parts) {
+            Part above{part.code | std::uint32_t{1} << i, part.pieces};
+            cut_pieces(split.planes[i], false, part.pieces);
+            cut_pieces(split.planes[i], true, above.pieces);
+            for (Part* side : {&part, &above}) {
+                if (!side->pieces.empty()) {
+                    finer.push_back(std::move(*side));
+                }
+            }
+        }
+        parts = std::move(finer);
+    }
+    std::sort(parts.begin(), parts.end(), [](const Part& a, const Part& b) { return a.code < b.code; });
+    for (Part& part : parts) {
+        measure(part.pieces);
+    }
+    return parts;
 }
 
 void Surfels::pieces(Index s, std::vector<Piece>& pieces) const {
@@ -360,7 +383,11 @@ void Surfels::pieces(Index s, std::vector<Piece>& pieces) const {
         return;
     }
     const std::vector<Piece> whole = pieces;
-    cut_pieces(splits_[number_[cell] & ~is_split], code_[s], pieces);
+    const Split& split = splits_[number_[cell] & ~is_split];
+    for (std::size_t i = 0; i < split.planes.size(); ++i) {
+        cut_pieces(split.planes[i], ((std::uint32_t{code_[s]} >> i) & 1U) != 0, pieces);
+    }
+    measure(pieces);
     if (pieces.empty()) {
         pieces = whole;
     }

@@ -79,6 +79,10 @@ class Surfels {
         std::vector<Plane> planes;
         std::vector<Index> part;
     };
+    struct Part {
+        std::uint32_t code = 0;
+        std::vector<Piece> pieces;
+    };
 
     Index cell_at(const Grid& grid, double u, double v) const;
     Index part_at(const Split& split, Index triangle, double u, double v) const;
@@ -89,7 +93,9 @@ class Surfels {
     void mark(Index t, const Vec3& a, const Vec3& b, const Plane& plane, std::vector<std::vector<Plane>>& cuts) const;
     void number_parts(std::vector<std::vector<Plane>> cuts);
     void cell_pieces(Index base, std::vector<Piece>& pieces) const;
-    void cut_pieces(const Split& split, std::uint32_t code, std::vector<Piece>& pieces) const;
+    std::vector<Part> parts_of(const Split& split, const std::vector<Piece>& pieces) const;
+    void cut_pieces(const Plane& plane, bool above, std::vector<Piece>& pieces) const;
+    void measure(std::vector<Piece>& pieces) const;
 
     const Mesh* mesh_;
     double edge_;
