@@ -110,8 +110,8 @@ TEST(InsideOut, ARoomLitFromWithinStaysAsItIs) {
 }
 
 TEST(InsideOut, WhatIsExactlyInThePlaneOfAFaceIsOnNeitherOfItsSides) {
-    // Corners whose means round to either side of the plane: the lamp, the sun, or the camera, must not be seen from the
-    // fronts, which are shut in, or the cube would pass for a room.
+    // Corners whose means round to either side of the plane: the lamp, the sun, or the camera, must not be seen from
+    // the fronts, which are shut in, or the cube would pass for a room.
     const double side = 1.0 / 3.0;
     const Mesh block = cube_at({0.4, 0.4, 0.1}, side, true);
     const Vec3 over = Vec3(0.4 + side, 0.4 + side, 0.9);

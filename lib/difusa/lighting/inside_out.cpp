@@ -58,7 +58,9 @@ std::vector<ConnectedPart> connected_parts(const Scene& scene, std::vector<Index
 
 /// Whether a direction leaves the front of a face. One within the plane does not, whatever its rounding: a lamp, a sun
 /// or a camera exactly in the plane of a face is seen from neither of its sides.
-bool in_front(const Vec3& normal, const Vec3& way) { return normal.dot(way) > 1e-6 * way.norm(); }
+bool in_front(const Vec3& normal, const Vec3& way) {
+    return normal.dot(way) > 1e-6 * way.norm();
+}
 
 /// What is seen from one side of a part: numbers of samples.
 struct Outlook {
