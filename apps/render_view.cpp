@@ -347,14 +347,18 @@ void check_view_of(const difusa::Mesh& mesh, const difusa::Camera& camera, const
 
 /// A saved transport has its sites, rays and projection.
 void refuse_choices_of_transport(const Arguments& a) {
-    for (const char* option : {"--quality", "--basis", "--sampler", "--spacing", "--sites", "--neighbours",
-                               "--adaptive", "--projection", "--transport", "--rays", "--directions", "--kernel",
-                               "--mirror-depth", "--flip", "--error", "--max-memory", "--seed"}) {
+    for (const char* option :
+         {"--quality", "--basis", "--sampler", "--spacing", "--sites", "--neighbours", "--adaptive", "--projection",
+          "--transport", "--rays", "--directions", "--kernel", "--mirror-depth", "--flip", "--error", "--seed"}) {
         if (a.bake.given(option)) {
             throw UsageError(std::string(option) + ": " + a.mesh.string() +
                              " is a saved transport, for which this was decided when it was baked; omit the option, or "
                              "name the scene");
         }
+    }
+    if (a.bake.given("--max-memory")) {
+        throw UsageError("--max-memory: limits a bake, and " + a.mesh.string() +
+                         " is a saved transport, which is there already; omit the option, or name the scene");
     }
 }
 

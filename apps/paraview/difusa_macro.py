@@ -12,9 +12,19 @@ COLOURS = ((0.85, 0.85, 0.82), (0.80, 0.25, 0.20), (0.30, 0.60, 0.30), (0.95, 0.
            (0.60, 0.40, 0.65), (0.90, 0.55, 0.25), (0.45, 0.75, 0.75), (0.55, 0.40, 0.30), (0.95, 0.65, 0.75))
 
 
-def extremes(array):
-    """The range of the finite values without half a percent at either end; without any if they are alike."""
-    values = sorted(v for v in (array.GetValue(i) for i in range(array.GetNumberOfTuples())) if v - v == 0.0)
+def unlit(arrays):
+    """The numbers of the points where nothing emits, if there are any: beside a lamp all else is dark."""
+    emission = arrays.GetArray("emission")
+    points = range(arrays.GetNumberOfTuples())
+    if emission is None:
+        return points
+    width = emission.GetNumberOfComponents()
+    return [i for i in points if not any(emission.GetComponent(i, k) > 0.0 for k in range(width))] or points
+
+
+def extremes(array, points):
+    """The range of the finite values at the points without half a percent at either end; none if they are alike."""
+    values = sorted(v for v in (array.GetValue(i) for i in points) if v - v == 0.0)
     if not values:
         return None
     low, high = values[int(0.005 * (len(values) - 1))], values[int(0.995 * (len(values) - 1) + 0.5)]
@@ -23,7 +33,7 @@ def extremes(array):
 
 def prepare_scalars(arrays):
     """Colour map and range of each point array of one component; their names."""
-    names = []
+    names, points = [], unlit(arrays)
     for i in range(arrays.GetNumberOfArrays()):
         array = arrays.GetArray(i)
         if array is None or array.GetNumberOfComponents() != 1:
@@ -32,7 +42,7 @@ def prepare_scalars(arrays):
         colours = simple.GetColorTransferFunction(array.GetName())
         colours.AutomaticRescaleRangeMode = "Never"
         colours.ApplyPreset("Inferno (matplotlib)", True)
-        limits = extremes(array)
+        limits = extremes(array, points)
         if limits:
             colours.RescaleTransferFunction(*limits)
     return names

@@ -43,6 +43,10 @@ expect_no_text typescript "transport"
 expect_exit 0 "$bake" "$DIFUSA_DATA/ugly.off" out.vtp $small
 expect_text stdout "repaired: 2 duplicate faces: left out" "(line " "note: nothing emits light: a uniform sky"
 
+# In a pipe each phase has a line, and only those that there are.
+expect_text stderr "transport" "evaluate" "write"
+expect_no_text stderr "write convergence"
+
 # Output that nobody takes is not a success.
 if [ -e /dev/full ]; then
     code=0

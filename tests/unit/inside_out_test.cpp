@@ -109,6 +109,18 @@ TEST(InsideOut, ARoomLitFromWithinStaysAsItIs) {
     EXPECT_EQ(faults(with_sky(test::box(1.0, 2, true)), camera), Faults());
 }
 
+TEST(InsideOut, WhatIsExactlyInThePlaneOfAFaceIsOnNeitherOfItsSides) {
+    // Corners whose means round to either side of the plane: the lamp, the sun, or the camera, must not be seen from
+    // the fronts, which are shut in, or the cube would pass for a room.
+    const double side = 1.0 / 3.0;
+    const Mesh block = cube_at({0.4, 0.4, 0.1}, side, true);
+    const Vec3 over = Vec3(0.4 + side, 0.4 + side, 0.9);
+    const Mesh both = test::together(test::box(1.0, 2, true), block);
+    EXPECT_EQ(faults(with_lamp(both, over)), Faults{"1:inside out"});
+    EXPECT_EQ(faults(with_lamp(block, over)), Faults{"0:inside out"});
+    EXPECT_EQ(faults(with_sky(block), Camera{over, -Vec3::UnitZ(), Vec3::UnitX(), 0.7}), Faults{"0:inside out"});
+}
+
 TEST(InsideOut, ARoomWithItsFrontsOutsideIsToldByTheLightInIt) {
     const Mesh wrong = test::together(test::box(1.0, 2, false), cube_at({0.2, 0.2, 0}, 0.2, false));
     EXPECT_EQ(faults(with_lamp(wrong, {0.5, 0.5, 0.8})), Faults{"0:inside out"});

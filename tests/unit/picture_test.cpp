@@ -1,6 +1,7 @@
 // Pictures show what the bake knows, pixel by pixel.
 #include <difusa/core/colour.h>
 #include <difusa/render/colour_map.h>
+#include <difusa/render/draw.h>
 #include <difusa/render/picture.h>
 
 #include <difusa/render/camera_rays.h>
@@ -246,6 +247,16 @@ TEST(Picture, TheColourBarStandsBesideIt) {
     EXPECT_GT(bar, 250U);
     EXPECT_LT((rgb_of(image.at(49, last)) - colour_map(0.0)).abs().maxCoeff(), 0.02);
     EXPECT_EQ(image.at(10, 150), develop(result, view, 0, how, one).at(10, 150)); // the picture itself
+}
+
+TEST(Picture, LabelsOfTheColourBarAreReadAtAGlance) {
+    EXPECT_EQ(bar_label(0.0123456), "0.0123");
+    EXPECT_EQ(bar_label(327.499), "327");
+    EXPECT_EQ(bar_label(999.9), "1000");
+    EXPECT_EQ(bar_label(43569.8), "43600");
+    EXPECT_EQ(bar_label(-40000.0), "-40000");
+    EXPECT_EQ(bar_label(999999.0), "1e+06");
+    EXPECT_EQ(bar_label(1e-9), "1e-09");
 }
 
 TEST(Picture, SitesAreDotsOnTheSideThatFacesTheEye) {

@@ -5,6 +5,7 @@
 #include <difusa/core/error.h>
 #include <difusa/core/fingerprint.h>
 #include <difusa/import/file_content.h>
+#include <difusa/import/text_scanner.h>
 #include <difusa/io/hdf5_file.h>
 #include <difusa/scene/sky_parts.h>
 #include <difusa/transport/mirrored.h>
@@ -302,7 +303,7 @@ void write_transport(const SavedTransport& transport, WholeFile& file) {
 }
 
 bool is_transport_file(const std::filesystem::path& file) {
-    return begins_as_sealed(file, transport_seal());
+    return lower_case(file.extension().string()) == ".difusa" || begins_as_sealed(file, transport_seal());
 }
 
 void save_transport(const BakeResult& result, const std::filesystem::path& file) {

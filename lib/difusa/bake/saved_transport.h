@@ -53,7 +53,8 @@ void write_transport(const SavedTransport& transport, WholeFile& file);
 /// Completely or not at all.
 void save_transport(const BakeResult& result, const std::filesystem::path& file);
 
-/// Whether a file is meant to be a saved transport; loading it may fail all the same.
+/// Whether a file is meant to be a saved transport, by its name (.difusa) or its beginning; loading it may fail all the
+/// same.
 bool is_transport_file(const std::filesystem::path& file);
 
 /// Throws InputError, with the reason and the remedy, for anything but a complete and undamaged file of this version of

@@ -56,6 +56,12 @@ std::vector<ConnectedPart> connected_parts(const Scene& scene, std::vector<Index
     return parts;
 }
 
+/// Whether a direction leaves the front of a face. One within the plane does not, whatever its rounding: a lamp, a sun
+/// or a camera exactly in the plane of a face is seen from neither of its sides.
+bool in_front(const Vec3& normal, const Vec3& way) {
+    return normal.dot(way) > 1e-6 * way.norm();
+}
+
 /// What is seen from one side of a part: numbers of samples.
 struct Outlook {
     std::size_t samples = 0;
@@ -153,13 +159,13 @@ class Weighing {
             rays.push_back({x.position, cosine_direction(n, stream), x.face});
             if (!scene_.suns.empty()) {
                 const Sun& sun = scene_.suns[i % scene_.suns.size()];
-                if (n.dot(sun.towards) > 0.0 && (sun.irradiance > 0.0).any()) {
+                if (in_front(n, sun.towards) && (sun.irradiance > 0.0).any()) {
                     suns.push_back({x.position, sun.towards, x.face});
                 }
             }
             if (!scene_.point_lights.empty()) {
                 const PointLight& lamp = scene_.point_lights[i % scene_.point_lights.size()];
-                if (n.dot(lamp.position - x.position) > 0.0 && (lamp.intensity > 0.0).any()) {
+                if (in_front(n, lamp.position - x.position) && (lamp.intensity > 0.0).any()) {
                     lamps.push_back({x.position, lamp.position, x.face, none});
                 }
             }
@@ -167,12 +173,11 @@ class Weighing {
                 const SurfacePoint y = draw(mesh, emitters_, stream);
                 const Vec3 way = y.position - x.position;
                 const double facing = turned_[part_[y.face]] != 0 ? 1.0 : -1.0;
-                const double grazing = 1e-6 * way.norm(); // or in one plane, by rounding
-                if (n.dot(way) > grazing && facing * y.normal.dot(way) > grazing) {
+                if (in_front(n, way) && in_front(facing * y.normal, way)) {
                     lamps.push_back({x.position, y.position, x.face, y.face});
                 }
             }
-            if (camera_ && n.dot(camera_->eye - x.position) > 0.0) {
+            if (camera_ && in_front(n, camera_->eye - x.position)) {
                 eyes.push_back({x.position, camera_->eye, x.face, none});
             }
         }

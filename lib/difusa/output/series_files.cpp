@@ -35,6 +35,9 @@ void SeriesWriter::add(const SunStep& step, const BakeResult& result, const Exec
 }
 
 void SeriesWriter::add_iterates(const BakeResult& result, const Execution& execution) {
+    if (result.solution.iterates.empty()) {
+        return;
+    }
     execution.phase("write convergence");
     const Unreported unreported(execution);
     BakeResult shown = result;

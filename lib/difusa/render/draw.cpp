@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <vector>
 
 namespace difusa {
@@ -144,14 +145,17 @@ void draw_disc(Image& image, double column, double row, double radius, const Rgb
     }
 }
 
-namespace {
-
-/// "0.0123": a label has room for three digits.
-std::string label_of(double value) {
+std::string bar_label(double value) {
     std::array<char, 32> text{};
     std::snprintf(text.data(), text.size(), "%.3g", value);
+    const double rounded = std::strtod(text.data(), nullptr);
+    if (std::abs(rounded) >= 1e3 && std::abs(rounded) < 1e6) {
+        std::snprintf(text.data(), text.size(), "%.0f", rounded);
+    }
     return text.data();
 }
+
+namespace {
 
 struct Label {
     std::string text;
@@ -160,13 +164,13 @@ struct Label {
 
 /// Both ends, and the round values that keep away from them and from each other.
 std::vector<Label> labels_of(const ColourScale& scale, std::ptrdiff_t top, std::ptrdiff_t bottom, std::ptrdiff_t line) {
-    std::vector<Label> labels{{label_of(scale.low), bottom}, {label_of(scale.high), top}};
+    std::vector<Label> labels{{bar_label(scale.low), bottom}, {bar_label(scale.high), top}};
     std::ptrdiff_t below = bottom;
     for (const double tick : scale.ticks()) {
         const double along = (1.0 - scale.position(tick)) * static_cast<double>(bottom - top);
         const std::ptrdiff_t row = top + static_cast<std::ptrdiff_t>(std::lround(along));
         if (below - row >= 3 * line / 2 && row - top >= 3 * line / 2) {
-            labels.push_back({label_of(tick), row});
+            labels.push_back({bar_label(tick), row});
             below = row;
         }
     }

@@ -18,6 +18,9 @@ void draw_text(Image& image, const std::string& text, std::ptrdiff_t column, std
 /// Partly covered pixels are blended with the colour.
 void draw_disc(Image& image, double column, double row, double radius, const Rgb& colour);
 
+/// "0.0123", "43600", "4.36e+06": three digits, and a power of ten only where the zeros would have to be counted.
+std::string bar_label(double value);
+
 /// The picture with a panel to the right of it: the title ("name, unit") and a bar, labelled with the values at its
 /// ends and at round values between them. The width of the panel depends on the height of the picture and on the texts.
 Image with_colour_bar(const Image& image, const ColourScale& scale, const std::string& title);

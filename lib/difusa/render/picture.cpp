@@ -146,6 +146,10 @@ class Look {
             const auto done = [&](double pixel) { return pixel / static_cast<double>(pixels); };
             const double begin = done(static_cast<double>(first)), share = done(static_cast<double>(end - first));
             progress_.set(begin, 0.1 * share);
+            view_.seen.resize(end * per_pixel);
+            for (std::vector<Pixel>& values : view_.values) {
+                values.resize(end * per_pixel);
+            }
             cast(first, end);
             progress_.set(begin + 0.1 * share, 0.9 * share);
             evaluate(first / step);
@@ -449,8 +453,11 @@ View look(const BakeResult& result, const ViewOptions& options, const std::vecto
     check(result, options, shows);
     View view{options, shows, {}, {}, 0, 0};
     const std::size_t samples = options.width * options.height * options.samples;
-    view.seen.resize(samples);
-    view.values.assign(shows.size(), std::vector<Pixel>(samples));
+    view.seen.reserve(samples); // filled batch by batch: a large picture takes a while to fill, even with nothing
+    view.values.resize(shows.size());
+    for (std::vector<Pixel>& values : view.values) {
+        values.reserve(samples);
+    }
     Look(result, execution, view).take();
     return view;
 }
