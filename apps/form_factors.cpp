@@ -182,7 +182,7 @@ Input read(const Arguments& a, const difusa::Registry& registry, const difusa::E
     execution.phase("read");
     const difusa::PolygonSoup soup = difusa::read_apart_from({a.out, a.thermal}, registry, a.mesh);
     execution.phase("check mesh");
-    difusa::DiagnosedMesh diagnosed = difusa::diagnose(soup);
+    difusa::DiagnosedMesh diagnosed = difusa::diagnose(soup, execution);
     Input input;
     difusa::Scene& scene = input.scene;
     scene.mesh = std::move(diagnosed.mesh);

@@ -417,5 +417,12 @@ TEST(Diagnosis, FacesThatCross) {
     EXPECT_EQ(crossings({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 1}, {1, 1, -1}}, {{0, 1, 2}, {0, 3, 4}}), 1U);
 }
 
+TEST(Diagnosis, CanBeInterrupted) {
+    struct Stop : Progress {
+        bool cancelled() const override { return true; }
+    } stop;
+    EXPECT_THROW(diagnose(make_soup({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}), Execution{1, &stop}), Interrupted);
+}
+
 } // namespace
 } // namespace difusa::diagnosis_test

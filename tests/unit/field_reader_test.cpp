@@ -519,11 +519,11 @@ TEST(FieldReader, MoreTextsThanTheArrayHasRoomForAreSkipped) {
     const std::string points = block(std::array{0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F});
     const auto at = [&](std::size_t extra) { return "offset=\"" + std::to_string(texts.size() + extra) + "\"/>"; };
     const std::string form = "format=\"appended\" ";
+    const std::string array = "<Array type=\"String\" Name=\"t\" NumberOfTuples=\"1\" " + form + "offset=\"0\"/>";
     const std::string head = "<VTKFile type=\"PolyData\" version=\"0.1\" byte_order=\"LittleEndian\" "
-                             "header_type=\"UInt32\"><PolyData><FieldData><Array type=\"String\" Name=\"t\" "
-                             "NumberOfTuples=\"1\" " +
-                             form +
-                             "offset=\"0\"/></FieldData><Piece NumberOfPoints=\"3\" NumberOfVerts=\"0\" "
+                             "header_type=\"UInt32\"><PolyData><FieldData>" +
+                             array +
+                             "</FieldData><Piece NumberOfPoints=\"3\" NumberOfVerts=\"0\" "
                              "NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"1\"><Points><DataArray "
                              "type=\"Float32\" NumberOfComponents=\"3\" " +
                              form + at(0) + "</Points><Polys><DataArray type=\"Int32\" Name=\"connectivity\" " + form +
@@ -543,6 +543,17 @@ TEST(FieldReader, MoreTextsThanTheArrayHasRoomForAreSkipped) {
                       head + "<AppendedData encoding=\"&#114;aw\">" + data + "</AppendedData></VTKFile>");
         },
         ThrowsMessage<InputError>(HasSubstr("encoded neither as \"raw\" nor as \"base64\"")));
+    // Seven times the 600 kB: all texts of a file together may have 4 MB.
+    std::string many = head;
+    for (int i = 0; i < 6; ++i) {
+        many.insert(many.find(array), array);
+    }
+    EXPECT_THAT(
+        [&] {
+            read_text(scratch, "texts.vtp",
+                      many + "<AppendedData encoding=\"raw\">" + data + "</AppendedData></VTKFile>");
+        },
+        ThrowsMessage<InputError>(HasSubstr("more than 4 MB of text")));
 }
 
 /// VTK tells the terminal if a range it has written beside an array is of the wrong length.

@@ -205,7 +205,7 @@ void read_into(BakeResult& result, const Registry& registry, const std::filesyst
     result.file = file.string();
     const PolygonSoup soup = read_apart_from(result.options.outputs, registry, file);
     execution.phase("check mesh");
-    DiagnosedMesh diagnosed = diagnose(soup);
+    DiagnosedMesh diagnosed = diagnose(soup, execution);
     result.diagnosis = std::move(diagnosed.diagnosis);
     for (const std::string& what : soup.notes) {
         execution.note(what);

@@ -109,7 +109,7 @@ bool triangles_cross(const Corners& p, const Corners& q) {
     return cross(points_of(p), points_of(q));
 }
 
-std::optional<std::vector<std::array<Index, 2>>> find_crossing_triangles(const Mesh& mesh) {
+std::optional<std::vector<std::array<Index, 2>>> find_crossing_triangles(const Mesh& mesh, const Execution& execution) {
     std::vector<TriangleBox> boxes;
     boxes.reserve(mesh.triangles.size());
     for (Index t = 0; t < mesh.triangles.size(); ++t) {
@@ -123,6 +123,9 @@ std::optional<std::vector<std::array<Index, 2>>> find_crossing_triangles(const M
     const auto examine = [&](const TriangleBox& a, const TriangleBox& b) {
         if (++pairs > most) {
             throw TooMany();
+        }
+        if (pairs % 4096 == 0) {
+            execution.check();
         }
         if (cross(mesh, a.triangle, b.triangle)) {
             found.push_back({std::min(a.triangle, b.triangle), std::max(a.triangle, b.triangle)});

@@ -1,6 +1,7 @@
 // Detection of triangles that pass through each other, by exact predicates.
 #pragma once
 
+#include <difusa/core/progress.h>
 #include <difusa/core/types.h>
 #include <difusa/mesh/mesh.h>
 
@@ -18,8 +19,9 @@ bool triangles_cross(const std::array<Vec3, 3>& p, const std::array<Vec3, 3>& q)
 
 /// All pairs of triangles that cross, the lower number first, in order. Nothing if the bounding boxes of more than a
 /// million pairs plus 100 per triangle overlap, as in a fan of very many triangles around one vertex: testing each pair
-/// could take hours.
-std::optional<std::vector<std::array<Index, 2>>> find_crossing_triangles(const Mesh& mesh);
+/// could take hours. Throws Interrupted.
+std::optional<std::vector<std::array<Index, 2>>> find_crossing_triangles(const Mesh& mesh,
+                                                                         const Execution& execution = {});
 
 /// The midpoint of the segment in which two crossing triangles intersect, to within rounding.
 Vec3 middle_of_crossing(const std::array<Vec3, 3>& p, const std::array<Vec3, 3>& q);

@@ -316,11 +316,11 @@ void report_topology(const Edges& edges, const Mesh& mesh, FindingList& found) {
 }
 
 /// Reports faces that pass through each other; each pair once, however many of their triangles do.
-void report_crossings(const Mesh& mesh, FindingList& found) {
+void report_crossings(const Mesh& mesh, FindingList& found, const Execution& execution) {
     const auto faces = [&](const std::array<Index, 2>& pair) {
         return std::array<Index, 2>{mesh.original_face[pair[0]], mesh.original_face[pair[1]]};
     };
-    auto all = find_crossing_triangles(mesh);
+    auto all = find_crossing_triangles(mesh, execution);
     if (!all) {
         found.at_face(Defect::crossing_faces_unknown, mesh.original_face[0], mesh.corner(0, 0));
         return;
@@ -390,7 +390,7 @@ void add_backs(const PolygonSoup& soup, Mesh& mesh, FindingList& found) {
 
 } // namespace
 
-DiagnosedMesh diagnose(const PolygonSoup& soup) {
+DiagnosedMesh diagnose(const PolygonSoup& soup, const Execution& execution) {
     FindingList found(soup);
 
     // 1. What no repair could guess is rejected.
@@ -400,6 +400,7 @@ DiagnosedMesh diagnose(const PolygonSoup& soup) {
     const std::vector<char> used = used_points(soup);
     const std::vector<Index> place = first_at_place(soup.points, used);
 
+    execution.check();
     // 3. Faces become triangles of nonzero area, each of them once.
     CutFaces triangles = cut_faces(soup, place, found);
     remove_duplicates(soup, triangles, found);
@@ -409,12 +410,14 @@ DiagnosedMesh diagnose(const PolygonSoup& soup) {
     DiagnosedMesh result;
     result.mesh = make_mesh(soup, triangles, used, place, found);
 
+    execution.check();
     // 4. Neighbours agree on their fronts. Flipping a face changes no edge, only the direction it is traversed in.
     const Edges edges(result.mesh.triangles, result.mesh.points.size());
     orient_faces(soup, edges, result.mesh, found);
     report_topology(edges, result.mesh, found);
-    report_crossings(result.mesh, found);
+    report_crossings(result.mesh, found, execution);
 
+    execution.check();
     // 5. Backs that act as fronts too. Nothing above treats them as defects.
     add_backs(soup, result.mesh, found);
 

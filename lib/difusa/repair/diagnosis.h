@@ -1,6 +1,7 @@
 // The defects of a mesh file: found, counted, located, and repaired or rejected.
 #pragma once
 
+#include <difusa/core/progress.h>
 #include <difusa/mesh/mesh.h>
 #include <difusa/repair/polygon_soup.h>
 
@@ -78,7 +79,7 @@ struct DiagnosedMesh {
 ///
 /// Nothing disappears uncounted: the faces of the file are those with triangles in the mesh plus those counted under
 /// too-few-corners, zero-area-faces and duplicate-faces; the points of the file are those of the mesh plus
-/// duplicate-points, unreferenced-points and orphaned-points.
-DiagnosedMesh diagnose(const PolygonSoup& soup);
+/// duplicate-points, unreferenced-points and orphaned-points. Throws Interrupted.
+DiagnosedMesh diagnose(const PolygonSoup& soup, const Execution& execution = {});
 
 } // namespace difusa

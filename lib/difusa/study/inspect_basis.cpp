@@ -263,7 +263,7 @@ BasisInspection inspect_basis(const Registry& registry, const std::filesystem::p
     }
 
     execution.phase("read");
-    DiagnosedMesh diagnosed = diagnose(read_apart_from(result.options.outputs, registry, file));
+    DiagnosedMesh diagnosed = diagnose(read_apart_from(result.options.outputs, registry, file), execution);
     result.diagnosis = std::move(diagnosed.diagnosis);
     result.mesh = std::move(diagnosed.mesh);
     if (execution.progress != nullptr) {
