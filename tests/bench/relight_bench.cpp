@@ -153,7 +153,7 @@ class RelightBenchmark {
         if (scene->suns.empty()) {
             return;
         }
-        scene->suns.front().direction = (scene->suns.front().direction + Vec3(0.02, 0.03, 0.0)).normalized();
+        scene->suns.front().towards = (scene->suns.front().towards + Vec3(0.02, 0.03, 0.0)).normalized();
         LightingOptions live, by_operator;
         live.solve = by_operator.solve = solve_;
         by_operator.first_bounce = FirstBounce::operator_only;

@@ -114,7 +114,7 @@ TEST_F(Rendering, OfLowRankHasAtMostTheStatedErrors) {
     system->transport().gather(lamp, {}, lamp, Execution{});
     g.rightCols(3) = lamp;
     const Values h = exact(g);
-    for (const std::string& choice :
+    for (const std::string choice :
          {"low-rank:rank=4,bounces=0", "low-rank:rank=24,bounces=1", "low-rank:rank=8,bounces=2"}) {
         std::vector<double> stated;
         const std::vector<double> error = norms.of_points(made(choice).apply(g, stated, Execution{}) - h);
