@@ -46,6 +46,8 @@ Examples:
       how the means of goals depend on every emission and reflectance
   relight room.difusa even.vtp --at desk.csv --solve-lamps 500
       lamps that light the desks to 500 lux as evenly as they can
+  relight room.difusa --operator-table operators.csv --operator low-rank:rank=64 --operator neumann:bounces=4
+      all reflections as one product, as a program may use it: its error, time and memory
 
 Exit codes: 0 done, 1 usage, 2 input, 3 not converged, 4 resources, 5 internal, 130 interrupted.
 )";
@@ -333,6 +335,7 @@ void run_without_field(const Arguments& a, const difusa::Registry& registry, dif
     for (const difusa::OutputName& output : outputs_of(studies)) {
         how.bake.outputs.push_back(output.file);
     }
+    how.bake.light_groups = how.bake.light_groups || !studies.operator_table.empty();
     if (!studies.gradients.empty()) {
         how.bake.light_groups = true;
         how.bake.first_bounce = "operator";

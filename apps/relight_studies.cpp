@@ -1,10 +1,13 @@
 #include "relight_studies.h"
 #include "terminal.h"
 
+#include <difusa/core/memory.h>
+#include <difusa/core/text.h>
 #include <difusa/io/whole_file.h>
 #include <difusa/output/daylight_files.h>
 #include <difusa/output/gradient_table.h>
 #include <difusa/radiosity/goal_gradient.h>
+#include <difusa/study/operator_study.h>
 
 #include <initializer_list>
 #include <iostream>
@@ -106,6 +109,27 @@ void run_gradients(const StudyArguments& a, const BakeResult& result, const RunA
     }
 }
 
+void run_operators(const StudyArguments& a, const BakeResult& result, const RunArguments& run,
+                   TerminalProgress& progress, const Execution& execution) {
+    std::vector<OperatorTrial> trials;
+    progress.watch([&] { trials = try_operators(result, a.operators, execution, [](const OperatorTrial&) {}); });
+    progress.clear();
+    WholeFile file(a.operator_table);
+    file.write(operator_csv(trials));
+    file.commit();
+    if (run.quiet) {
+        return;
+    }
+    for (const OperatorTrial& trial : trials) {
+        std::cout << trial.choice << ", " << trial.light << ": error " << text_of(trial.measured)
+                  << " (stated: " << text_of(trial.stated) << "), " << text_of(trial.seconds)
+                  << " s of processor time (iteration: " << text_of(trial.iteration_seconds)
+                  << " s; to form it: " << text_of(trial.prepare_seconds) << " s), "
+                  << format_bytes(static_cast<double>(trial.bytes)) << "\n";
+    }
+    std::cout << "written: " << a.operator_table.string() << "\n";
+}
+
 /// Refuses options that would do nothing.
 void check_needless(const StudyArguments& a, const BakeArguments& bake) {
     const auto refuse_given = [&](std::initializer_list<const char*> options, const std::string& why) {
@@ -124,6 +148,9 @@ void check_needless(const StudyArguments& a, const BakeArguments& bake) {
     }
     if (!a.daylight.empty()) {
         refuse_given({"--goal"}, "on daylight coefficients");
+    }
+    if (!a.operator_table.empty()) {
+        refuse_given({"--at", "--grid", "--goal", "--north", "--output-spacing"}, "on rendering operators");
     }
     if (!a.gradients.empty()) {
         refuse_given({"--at", "--grid", "--first-bounce", "--output-spacing"}, "on gradients");
@@ -152,18 +179,35 @@ void declare_studies(CLI::App& app, StudyArguments& a) {
                parse_positive)
         ->group(group)
         ->type_name("LEVEL");
+    const std::string operators = "Rendering operators (no field is written)";
+    app.add_option("--operator-table", a.operator_table,
+                   "all reflections as one product, by each --operator, against the iteration: error for each light "
+                   "group, time and memory, .csv")
+        ->group(operators)
+        ->type_name("FILE");
+    add_repeated(app, "--operator", a.operators,
+                 "neumann:bounces=8, dense, or low-rank:rank=64,bounces=1 (may be repeated)",
+                 [](const std::string&, const std::string& text) { return parse_operator(text); })
+        ->group(operators)
+        ->type_name("CHOICE");
 }
 
 void check_studies(const StudyArguments& a, const BakeArguments& bake, bool path) {
     const auto refuse = [](const std::string& what) { throw UsageError(what); };
     if (a.without_field() && !bake.files.field.empty()) {
-        refuse(bake.files.field.string() + ": with --daylight and --gradients no field is written: omit it");
+        refuse(bake.files.field.string() +
+               ": with --daylight, --gradients and --operator-table no field is written: omit it");
     }
     if (path && (a.without_field() || a.lamps)) {
-        refuse("--sun-path: is of other lightings than those of --daylight, --gradients and --solve-lamps: omit one");
+        refuse("--sun-path: is of other lightings than those of --daylight, --gradients, --solve-lamps and "
+               "--operator-table: omit one");
     }
-    if (!a.daylight.empty() + !a.daylight_from.empty() + !a.gradients.empty() > 1) {
-        refuse("--daylight, --daylight-from and --gradients: give one of them");
+    if (!a.daylight.empty() + !a.daylight_from.empty() + !a.gradients.empty() + !a.operator_table.empty() > 1) {
+        refuse("--daylight, --daylight-from, --gradients and --operator-table: give one of them");
+    }
+    if (a.operator_table.empty() != a.operators.empty()) {
+        refuse("--operator and --operator-table go together; a single light is soonest found by iteration, as "
+               "without them");
     }
     if (a.without_field() &&
         (a.lamps || !bake.files.listed.empty() || !bake.files.report.empty() || !bake.files.sites.empty())) {
@@ -188,7 +232,7 @@ void check_studies(const StudyArguments& a, const BakeArguments& bake, bool path
 }
 
 std::vector<OutputName> outputs_of(const StudyArguments& a) {
-    return {{a.daylight, false}, {a.under_sky, false}, {a.gradients, false}};
+    return {{a.daylight, false}, {a.under_sky, false}, {a.gradients, false}, {a.operator_table, false}};
 }
 
 void run_studies(const StudyArguments& a, const RunArguments& run, const SolveRelit& solve) {
@@ -203,6 +247,8 @@ void run_studies(const StudyArguments& a, const RunArguments& run, const SolveRe
     progress.watch([&] { result = solve(execution); });
     if (!a.daylight.empty()) {
         run_daylight(a, result, run, progress, execution);
+    } else if (!a.operator_table.empty()) {
+        run_operators(a, result, run, progress, execution);
     } else {
         run_gradients(a, result, run, progress, execution);
     }

@@ -1,16 +1,18 @@
-// What relight computes with a saved transport besides a field: daylight coefficients, gradients of goals, and powers
-// of lamps.
+// What relight computes with a saved transport besides a field: daylight coefficients, gradients of goals, powers of
+// lamps, and a comparison of rendering operators.
 #pragma once
 
 #include "bake_arguments.h"
 #include "run_bake.h"
 
 #include <difusa/bake/daylight.h>
+#include <difusa/radiosity/rendering_operator.h>
 
 #include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace difusa {
 
@@ -23,13 +25,17 @@ struct StudyArguments {
     std::filesystem::path gradients;
     bool faces = false;          ///< gradients by face
     std::optional<double> lamps; ///< level wanted
+    std::filesystem::path operator_table;
+    std::vector<OperatorChoice> operators;
 
     /// No field is evaluated.
-    bool without_field() const { return !daylight.empty() || !daylight_from.empty() || !gradients.empty(); }
+    bool without_field() const {
+        return !daylight.empty() || !daylight_from.empty() || !gradients.empty() || !operator_table.empty();
+    }
 };
 
 /// --daylight --daylight-from --daylight-sky --daylight-output --sky-parts --daylight-rays --gradients --face-gradients
-/// --solve-lamps.
+/// --solve-lamps --operator --operator-table.
 void declare_studies(CLI::App& app, StudyArguments& studies);
 
 /// Throws UsageError for options that lack others or contradict them. `path`: a --sun-path was given.

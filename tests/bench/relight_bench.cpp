@@ -1,0 +1,209 @@
+// How fast is a surface lit again? The emission of a room's lamp, with all bounces, by the responses to its lights and
+// by a rendering operator of low rank, against the iteration; many lights at once against one after the other; a sun
+// that has moved.
+//
+//     relight_bench [--mesh FILE] [--sites 10000] [--rays 512] [--lights 64] [--rank 64] [--repeat 5]
+//
+// Prints Markdown: medians, of wall and of processor times (of all threads), because other work may load the machine.
+// Ratios are of processor times of runs that take turns.
+#include <difusa/bake.h>
+#include <difusa/core/random.h>
+#include <difusa/plugin/registry.h>
+#include <difusa/radiosity/light_responses.h>
+#include <difusa/radiosity/rendering_operator.h>
+#include <difusa/radiosity/response.h>
+
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <cstdio>
+#include <ctime>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace difusa;
+
+struct Options {
+    std::string mesh = "data/room_a.json";
+    std::size_t sites = 10'000, rays = 512, lights = 64, rank = 64, repeat = 5;
+
+    Options(int argc, char** argv) {
+        const std::map<std::string, std::size_t*> counts{
+            {"--sites", &sites}, {"--rays", &rays}, {"--lights", &lights}, {"--rank", &rank}, {"--repeat", &repeat}};
+        for (int i = 1; i < argc; i += 2) {
+            const std::string option = argv[i], text = i + 1 < argc ? argv[i + 1] : "";
+            if (option == "--mesh" && !text.empty()) {
+                mesh = text;
+                continue;
+            }
+            std::size_t count = 0;
+            const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), count);
+            if (!counts.contains(option) || error != std::errc() || end != text.data() + text.size() || count == 0) {
+                throw UsageError(option + " " + text +
+                                 ": options are --mesh FILE, --sites N, --rays N, --lights N, --rank N, --repeat N");
+            }
+            *counts.at(option) = count;
+        }
+    }
+};
+
+/// Wall time and processor time of all threads, in seconds.
+struct Time {
+    double wall = 0.0, processor = 0.0;
+};
+
+double median(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+Time measure(const std::function<void()>& work) {
+    const auto wall_before = std::chrono::steady_clock::now();
+    const std::clock_t before = std::clock();
+    work();
+    const std::clock_t after = std::clock();
+    return {std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_before).count(),
+            static_cast<double>(after - before) / CLOCKS_PER_SEC};
+}
+
+/// Medians over runs that take turns, after one that warms up.
+std::vector<Time> measure_in_turns(std::size_t repeat, const std::vector<std::function<void()>>& works) {
+    std::vector<std::vector<double>> wall(works.size()), processor(works.size());
+    for (std::size_t i = 0; i <= repeat; ++i) {
+        for (std::size_t w = 0; w < works.size(); ++w) {
+            const Time time = measure(works[w]);
+            if (i > 0) {
+                wall[w].push_back(time.wall);
+                processor[w].push_back(time.processor);
+            }
+        }
+    }
+    std::vector<Time> medians;
+    for (std::size_t w = 0; w < works.size(); ++w) {
+        medians.push_back({median(wall[w]), median(processor[w])});
+    }
+    return medians;
+}
+
+void print_row(const char* what, const Time& time) {
+    std::printf("| %s | %.2f | %.2f |\n", what, 1e3 * time.wall, 1e3 * time.processor);
+    std::fflush(stdout);
+}
+
+class RelightBenchmark {
+  public:
+    explicit RelightBenchmark(const Options& options) : options_(options) {
+        const Registry registry = Registry::load();
+        BakeOptions bake_options;
+        bake_options.sites = options.sites;
+        bake_options.rays = options.rays;
+        bake_options.every_surface = true;
+        bake_options.error_points = 0;
+        bake_options.output_spacing = 1e30;
+        result_ = bake(registry, options.mesh, bake_options, execution_);
+        solve_ = result_.options.solve;
+        std::printf("%s: %zu sites, %zu surfels, %zu rays a site, %d channels, two threads\n\n", options.mesh.c_str(),
+                    result_.sites->size(), system().transport().surfels, options.rays, result_.channels);
+    }
+
+    void emission() const {
+        const Values g = random_lights(8);
+        const LightResponses responses(system(), rho(), g, solve_, execution_);
+        const Values factors = Values::Constant(8, 1, 0.5);
+        const Values one = g.leftCols(rho().cols());
+        OperatorChoice choice = parse_operator("low-rank:bounces=0,rank=" + std::to_string(options_.rank));
+        const RenderingOperator without(result_.system, rho(), choice, radius(), solve_, execution_);
+        choice.bounces = 1;
+        const RenderingOperator with(result_.system, rho(), choice, radius(), solve_, execution_);
+        const std::vector<Time> times = measure_in_turns(
+            options_.repeat, {[&] { (void)responses.mixed(factors, execution_); },
+                              [&] { (void)without.apply(one, execution_); }, [&] { (void)with.apply(one, execution_); },
+                              [&] { (void)solve_for(system(), rho(), one, solve_, execution_); }});
+        print_row("emission of 8 lights, by their responses", times[0]);
+        print_row(("T g, low-rank:rank=" + std::to_string(options_.rank) + ",bounces=0").c_str(), times[1]);
+        print_row(("T g, low-rank:rank=" + std::to_string(options_.rank) + ",bounces=1").c_str(), times[2]);
+        print_row("T g, by iteration", times[3]);
+    }
+
+    /// The ratio of processor times.
+    void at_once() const {
+        const Values g = random_lights(options_.lights);
+        const Eigen::Index channels = rho().cols();
+        const std::vector<Time> times = measure_in_turns(
+            options_.repeat, {[&] { (void)solve_for(system(), rho(), g, solve_, execution_); },
+                              [&] {
+                                  for (Eigen::Index c = 0; c < g.cols(); c += channels) {
+                                      (void)solve_for(system(), rho(), g.middleCols(c, channels), solve_, execution_);
+                                  }
+                              }});
+        const std::string lights = std::to_string(options_.lights);
+        print_row((lights + " lights at once").c_str(), times[0]);
+        print_row((lights + " lights one after the other").c_str(), times[1]);
+        std::printf("\nat once / one after the other: %.3f (processor time), %.3f (wall)\n\n",
+                    times[0].processor / times[1].processor, times[0].wall / times[1].wall);
+    }
+
+    void moved_sun() const {
+        auto scene = std::make_shared<Scene>(*result_.scene);
+        if (scene->suns.empty()) {
+            return;
+        }
+        scene->suns.front().towards = (scene->suns.front().towards + Vec3(0.02, 0.03, 0.0)).normalized();
+        LightingOptions live, by_operator;
+        live.solve = by_operator.solve = solve_;
+        by_operator.first_bounce = FirstBounce::operator_only;
+        const std::vector<Time> times =
+            measure_in_turns(options_.repeat, {[&] { (void)system().solve(scene, by_operator, execution_); },
+                                               [&] { (void)system().solve(scene, live, execution_); }});
+        print_row("a moved sun, first bounce by the operator", times[0]);
+        print_row("a moved sun, first bounce live", times[1]);
+    }
+
+  private:
+    const RadiositySystem& system() const { return *result_.system; }
+    const Values& rho() const { return result_.solution.light.reflectance; }
+    double radius() const { return result_.solution.spectral_radius; }
+
+    /// The light of random patches of a hundredth of the surface, which follow each other in the order of the surfels.
+    Values random_lights(std::size_t count) const {
+        const auto surfels = static_cast<Eigen::Index>(system().transport().surfels), channels = rho().cols();
+        Values b = Values::Zero(surfels, static_cast<Eigen::Index>(count) * channels), g;
+        RandomStream stream(1, "lights");
+        for (Eigen::Index l = 0; l < static_cast<Eigen::Index>(count); ++l) {
+            const Eigen::Index patch = std::max<Eigen::Index>(surfels / 100, 1);
+            const auto first = static_cast<Eigen::Index>(stream.below(static_cast<std::uint64_t>(surfels - patch + 1)));
+            b.block(first, l * channels, patch, channels).setConstant(1.0 + stream.uniform());
+        }
+        system().transport().gather(b, {}, g, execution_);
+        return g;
+    }
+
+    Options options_;
+    Execution execution_{2};
+    BakeResult result_;
+    SolveOptions solve_;
+};
+
+} // namespace
+
+int main(int argc, char** argv) {
+    try {
+        RelightBenchmark benchmark{Options(argc, argv)};
+        std::printf("| what | wall, ms | processor, ms |\n|---|---|---|\n");
+        benchmark.emission();
+        benchmark.moved_sun();
+        benchmark.at_once();
+        return 0;
+    } catch (const Error& error) {
+        std::fprintf(stderr, "error: %s\n", error.what());
+        return static_cast<int>(error.code());
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "error: %s\n", error.what());
+        return static_cast<int>(ExitCode::internal);
+    }
+}
