@@ -30,7 +30,8 @@ template <class Options> void add_site_arguments(CLI::App& app, Options& options
         basis->description("finite elements (default: moving-least-squares; normalized-radial for pairwise transport, "
                            "or if bounces do not die out otherwise)");
     }
-    app.add_option("--sampler", options.sampler, "how the sites are placed")
+    app.add_option("--sampler", options.sampler,
+                   "how the sites are placed (default: poisson-disk, or what the basis demands)")
         ->group(group)
         ->type_name("NAME")
         ->capture_default_str();

@@ -1,6 +1,7 @@
 // measure_accuracy --output DIR: speed against error, on scenes whose radiosity is known. Parses options, runs the
 // study, writes files.
 #include "bake_arguments.h"
+#include "side_by_side.h"
 #include "terminal.h"
 
 #include <difusa/core/text.h>
@@ -51,6 +52,9 @@ Examples:
   measure_accuracy --output study --solver krylov --solver jacobi --solver progressive --scene data/room_a.json
       what solvers need, on the same system: iterations, matrix entries, time
 
+  measure_accuracy --output study --side-by-side --case ball-over-disc --scene data/room_a.json --places 1000
+      the classical method (patches or vertices of a mesh, hemicubes) beside the meshless one: error, time, memory
+
   measure_accuracy --output study --validation cie-171
       published validation cases of lighting programs, CIE 171:2006 (data/VALIDATION.md)
   measure_accuracy --output study --validation cie-171 --case 5.11 --rays 8192
@@ -72,7 +76,8 @@ struct Arguments {
     std::vector<std::string> solvers;
     std::vector<double> albedos;
     std::optional<std::size_t> sites; ///< of those systems
-    std::string validation;           ///< name of the collection
+    bool side_by_side = false;
+    std::string validation; ///< name of the collection
     difusa::RunArguments run;
 };
 
@@ -107,7 +112,7 @@ void declare(CLI::App& app, Arguments& a) {
                            "bakes of each case and scene instead, to judge the error estimate")
         ->type_name("N");
     difusa::add_repeated(app, "--scene", a.scenes,
-                         "mesh or scene file to bake with --estimate or --solver (may be repeated)")
+                         "mesh or scene file to bake with --estimate, --solver or --side-by-side (may be repeated)")
         ->type_name("FILE");
     difusa::add_repeated(app, "--solver", a.solvers,
                          "solvers instead, against each other on each --scene (may be repeated)")
@@ -116,11 +121,16 @@ void declare(CLI::App& app, Arguments& a) {
                          "reflectance of all surfaces for --solver (may be repeated; default: 0.5, 0.9, 0.99)",
                          difusa::parse_positive)
         ->type_name("R");
-    difusa::add_parsed(app, "--sites", a.sites, "sites of those systems, if no --spacing is given (default: 2000)",
+    difusa::add_parsed(app, "--sites", a.sites,
+                       "sites of those systems, if no --spacing is given (default: 2000), or of --side-by-side",
                        [](const std::string& option, const std::string& text) {
                            return difusa::parse_whole<std::size_t>(option, text, 1);
                        })
         ->type_name("N");
+
+    app.add_flag("--side-by-side", a.side_by_side,
+                 "the classical method beside the meshless one instead, on each --case and --scene (default sites: 500 "
+                 "and 2000)");
 
     app.add_option("--validation", a.validation,
                    "published validation cases instead: cie-171; --case names them by how they begin, e.g. 5.9")
@@ -310,6 +320,49 @@ void compare_solvers(Arguments& a, const difusa::Registry& registry, const difus
     write(a.output / "solvers.csv", csv);
 }
 
+/// What --side-by-side does not take.
+void check_side_by_side(const Arguments& a) {
+    if (!a.side_by_side) {
+        return;
+    }
+    const difusa::StudyPlan& plan = a.plan;
+    const std::vector<std::pair<bool, std::string>> given{{!plan.bases.empty(), "--basis"},
+                                                          {!plan.projections.empty(), "--projection"},
+                                                          {!plan.transports.empty(), "--transport"},
+                                                          {!plan.spacings.empty(), "--spacing"},
+                                                          {!plan.final_gathers.empty(), "--final-gather"},
+                                                          {plan.common.adaptive, "--adaptive"},
+                                                          {!a.validation.empty(), "--validation"},
+                                                          {!a.solvers.empty(), "--solver"},
+                                                          {!a.albedos.empty(), "--albedo"},
+                                                          {a.chapter7, "--chapter7"},
+                                                          {a.estimate > 0, "--estimate"},
+                                                          {a.repeats > 1, "--repeat"},
+                                                          {a.error.has_value(), "--error"}};
+    for (const auto& [is, name] : given) {
+        if (is) {
+            throw UsageError("--side-by-side does not take " + name);
+        }
+    }
+    if (a.plan.rays.size() > 1) {
+        throw UsageError("--side-by-side takes a single --rays");
+    }
+    if (a.plan.cases.empty() && a.scenes.empty()) {
+        throw UsageError("--side-by-side needs a --case or a --scene");
+    }
+}
+
+void side_by_side(const Arguments& a, const difusa::Registry& registry, const difusa::Execution& execution) {
+    difusa::SideBySide plan;
+    plan.common = a.plan.common;
+    plan.common.rays = a.plan.rays.empty() ? plan.common.rays : a.plan.rays.front();
+    plan.sites = a.sites ? std::vector<std::size_t>{*a.sites} : std::vector<std::size_t>{500, 2000};
+    plan.cases = a.plan.cases;
+    plan.scenes = a.scenes;
+    plan.how = a.plan.how;
+    difusa::write_side_by_side(plan, a.output, a.run.quiet, registry, execution);
+}
+
 /// What --validation does not take.
 void check_validation(const Arguments& a) {
     if (a.validation.empty()) {
@@ -354,7 +407,7 @@ void validate(Arguments& a, const difusa::Registry& registry, const difusa::Exec
 
 /// What --solver needs, and does not take.
 void check_solvers(const Arguments& a, const difusa::Registry& registry) {
-    if (a.solvers.empty() && (!a.albedos.empty() || a.sites)) {
+    if (a.solvers.empty() && (!a.albedos.empty() || (a.sites && !a.side_by_side))) {
         throw UsageError("--albedo and --sites are for the comparison of solvers: name them, --solver krylov "
                          "--solver jacobi");
     }
@@ -483,9 +536,11 @@ void run(Arguments& a) {
     if (a.chapter7) {
         refuse_for_chapter7(a);
     }
+    check_side_by_side(a);
     check_solvers(a, registry);
-    if (!a.scenes.empty() && a.estimate == 0 && a.solvers.empty()) {
-        throw UsageError("--scene is for --estimate and --solver only: other studies need a known solution (--case)");
+    if (!a.scenes.empty() && a.estimate == 0 && a.solvers.empty() && !a.side_by_side) {
+        throw UsageError("--scene is for --estimate, --solver and --side-by-side only: other studies need a known "
+                         "solution (--case)");
     }
     if (a.error && a.estimate == 0) {
         throw UsageError("--error is for the bakes of --estimate");
@@ -509,6 +564,8 @@ void run(Arguments& a) {
     const difusa::Execution execution{a.run.threads, &progress};
     if (!a.validation.empty()) {
         validate(a, registry, execution);
+    } else if (a.side_by_side) {
+        side_by_side(a, registry, execution);
     } else if (a.chapter7) {
         chapter7(a, registry, execution);
     } else if (!a.solvers.empty()) {

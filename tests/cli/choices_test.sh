@@ -87,3 +87,16 @@ done
 for transport in gather pairwise; do
     converged_or_said "--transport $transport --basis radial:profile=cubic"
 done
+
+# The classical method: bases on a mesh choose their sampler, directions have weights.
+for basis in patch-constant patch-constant:display=gouraud vertex-linear; do
+    for directions in hemicube hemicube:resolution=6,grid=fixed sphere nusselt:grid=fixed; do
+        converged "--transport gather --basis $basis --directions $directions"
+    done
+done
+expect_text report.json '"sampler": "mesh-vertices"' '"directions": "nusselt:grid=fixed"'
+expect_refusal 1 "use a random grid" "$bake" "$box" out.vtp --error 5% --directions sphere:grid=fixed
+expect_refusal 1 "omit its resolution" "$bake" "$box" out.vtp --error 5% --directions hemicube:resolution=8
+expect_refusal 1 "belong to the sites of --sampler patch-centres" "$bake" "$box" out.vtp --basis patch-constant \
+    --sampler poisson-disk
+expect_refusal 1 "--adaptive: adds sites where they help" "$bake" "$box" out.vtp --basis vertex-linear --adaptive

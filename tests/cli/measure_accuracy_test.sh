@@ -30,6 +30,16 @@ expect_exit 0 "$measure" --output chapter --chapter7 --basis shepard --spacing 8
 expect_text chapter/chapter7.md "| pairwise | shepard | 8 |" "disc, indirect"
 [ "$(wc -l <chapter/chapter7.csv)" = 1201 ] || fail "twelve curves of a hundred places and a header were expected"
 
+# The classical method beside the meshless one.
+expect_refusal 1 "--side-by-side needs a --case or a --scene" "$measure" --output study --side-by-side
+expect_refusal 1 "--side-by-side does not take --basis" "$measure" --output study --side-by-side --case sphere \
+    --basis shepard
+expect_exit 0 "$measure" --output beside --side-by-side --case shelf --sites 100 --rays 48 --places 100
+expect_text stdout "| shelf | patches, hemicube |" "| shelf | meshless |" "written: beside"
+[ "$(wc -l <beside/side_by_side.csv)" = 7 ] || fail "six methods and a header were expected"
+expect_text beside/side_by_side.md "| shelf | vertices, hemicube, exact direct light |"
+expect_text beside/shelf_side_by_side.svg "<svg" "meshless"
+
 # Published validation cases.
 expect_refusal 1 "--validation cie-17: unknown, must be cie-171" "$measure" --output study --validation cie-17
 expect_refusal 1 "--case 5.10: no case of cie-171 begins so" "$measure" --output study --validation cie-171 --case 5.10

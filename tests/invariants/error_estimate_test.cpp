@@ -200,7 +200,7 @@ TEST(ErrorEstimate, TheMapsNoiseIsThatOfTheField) {
         const BakeResult result = baked(scene, options);
         const Discretisation& discretisation = result.system->discretisation();
         const std::vector<SurfacePoint> x = even_points(result.scene->mesh, 500, RandomStream(3, "x"));
-        const ErrorMap map(result.solution, *result.error, options.rays, Execution{});
+        const ErrorMap map(result.solution, *result.error, Execution{});
         const Values noise = map.at(x, Execution{}).noise;
         const Values own = result.field().evaluate_smooth(x, Execution{}).indirect;
         const Values direct = result.field().evaluate_smooth(x, Execution{}).direct;

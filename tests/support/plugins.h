@@ -1,6 +1,7 @@
 // The plugins beside the library, for tests that go through all of a kind: a new plugin is tested without a word more.
 #pragma once
 
+#include <difusa/discretisation/basis.h>
 #include <difusa/plugin/registry.h>
 
 #include <cstdlib>
@@ -29,6 +30,13 @@ template <class T> std::shared_ptr<T> plugin(const std::string& choice) {
 
 template <class T> std::vector<std::string> plugin_names() {
     return registry().names(kind_of<T>());
+}
+
+/// Only those that any sites will do for; the others are tested in unit/patch_bases_test.cpp, on their own.
+template <> inline std::vector<std::string> plugin_names<Basis>() {
+    std::vector<std::string> names = registry().names(kind_of<Basis>());
+    std::erase_if(names, [](const std::string& name) { return !plugin<Basis>(name)->sampler().empty(); });
+    return names;
 }
 
 } // namespace difusa::test

@@ -1,5 +1,6 @@
 #include <difusa/rays/direction_pool.h>
 #include <difusa/rays/directions.h>
+#include <difusa/study/references/form_factors.h>
 
 #include <meshes.h>
 #include <support/plugins.h>
@@ -37,6 +38,7 @@ TEST(Directions, AreUnitVectorsOfTheUpperHemisphereWithWeightsThatSumToOne) {
         for (const std::size_t count : {1U, 2U, 3U, 7U, 64U, 100U, 1000U}) {
             const DirectionSet set = make(name, count);
             ASSERT_EQ(set.direction.size(), set.weight.size());
+            EXPECT_EQ(set.direction.size(), test::plugin<Directions>(name)->size(count)) << name;
             ASSERT_FALSE(set.direction.empty());
             double sum = 0.0;
             for (std::size_t d = 0; d < set.direction.size(); ++d) {
@@ -87,7 +89,10 @@ TEST_P(EvenDirections, ConvergeInTheFirstOrderForSmoothIntegrands) {
 
 TEST_P(EvenDirections, AreRightInTheMean) {
     constexpr int scrambles = 400;
-    for (const std::size_t count : {1U, 5U, 16U}) {
+    for (const std::size_t count : {1U, 5U, 16U, 768U}) {
+        // The factors of random points of a hemicube's pixels sum to 1 up to O(1/size), by which they are divided.
+        const double bias =
+            GetParam() == "hemicube" ? 4.0 / static_cast<double>(make("hemicube", count).weight.size()) : 0.0;
         for (const Integral& integral : integrals()) {
             double sum = 0.0, squares = 0.0;
             for (std::uint64_t s = 0; s < scrambles; ++s) {
@@ -97,7 +102,7 @@ TEST_P(EvenDirections, AreRightInTheMean) {
             }
             const double average = sum / scrambles;
             const double deviation = std::sqrt(std::max(0.0, squares / scrambles - average * average) / scrambles);
-            EXPECT_LE(std::abs(average - integral.value), 5.0 * deviation + 1e-12);
+            EXPECT_LE(std::abs(average - integral.value), 5.0 * deviation + 1e-12 + bias);
         }
     }
 }
@@ -149,13 +154,106 @@ TEST(LowDiscrepancy, PutsOneDirectionIntoEveryElementaryInterval) {
 
 TEST_P(EvenDirections, DrawnTwiceDiffer) {
     const DirectionSet a = make(GetParam(), 64, 1), b = make(GetParam(), 64, 2);
-    for (std::size_t d = 0; d < 64; ++d) {
+    for (std::size_t d = 0; d < a.direction.size(); ++d) {
         EXPECT_NE(a.direction[d], b.direction[d]);
     }
 }
 
 INSTANTIATE_TEST_SUITE_P(All, EvenDirections, testing::ValuesIn(test::plugin_names<Directions>()),
-                         [](const auto& which) { return which.param == "fibonacci" ? "fibonacci" : "lowdiscrepancy"; });
+                         [](const auto& which) {
+                             std::string name = which.param;
+                             std::erase(name, '-');
+                             return name;
+                         });
+
+/// The share of the view of an element that a rectangle parallel to it fills, from the pixels whose rays meet it.
+TEST(Hemicube, DeltaFactorsAddUpToTheFormFactorOfARectangle) {
+    const Rectangle seen{-0.3, 0.8, -0.5, 0.9};
+    const double exact = element_to_rectangle(seen, 1.0);
+    for (const int n : {16, 64, 256}) {
+        const DirectionSet set = make("hemicube:grid=fixed,resolution=" + std::to_string(n), 1);
+        ASSERT_EQ(set.direction.size(), static_cast<std::size_t>(3 * n * n));
+        const double F = mean(set, [&](const Vec3& w) {
+            const double x = w.x() / w.z(), y = w.y() / w.z();
+            return x >= seen.x0 && x <= seen.x1 && y >= seen.y0 && y <= seen.y1 ? 1.0 : 0.0;
+        });
+        // Each edge of the rectangle moves by half a pixel, 1/n, at most; the factors are at most 1/pi by area, and the
+        // outline is 5 long.
+        EXPECT_NEAR(F, exact, 5.0 / (pi * n)) << n;
+    }
+}
+
+/// L 44: on the top 1/(pi (x² + y² + 1)²) dA, on the side z/(pi (y² + z² + 1)²) dA; the sum of all is 1 up to the
+/// midpoint rule, whose error is h²/24 times the difference of normal derivatives over the outlines.
+TEST(Hemicube, WeighsPixelsByTheirDeltaFactors) {
+    const int n = 64;
+    const double step = 2.0 / n;
+    const DirectionSet set = make("hemicube:grid=fixed,resolution=64", 1);
+    const auto delta = [&](const Vec3& w) {
+        const double largest = std::max(std::abs(w.x()), std::abs(w.y()));
+        const Vec3 p = w / std::max(largest, w.z()); // on the cube
+        return (w.z() > largest ? 1.0 : p.z()) * step * step / (pi * std::pow(p.squaredNorm(), 2));
+    };
+    double sum = 0.0;
+    for (const Vec3& w : set.direction) {
+        sum += delta(w);
+    }
+    // Second derivatives of the factors by area are at most 4/pi, on an area of 12.
+    EXPECT_NEAR(sum, 1.0, step * step / 24.0 * 2.0 * 4.0 / pi * 12.0);
+    for (std::size_t d = 0; d < set.direction.size(); ++d) {
+        EXPECT_NEAR(set.weight[d], delta(set.direction[d]) / sum, 1e-14);
+    }
+}
+
+/// A band between two angles to the normal has its integral of the cosine exactly, whatever the number of rays.
+TEST(Sphere, BandsHaveTheirExactShare) {
+    for (const char* const grid : {"random", "fixed"}) {
+        const DirectionSet set = make(std::string("sphere:grid=") + grid, 815); // 18 bands
+        for (int band = 1; band < 18; ++band) {
+            const double angle = 0.5 * pi * band / 18.0;
+            const double inside = mean(set, [&](const Vec3& w) { return w.z() > std::cos(angle) ? 1.0 : 0.0; });
+            EXPECT_NEAR(inside, std::sin(angle) * std::sin(angle), 1e-12) << grid << " " << band;
+        }
+    }
+}
+
+/// Ring k of n holds 3 (2k + 1) of the 3 n² directions.
+TEST(Nusselt, HasEquallyManyDirectionsOnEqualAreasOfTheDisc) {
+    const DirectionSet set = make("nusselt", 300);
+    ASSERT_EQ(set.direction.size(), 300U);
+    for (int k = 1; k < 10; ++k) {
+        const double inside = mean(set, [&](const Vec3& w) { return std::hypot(w.x(), w.y()) < 0.1 * k ? 1.0 : 0.0; });
+        EXPECT_NEAR(inside, 0.01 * k * k, 1e-12) << k;
+    }
+}
+
+/// A fixed set is the same at every site; weights are summed without rounding.
+TEST(DirectionPool, KeepsFixedSetsAndMakesWeightsSumToExactlyOne) {
+    const Mesh mesh = test::make_mesh({{0, 0, 0}, {1, 0, 0.5}, {0, 1, 0.7}}, {{0, 1, 2}});
+    const SurfacePoint x = mesh.at(0, 0.2, 0.3);
+    for (const std::string name : {"hemicube", "sphere", "nusselt"}) {
+        for (const std::string grid : {"fixed", "random"}) {
+            const auto directions = test::plugin<Directions>(name + ":grid=" + grid);
+            EXPECT_EQ(directions->is_fixed(), grid == "fixed");
+            const DirectionPool pool(*directions, 500, 3);
+            EXPECT_EQ(pool.count(), directions->size(500));
+            EXPECT_EQ(pool.equal_weights(), directions->equal_weights());
+            std::vector<Ray> one(pool.count()), other(pool.count());
+            const auto weights = pool.rays(x, 1, one);
+            pool.rays(x, 2, other);
+            EXPECT_EQ(one[7].direction == other[7].direction, grid == "fixed");
+            if (!pool.equal_weights()) {
+                double forwards = 0.0, backwards = 0.0;
+                for (std::size_t d = 0; d < weights.size(); ++d) {
+                    forwards += weights[d];
+                    backwards += weights[weights.size() - 1 - d];
+                }
+                EXPECT_EQ(forwards, 1.0);
+                EXPECT_EQ(backwards, 1.0);
+            }
+        }
+    }
+}
 
 /// One in each ring of equal area around the normal; neighbours in that order a golden angle apart.
 TEST(Fibonacci, IsASpiralOfGoldenAngles) {

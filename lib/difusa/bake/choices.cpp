@@ -26,7 +26,48 @@ void check_solver(const Solver& solver, const std::string& choice, const Element
     }
 }
 
+/// Throws UsageError if sites are to be added where they help, and the sampler cannot do that.
+void check_grading(const Sampler& sampler, const std::string& name, const BakeOptions& options) {
+    if (options.adaptive && sampler.needs_visibility()) {
+        throw UsageError("--adaptive: adds sites to ones that cover the whole surface evenly, which --sampler " + name +
+                         " does not place; omit one of them");
+    }
+    if (!sampler.can_be_graded() && (options.adaptive || options.target)) {
+        throw UsageError(std::string(options.target ? "--error" : "--adaptive") +
+                         ": adds sites where they help, but those of --sampler " + name +
+                         " belong to an even mesh; use a basis that any sites will do for, such as normalized-radial");
+    }
+}
+
+/// Throws UsageError if an accuracy is ordered and no more rays can be had from these directions, or would not tell.
+void check_directions(const Directions& directions, const BakeOptions& options) {
+    if (!options.target) {
+        return;
+    }
+    if (directions.size(1) == directions.size(std::size_t{1} << 20U)) {
+        throw UsageError("--error: adds rays, but --directions " + options.directions +
+                         " states their number; omit its resolution");
+    }
+    if (directions.is_fixed()) {
+        throw UsageError("--error: the errors of --directions " + options.directions +
+                         " repeat from site to site, so that nothing tells whether more rays are needed; use a random "
+                         "grid");
+    }
+}
+
 } // namespace
+
+std::string fitting_sampler(const std::string& chosen, const std::string& basis_choice, const Basis& basis) {
+    const std::string demanded = basis.sampler();
+    if (chosen.empty()) {
+        return demanded.empty() ? "poisson-disk" : demanded;
+    }
+    if (!demanded.empty() && chosen.substr(0, chosen.find(':')) != demanded) {
+        throw UsageError("--basis " + basis_choice + ": its elements belong to the sites of --sampler " + demanded +
+                         ", not to those of " + chosen + "; omit --sampler, or choose another basis");
+    }
+    return chosen;
+}
 
 Choices make_choices(const Registry& registry, const BakeOptions& options) {
     check_options(options);
@@ -58,20 +99,21 @@ Choices make_choices(const Registry& registry, const BakeOptions& options) {
     const std::string flip = parse_choice("flip", options.flip, {{"auto", {}}, {"all", {}}, {"none", {}}}).name;
     choices.flip = flip == "all" ? Flip::all : flip == "none" ? Flip::nothing : Flip::certain;
 
-    make(choices.sampler, options.sampler);
-    if (options.adaptive && choices.sampler->needs_visibility()) {
-        throw UsageError("--adaptive: adds sites to ones that cover the whole surface evenly, which --sampler " +
-                         options.sampler + " does not place; omit one of them");
-    }
     const std::string sure = "normalized-radial", accurate = "moving-least-squares";
     const std::string basis = !options.basis.empty() ? options.basis : choices.pairwise ? sure : accurate;
     choices.elements = make_elements(registry, basis, options.projection);
     if (options.basis.empty() && !choices.pairwise) {
         choices.fallback = make_elements(registry, sure, options.projection);
     }
+    choices.sampler_name = fitting_sampler(options.sampler, basis, *choices.elements.basis);
+    make(choices.sampler, choices.sampler_name);
+    check_grading(*choices.sampler, choices.sampler_name, options);
     choices.visibility = choose_visibility(registry, options.visibility, choices.notes);
     make(choices.engine, choices.visibility);
     make(choices.directions, options.directions);
+    check_directions(*choices.directions, options);
+    choices.fresh_directions =
+        choices.directions->is_fixed() ? registry.create<Directions>(BakeOptions{}.directions) : choices.directions;
     make(choices.solver, options.solver);
     check_solver(*choices.solver, options.solver, choices.elements);
     if (choices.fallback) {

@@ -33,8 +33,8 @@ struct Choices {
     std::optional<ElementChoice> fallback; ///< if bounces do not die out with these
     std::shared_ptr<Sampler> sampler;
     std::shared_ptr<Visibility> engine;
-    std::shared_ptr<Directions> directions;
-    std::shared_ptr<Kernel> kernel; ///< null unless pairwise
+    std::shared_ptr<Directions> directions, fresh_directions; ///< SystemParts::directions, SystemParts::fresh
+    std::shared_ptr<Kernel> kernel;                           ///< null unless pairwise
     std::shared_ptr<Solver> solver;
     bool pairwise = false;
     bool neighbour_areas = false; ///< for pairwise transport
@@ -43,11 +43,16 @@ struct Choices {
     bool stop_by_change = false;  ///< BakeOptions::stop is "change"
     bool may_be_dark = false;     ///< LightingOptions::may_be_dark
     Flip flip = Flip::certain;
+    std::string sampler_name;                                 ///< BakeOptions::sampler, or the one it stands for
     std::string sensor;                                       ///< BakeOptions::sensor
     std::string visibility;                                   ///< the engine chosen by "auto"
     std::vector<std::string> notes;                           ///< about choices that were not available
     std::vector<std::pair<std::string, std::string>> plugins; ///< kind, and choice with all parameters, of the others
 };
+
+/// The sampler for a basis: `chosen`, or if that is empty the one it demands (Basis::sampler), or else poisson-disk.
+/// Throws UsageError if the basis demands another than the chosen one. `basis_choice`: as typed.
+std::string fitting_sampler(const std::string& chosen, const std::string& basis_choice, const Basis& basis);
 
 /// Throws UsageError for anything unknown, contradictory or without effect.
 Choices make_choices(const Registry& registry, const BakeOptions& options);

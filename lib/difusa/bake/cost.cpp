@@ -1,5 +1,6 @@
 #include <difusa/bake/cost.h>
 
+#include <difusa/algebra/sparse_rows.h>
 #include <difusa/bake/adaptive_sites.h>
 #include <difusa/core/memory.h>
 #include <difusa/discretisation/discretisation.h>
@@ -7,6 +8,7 @@
 #include <difusa/mesh/output_mesh.h>
 #include <difusa/radiosity/error_points.h>
 #include <difusa/rays/tracer.h>
+#include <difusa/scene/sky_parts.h>
 
 #include <algorithm>
 #include <cmath>
@@ -15,9 +17,10 @@ namespace difusa {
 
 namespace {
 
-constexpr double bytes_per_ray = 2.5;      ///< in HitLists, an upper estimate
-constexpr double bytes_per_surfel = 250.0; ///< surfel, averages and light
-constexpr double pooled_directions = 32.0; ///< sets of directions in a DirectionPool
+constexpr double bytes_per_ray = 2.5;                              ///< in HitLists, an upper estimate
+constexpr double bytes_per_entry = sizeof(Index) + sizeof(double); ///< in SparseRows
+constexpr double bytes_per_surfel = 250.0;                         ///< surfel, averages and light
+constexpr double pooled_directions = 32.0;                         ///< sets of directions in a DirectionPool
 constexpr std::size_t rays_of_round = 64;
 
 /// Number of surfels to expect; an upper estimate.
@@ -76,6 +79,12 @@ std::size_t most_segments(std::size_t sites, const BakeResult& result, const Cho
     return choices.pairwise ? segments + sites * (sites - 1) / 2 : segments;
 }
 
+/// Of one point's row, in bytes; an upper estimate.
+double row_bytes(const Directions& directions, double rays, double bins) {
+    return directions.equal_weights() ? rays * bytes_per_ray
+                                      : std::min(rays, bins) * bytes_per_entry + sizeof(SparseRows::Row);
+}
+
 } // namespace
 
 std::size_t gather_points(const ProjectionChoice& projection, std::size_t sites) {
@@ -102,14 +111,16 @@ BakeEstimate estimate_cost(const BakeResult& result, const Choices& choices, con
     BakeEstimate estimate;
     estimate.sites = sites;
     const std::size_t points = gather_points(choices.elements.projection, sites);
-    const auto n = static_cast<double>(sites), rays = static_cast<double>(result.options.rays);
-    estimate.rays = points * result.options.rays;
+    const auto n = static_cast<double>(sites), bins = expected_surfels(result) + SkyParts::count;
+    const std::size_t rays_of_point = choices.directions->size(result.options.rays);
+    const auto rays = static_cast<double>(rays_of_point);
+    estimate.rays = points * rays_of_point;
     if (result.options.adaptive) {
         estimate.rays += static_cast<std::size_t>(pilot_sites * n) * pilot_rays(result.options.rays);
     }
     estimate.segments = most_segments(sites, result, choices, lights);
-    estimate.transport_bytes =
-        static_cast<double>(points) * rays * bytes_per_ray + expected_surfels(result) * bytes_per_surfel;
+    estimate.transport_bytes = static_cast<double>(points) * row_bytes(*choices.directions, rays, bins) +
+                               expected_surfels(result) * bytes_per_surfel;
     if (choices.pairwise) {
         // Lists of mutually visible sites, then the matrix.
         estimate.transport_bytes += n * n * (2.0 * sizeof(Index) + sizeof(double));

@@ -277,7 +277,7 @@ Attempt judged(const BakeResult& result, double seconds, const Execution& execut
     }
     attempt.rms = error.total.rms / error.reflected;
     attempt.high = error.total.high / error.reflected;
-    const ErrorsAt at = ErrorMap(result.solution, error, result.options.rays, execution).at(error.at.place, execution);
+    const ErrorsAt at = ErrorMap(result.solution, error, execution).at(error.at.place, execution);
     double noise = 0.0, basis = 0.0;
     for (std::size_t p = 0; p < error.points; ++p) {
         const auto row = static_cast<Eigen::Index>(p);

@@ -128,7 +128,7 @@ void evaluate_output(BakeResult& result, const Execution& execution) {
     result.output = values_at(result, result.mesh.vertices, "output", execution);
     std::optional<ErrorMap> map;
     if (result.error) {
-        map.emplace(result.solution, *result.error, options.rays, execution);
+        map.emplace(result.solution, *result.error, execution);
         map_errors(result, *map, execution);
     }
     if (options.face_centres) {

@@ -58,7 +58,7 @@ struct ErrorTarget {
 struct BakeOptions {
     /// Empty: "moving-least-squares", or "normalized-radial" if bounces do not die out with it, or for "pairwise".
     std::string basis;
-    std::string sampler = "poisson-disk";
+    std::string sampler;              ///< empty: the one that the basis demands, or else "poisson-disk"
     std::string transport = "gather"; ///< "gather", or "pairwise" with the parameter areas=integral|neighbours
     std::string directions = "fibonacci";
     std::string kernel;              ///< of pairwise transport; empty: "disc" there

@@ -105,9 +105,9 @@ void solve_with(BakeResult& result, const ElementChoice& elements, const Choices
         transport = source(discretisation, execution);
         check_coverage(result, discretisation, *transport, placed.dark_area, execution);
     }
-    result.system =
-        std::make_shared<RadiositySystem>(SystemParts{result.scene, choices.engine, choices.directions, choices.solver,
-                                                      std::move(discretisation), *transport, result.options.seed});
+    result.system = std::make_shared<RadiositySystem>(SystemParts{result.scene, choices.engine, choices.directions,
+                                                                  choices.solver, std::move(discretisation), *transport,
+                                                                  result.options.seed, choices.fresh_directions});
     try {
         find_temperatures(result, lighting_options(result, choices), execution);
         result.solution = result.system->solve(result.scene, lighting_options(result, choices), execution);
@@ -127,6 +127,7 @@ BakeResult run_steps(const Registry& registry, const BakeOptions& options, const
     result.photometric = options.units == "photometric";
     result.threads = execution.threads;
     result.options.visibility = choices.visibility;
+    result.options.sampler = choices.sampler_name;
     result.options.sensor = choices.sensor;
     result.plugins = choices.plugins;
     name_elements(result, choices.elements);

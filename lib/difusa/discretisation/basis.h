@@ -6,6 +6,7 @@
 #include <difusa/mesh/mesh.h>
 
 #include <span>
+#include <string>
 #include <vector>
 
 namespace difusa {
@@ -24,7 +25,11 @@ class Basis {
   public:
     virtual ~Basis() = default;
 
-    /// Binds the basis to its sites (one element per site); both must outlive it. Called once.
+    /// Name of the sampler that places the only sites which the basis can be bound to; empty: any sites will do.
+    virtual std::string sampler() const { return {}; }
+
+    /// Binds the basis to its sites (one element per site); both must outlive it. Called once. Throws UsageError if it
+    /// cannot be bound to these sites.
     virtual void bind(const Mesh& mesh, const SiteSet& sites, const Execution& execution = {}) = 0;
 
     /// Number of elements.
@@ -55,6 +60,10 @@ class Basis {
             evaluate(x[i], rows[i]);
         }
     }
+
+    /// The weights of the coefficients at x in the field that is displayed, where these are others than those of the
+    /// field in the equation: the extrapolation of patches to their vertices (L 53). Thread-safe likewise.
+    virtual void display(const SurfacePoint& x, BasisRow& row) const { evaluate(x, row); }
 };
 
 } // namespace difusa

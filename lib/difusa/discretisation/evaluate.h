@@ -12,4 +12,8 @@ namespace difusa {
 Values evaluate(const Basis& basis, const Values& coefficients, std::span<const SurfacePoint> points,
                 const Execution& execution);
 
+/// The same for the field that is displayed (Basis::display).
+Values evaluate_display(const Basis& basis, const Values& coefficients, std::span<const SurfacePoint> points,
+                        const Execution& execution);
+
 } // namespace difusa

@@ -18,8 +18,11 @@ class Sampler {
     /// True if `sample` needs rays; then `visibility` is not null.
     virtual bool needs_visibility() const { return false; }
 
-    /// Points no two of which are closer than `spacing` in site distance. Throws ResourceError if there would be more
-    /// than `limit`, InputError if the sampler finds no surface at all.
+    /// False if its sites are those of a mesh, so that none can be added where they would help.
+    virtual bool can_be_graded() const { return true; }
+
+    /// Points no two of which are closer than `spacing` in site distance; of a mesh, about as many. Throws
+    /// ResourceError if there would be more than `limit`, InputError if the sampler finds no surface at all.
     virtual std::vector<SurfacePoint> sample(const Mesh& mesh, const Visibility* visibility, double spacing,
                                              std::size_t limit, RandomStream stream,
                                              const Execution& execution) const = 0;

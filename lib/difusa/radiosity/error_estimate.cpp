@@ -112,6 +112,7 @@ class Estimation {
         DirectLight::Effort effort;
         const bool in_basis = field_.parts().direct_in_basis;
         const Irradiance own = field_.evaluate_smooth(x, execution_);
+        const Irradiance shown = field_.evaluate_smooth(x, execution_, true); // what is judged
         const Irradiance first = field_.gather_smooth(x, rays, seed_, "error, first", execution_);
         const Irradiance second = field_.gather_smooth(x, rays, seed_, "error, second", execution_);
         const Values sharp_first = sum(field_.sharp(x, seed_, "error, first", execution_, effort));
@@ -119,7 +120,7 @@ class Estimation {
         const Values sharp_own = in_basis ? Values() : sum(field_.sharp(x, seed_, "error, own", execution_, effort));
         result_.rays = first.rays + second.rays;
         result_.segments = first.segments + second.segments + effort.segments;
-        result_.rays_per_gather = rays;
+        result_.rays_per_gather = first.rays / std::max<std::size_t>(1, x.size());
         indirect_ = {sum(own.indirect), sum(first.indirect), sum(second.indirect)};
         smooth_ = {indirect_.own + sum(own.direct), indirect_.first + sum(first.direct),
                    indirect_.second + sum(second.direct)};
@@ -129,6 +130,8 @@ class Estimation {
         } else {
             total_.own += sharp_own;
         }
+        total_.own += sum(shown.direct) + sum(shown.indirect) - sum(own.direct) - sum(own.indirect);
+        indirect_.own = sum(shown.indirect);
     }
 
     /// p from each group of points by itself, with the residuals spread over the surfels the points are on.

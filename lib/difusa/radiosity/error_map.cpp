@@ -22,8 +22,7 @@ struct ErrorMap::Local {
     double noise = 0.0, variation = 0.0, carried = 0.0;
 };
 
-ErrorMap::ErrorMap(const Solution& solution, const ErrorEstimate& estimate, std::size_t rays,
-                   const Execution& execution)
+ErrorMap::ErrorMap(const Solution& solution, const ErrorEstimate& estimate, const Execution& execution)
     : solution_(solution), estimate_(estimate),
       coefficients_(sum_of_parts(solution.field->parts().smooth, solution.field->channels())) {
     const Discretisation& discretisation = solution.field->parts().system->discretisation();
@@ -39,9 +38,11 @@ ErrorMap::ErrorMap(const Solution& solution, const ErrorEstimate& estimate, std:
         measured += estimate.at.weight[p] * estimate.spread[p];
         expected += estimate.at.weight[p] * std::max(0.0, here);
     }
+    const LightTransport& transport = solution.field->parts().system->transport();
+    const double rays =
+        static_cast<double>(transport.rays) / static_cast<double>(std::max<std::size_t>(1, transport.points()));
     const double gathered = static_cast<double>(std::max<std::size_t>(1, estimate.rays_per_gather));
-    const double of_rays =
-        expected > 0.0 ? measured / expected * std::pow(static_cast<double>(rays) / gathered, decline) : 0.0;
+    const double of_rays = expected > 0.0 ? measured / expected * std::pow(rays / gathered, decline) : 0.0;
     noise_ *= of_rays * passed_on(rows, execution);
     fit(rows);
 }

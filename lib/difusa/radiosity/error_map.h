@@ -22,8 +22,8 @@ struct ErrorsAt {
 /// the error points around it.
 class ErrorMap {
   public:
-    /// `rays`: from each site. Keeps references.
-    ErrorMap(const Solution& solution, const ErrorEstimate& estimate, std::size_t rays, const Execution& execution);
+    /// Keeps references.
+    ErrorMap(const Solution& solution, const ErrorEstimate& estimate, const Execution& execution);
 
     ErrorsAt at(std::span<const SurfacePoint> x, const Execution& execution) const;
 

@@ -1,6 +1,7 @@
 #include <difusa/radiosity/error_points.h>
 
 #include <difusa/algebra/hit_lists.h>
+#include <difusa/algebra/sparse_rows.h>
 #include <difusa/core/parallel.h>
 #include <difusa/core/random.h>
 #include <difusa/scene/sky_parts.h>
@@ -25,7 +26,9 @@ Values variance_of_rays(const Solution& solution, const Values& irradiance, cons
     const RadiositySystem& system = *parts.system;
     const SurfelLight& light = solution.light;
     const LinearOperator& plain = plain_part(*system.transport().W);
-    if (dynamic_cast<const HitLists*>(&plain) == nullptr) {
+    const bool by_rays =
+        dynamic_cast<const HitLists*>(&plain) != nullptr || dynamic_cast<const SparseRows*>(&plain) != nullptr;
+    if (!by_rays || system.parts().directions->is_fixed()) {
         return Values::Zero(static_cast<Eigen::Index>(system.transport().points()), parts.channels);
     }
     Values b = irradiance;

@@ -11,7 +11,8 @@ namespace difusa {
 /// The weights of the points sum to the area where errors count (judged_weights).
 struct ErrorPoints : SurfelPoints {
     /// The variance over the rays of each point of the system (Discretisation::points) of the light they meet, to which
-    /// their noise is in proportion: #points of the system by #channels, W²/m⁴; 0 for transport without rays.
+    /// their noise is in proportion: #points of the system by #channels, W²/m⁴; rays count by their weights. 0 for
+    /// transport without rays, and for fixed directions, whose errors are not noise (Directions::is_fixed).
     Values variance;
 
     static constexpr Index groups = 3;

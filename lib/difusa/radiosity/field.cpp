@@ -146,7 +146,7 @@ Values Field::sharp(std::span<const SurfacePoint> x, std::uint64_t seed, std::st
     return parts_.direct->irradiance(x, channels(), parts_.shadow_rays_per_round, seed, purpose, execution, effort);
 }
 
-Irradiance Field::evaluate_smooth(std::span<const SurfacePoint> x, const Execution& execution) const {
+Irradiance Field::evaluate_smooth(std::span<const SurfacePoint> x, const Execution& execution, bool displayed) const {
     Values both(parts_.smooth.rows(), 2 * parts_.smooth.cols());
     both << parts_.soft_direct, parts_.smooth;
     std::vector<SurfacePoint> inside;
@@ -154,7 +154,9 @@ Irradiance Field::evaluate_smooth(std::span<const SurfacePoint> x, const Executi
     for (const SurfacePoint& point : x) {
         inside.push_back(inset(parts_.scene->mesh, point));
     }
-    const Values h = difusa::evaluate(*parts_.system->discretisation().basis, both, inside, execution);
+    const Basis& basis = *parts_.system->discretisation().basis;
+    const Values h =
+        displayed ? evaluate_display(basis, both, inside, execution) : difusa::evaluate(basis, both, inside, execution);
     Irradiance H;
     H.direct = h.leftCols(parts_.smooth.cols());
     H.indirect = h.rightCols(parts_.smooth.cols()) - H.direct;
@@ -163,7 +165,7 @@ Irradiance Field::evaluate_smooth(std::span<const SurfacePoint> x, const Executi
 
 Irradiance Field::evaluate(std::span<const SurfacePoint> x, std::uint64_t seed, std::string_view purpose,
                            const Execution& execution) const {
-    Irradiance H = evaluate_smooth(x, execution);
+    Irradiance H = evaluate_smooth(x, execution, true);
     if (!parts_.direct_in_basis) {
         DirectLight::Effort effort;
         H.direct += sharp(x, seed, purpose, execution, effort);
@@ -177,7 +179,7 @@ Irradiance Field::gather_smooth(std::span<const SurfacePoint> x, std::size_t ray
                                 std::string_view purpose, const Execution& execution) const {
     // A different seed: the directions must not be those of the sites.
     const std::uint64_t own_seed = RandomStream(seed, purpose).bits();
-    const DirectionPool pool(*parts_.system->parts().directions, rays, own_seed);
+    const DirectionPool pool(parts_.system->fresh_directions(), rays, own_seed);
     Irradiance result;
     result.direct.setZero(static_cast<Eigen::Index>(x.size()), parts_.smooth.cols());
     result.indirect.setZero(static_cast<Eigen::Index>(x.size()), parts_.smooth.cols());

@@ -87,7 +87,8 @@ class Field {
                       const Execution& execution) const;
 
     /// What `evaluate` and `gather` give without the light of sharp sources (except what the coefficients represent).
-    Irradiance evaluate_smooth(std::span<const SurfacePoint> x, const Execution& execution) const;
+    Irradiance evaluate_smooth(std::span<const SurfacePoint> x, const Execution& execution,
+                               bool displayed = false) const;
     Irradiance gather_smooth(std::span<const SurfacePoint> x, std::size_t rays, std::uint64_t seed,
                              std::string_view purpose, const Execution& execution) const;
 

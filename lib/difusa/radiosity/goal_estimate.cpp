@@ -129,11 +129,10 @@ class GoalEstimation {
 
     /// The irradiance from the places as lamps of the power 1 together, by reciprocity; per surfel.
     Values light_of_places() {
-        const SystemParts& parts = system_.parts();
         const Surfels& surfels = *system_.discretisation().surfels;
         const std::size_t rays = std::max(rays_, (adjoint_rays + goal_.places.size() - 1) / goal_.places.size());
         const LightTransport sight =
-            gathered(system_.tracer(), goal_.places, surfels, *parts.directions, rays, seed_, execution_);
+            gathered(system_.tracer(), goal_.places, surfels, system_.fresh_directions(), rays, seed_, execution_);
         result_.rays += sight.rays;
         const auto n = static_cast<Eigen::Index>(goal_.places.size());
         Values shares;

@@ -116,7 +116,7 @@ class Differentiation {
         const auto n = static_cast<Eigen::Index>(goal.places.size());
         const std::size_t each = std::max<std::size_t>(1, rays_ / goal.places.size());
         const LightTransport sight =
-            gathered(system_.tracer(), goal.places, *discretisation_.surfels, *system_.parts().directions, each,
+            gathered(system_.tracer(), goal.places, *discretisation_.surfels, system_.fresh_directions(), each,
                      RandomStream(seed_, "places of gradients").bits(), execution_);
         Values shares;
         sight.W->apply_transpose(Values::Constant(n, channels_, 1.0 / static_cast<double>(n)), shares, execution_);

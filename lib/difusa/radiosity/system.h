@@ -23,13 +23,15 @@ namespace difusa {
 
 /// The components of a system.
 struct SystemParts {
-    std::shared_ptr<const Scene> scene;       ///< whose surface this is
-    std::shared_ptr<const Visibility> engine; ///< built over it
-    std::shared_ptr<const Directions> directions;
+    std::shared_ptr<const Scene> scene;           ///< whose surface this is
+    std::shared_ptr<const Visibility> engine;     ///< built over it
+    std::shared_ptr<const Directions> directions; ///< of the rays from the points
     std::shared_ptr<const Solver> solver;
     Discretisation discretisation;
     LightTransport transport;
     std::uint64_t seed = 1;
+    std::shared_ptr<const Directions> fresh = nullptr; ///< of all other rays; null: the same. Not fixed
+                                                       ///< (Directions::is_fixed), so that they tell errors
 };
 
 /// The discretised equation has no solution that its bounces add up to: its spectral radius is not below 1.
@@ -90,6 +92,9 @@ class RadiositySystem : public std::enable_shared_from_this<RadiositySystem> {
     explicit RadiositySystem(SystemParts parts) : parts_(std::move(parts)) {}
 
     const SystemParts& parts() const { return parts_; }
+
+    /// Of rays that are not those of the system's points.
+    const Directions& fresh_directions() const { return parts_.fresh ? *parts_.fresh : *parts_.directions; }
     const Discretisation& discretisation() const { return parts_.discretisation; }
     const LightTransport& transport() const { return parts_.transport; }
     Tracer tracer() const { return {parts_.scene->mesh, *parts_.engine}; }

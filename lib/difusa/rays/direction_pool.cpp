@@ -39,6 +39,16 @@ DirectionSet sorted(const DirectionSet& set) {
     return result;
 }
 
+/// To multiples of 2^-52 that sum to exactly 1: the largest takes the rounding errors of all.
+void round_weights(std::vector<double>& weight) {
+    double missing = 1.0;
+    for (double& each : weight) {
+        each = 0x1p-52 * std::nearbyint(0x1p52 * each);
+        missing -= each; // exact
+    }
+    *std::max_element(weight.begin(), weight.end()) += missing;
+}
+
 } // namespace
 
 void tangents(const Vec3& n, Vec3& t, Vec3& b) {
@@ -49,8 +59,9 @@ void tangents(const Vec3& n, Vec3& t, Vec3& b) {
     b = Vec3(c, sign + n[1] * n[1] * a, -n[1]);
 }
 
-DirectionPool::DirectionPool(const Directions& directions, std::size_t count, std::uint64_t seed) : seed_(seed) {
-    for (std::size_t k = 0; k < pool_size; ++k) {
+DirectionPool::DirectionPool(const Directions& directions, std::size_t count, std::uint64_t seed)
+    : seed_(seed), turned_(!directions.is_fixed()) {
+    for (std::size_t k = 0; k < (turned_ ? pool_size : 1); ++k) {
         sets_.push_back(sorted(directions.make(count, RandomStream(seed, "direction set", k))));
         DIFUSA_REQUIRE(sets_[k].direction.size() == sets_[0].direction.size() && !sets_[k].direction.empty() &&
                            sets_[k].weight.size() == sets_[k].direction.size(),
@@ -59,12 +70,17 @@ DirectionPool::DirectionPool(const Directions& directions, std::size_t count, st
         equal_weights_ = equal_weights_ && std::all_of(sets_[k].weight.begin(), sets_[k].weight.end(),
                                                        [&](double weight) { return weight == equal; });
     }
+    if (!equal_weights_) {
+        for (DirectionSet& set : sets_) {
+            round_weights(set.weight);
+        }
+    }
 }
 
 std::span<const double> DirectionPool::rays(const SurfacePoint& x, std::size_t site, std::span<Ray> rays) const {
     RandomStream stream(seed_, "directions of site", site);
-    const DirectionSet& set = sets_[stream.below(pool_size)];
-    const double angle = 2.0 * std::numbers::pi * stream.uniform();
+    const DirectionSet& set = sets_[stream.below(sets_.size())];
+    const double angle = turned_ ? 2.0 * std::numbers::pi * stream.uniform() : 0.0;
     Vec3 t, b;
     tangents(x.normal, t, b);
     const Vec3 t_turned = std::cos(angle) * t + std::sin(angle) * b;

@@ -11,12 +11,13 @@
 namespace difusa {
 
 /// Rotating a set about the normal preserves its weights and its stratification, so every site has its own random set;
-/// sites may share a set, but never with the same rotation.
+/// sites may share a set, but never with the same rotation. A fixed set (Directions::is_fixed) is used as it is.
 class DirectionPool {
   public:
     DirectionPool(const Directions& directions, std::size_t count, std::uint64_t seed);
 
-    /// Number of directions in a set.
+    /// Number of directions in a set. The weights of each set are multiples of 2^-52 that sum to exactly 1, whatever
+    /// the order of summation; unless they are all 1 / count().
     std::size_t count() const { return sets_.front().direction.size(); }
 
     /// True if all directions of all sets have the weight 1 / count().
@@ -28,6 +29,7 @@ class DirectionPool {
   private:
     std::vector<DirectionSet> sets_;
     std::uint64_t seed_;
+    bool turned_; ///< about the normal, by a random angle for each site
     bool equal_weights_ = true;
 };
 

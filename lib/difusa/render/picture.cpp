@@ -131,7 +131,7 @@ class Look {
         });
         if (std::any_of(view.shows.begin(), view.shows.end(),
                         [](const Show& show) { return show.quantity == Quantity::error; })) {
-            errors_.emplace(result.solution, *result.error, result.options.rays, execution_);
+            errors_.emplace(result.solution, *result.error, execution_);
         }
         // The shadow rays to area lights of all samples of a pixel add up.
         parts_.shadow_rays_per_round = std::max<std::size_t>(8, parts_.shadow_rays_per_round / view.options.samples);

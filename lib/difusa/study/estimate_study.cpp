@@ -112,7 +112,7 @@ EstimateTrial compare(const KnownLight& light, const BakeResult& result, const E
     if (light.indirect.rows() > 0) {
         trial.indirect = rms(light, judged_indirect_of(*result.scene, got, channels) - light.indirect);
     }
-    const ErrorMap map(result.solution, error, result.options.rays, execution);
+    const ErrorMap map(result.solution, error, execution);
     const Eigen::VectorXd expected = map.at(std::span(light.places).first(light.even), execution).error.col(0);
     const Eigen::VectorXd size = miss.topRows(expected.size()).rowwise().norm();
     trial.rank_correlation = rank_correlation(size, expected);
@@ -197,6 +197,8 @@ std::vector<EstimateTrial> try_estimate(const Registry& registry, const KnownLig
         trials.push_back(compare(light, result, execution));
         trials.back().share_of_time = clock.estimates / clock.total;
         trials.back().seconds = clock.total;
+        trials.back().sites = result.sites->size();
+        trials.back().transport_bytes = result.system->transport().bytes;
         trials.back().above_target = own.target && trials.back().total > own.target->relative * trials.back().reflected;
         tell(trials.back());
     }

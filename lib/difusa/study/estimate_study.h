@@ -43,6 +43,7 @@ struct EstimateTrial {
     double covered = 0.0;          ///< share of the places whose error is below twice the estimate there
     double share_of_time = 0.0;    ///< of `seconds`, for the estimate
     double seconds = 0.0;          ///< the bake's processor time up to the field and the estimate
+    std::size_t sites = 0, transport_bytes = 0;
     bool above_target = false;     ///< the true error exceeds BakeOptions::target
 };
 

@@ -1,3 +1,4 @@
+#include <difusa/bake/choices.h>
 #include <difusa/study/inspect_basis.h>
 
 #include <difusa/bake/scene.h>
@@ -249,8 +250,9 @@ BasisInspection inspect_basis(const Registry& registry, const std::filesystem::p
     std::shared_ptr<Sampler> sampler;
     std::shared_ptr<Basis> basis;
     std::shared_ptr<Visibility> visibility;
-    make(sampler, options.sampler);
     make(basis, options.basis);
+    result.options.sampler = fitting_sampler(options.sampler, options.basis, *basis);
+    make(sampler, result.options.sampler);
     if (sampler->needs_visibility()) {
         std::vector<std::string> notes;
         result.options.visibility = choose_visibility(registry, options.visibility, notes);

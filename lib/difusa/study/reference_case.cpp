@@ -8,6 +8,7 @@
 #include <difusa/study/references/cylinder.h>
 #include <difusa/study/references/manufactured.h>
 #include <difusa/study/references/plates.h>
+#include <difusa/study/references/shelf.h>
 #include <difusa/study/references/sphere.h>
 
 #include <algorithm>
@@ -194,6 +195,29 @@ ReferenceCase plates() {
     return result;
 }
 
+ReferenceCase infinite_shelf() {
+    ShelfParameters p;
+    p.E = {1.0, 0.5, 0.0};
+    const double length = 24.0, middle = 1.0;
+    const auto exact = std::make_shared<Shelf>(p);
+    ReferenceCase result;
+    result.about = "a shelf of depth and height 1 and length 24 (L 33), floor and back emitting, reflectance 0.5, "
+                   "assessed in the middle 2";
+    result.exact = exact;
+    Scene& scene = result.scene;
+    const double low = -0.5 * length;
+    scene.mesh = rectangle(Vec3(0, low, 0), Vec3(p.a, 0, 0), Vec3(0, length, 0), 1, 24);
+    add(scene.mesh, rectangle(Vec3(0, low, 0), Vec3(0, length, 0), Vec3(0, 0, p.b), 24, 1), 1);
+    add(scene.mesh, rectangle(Vec3(0, low, p.b), Vec3(0, length, 0), Vec3(p.a, 0, 0), 24, 1), 2);
+    scene.materials = {grey("floor", p.rho[0], p.E[0]), grey("back", p.rho[1], p.E[1]),
+                       grey("ceiling", p.rho[2], p.E[2])};
+    result.judged = [=](const Vec3& x) { return std::abs(x.y()) < middle; };
+    // The least radiosity is the ceiling's, in front; half of its mean is less.
+    result.mesh_error = exact->missing(0.5 * length - middle) / (0.5 * exact->mean_radiosity()[2]);
+    result.spacings = {0.4, 0.2, 0.1};
+    return result;
+}
+
 ReferenceCase inside_of_cylinder() {
     const CylinderParameters p;
     const double length = 12.0;
@@ -221,6 +245,7 @@ const std::vector<std::pair<std::string, ReferenceCase (*)()>>& cases() {
                                                                               {"sphere", inside_of_sphere},
                                                                               {"bowl", bowl},
                                                                               {"plates", plates},
+                                                                              {"shelf", infinite_shelf},
                                                                               {"cylinder", inside_of_cylinder}};
     return all;
 }

@@ -32,7 +32,7 @@ struct ReferenceCase {
     bool smooth = false;          ///< irradiance is smooth on each region: shows orders of convergence
 };
 
-/// "ball-over-disc" (T ch. 7), "manufactured-box", "sphere", "bowl", "plates", "cylinder".
+/// "ball-over-disc" (T ch. 7), "manufactured-box", "sphere", "bowl", "plates", "shelf", "cylinder".
 std::vector<std::string> reference_case_names();
 
 /// Throws UsageError for an unknown name, with the nearest one.

@@ -68,6 +68,12 @@ void put(Bins& bins, std::vector<std::pair<Index, double>>& order, SparseRows::R
         order.emplace_back(bins.bin[k], bins.weight[k]);
     }
     std::sort(order.begin(), order.end());
+    std::size_t distinct = 0;
+    for (std::size_t k = 0; k < order.size(); ++k) {
+        distinct += k == 0 || order[k].first != order[k - 1].first ? 1U : 0U;
+    }
+    row.column.reserve(distinct);
+    row.value.reserve(distinct);
     for (const auto& [bin, weight] : order) {
         if (row.column.empty() || row.column.back() != bin) {
             row.column.push_back(bin);

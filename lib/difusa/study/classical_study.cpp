@@ -1,0 +1,106 @@
+#include <difusa/study/classical_study.h>
+
+#include <difusa/core/text.h>
+#include <difusa/io/chart.h>
+
+#include <array>
+#include <cstdio>
+#include <utility>
+
+namespace difusa {
+
+namespace {
+
+double relative_error(const EstimateTrial& trial) {
+    return trial.reflected > 0.0 ? trial.total / trial.reflected : 0.0;
+}
+
+double field_seconds(const EstimateTrial& trial) {
+    return trial.seconds * (1.0 - trial.share_of_time);
+}
+
+} // namespace
+
+std::vector<ComparedMethod> compared_methods(const BakeOptions& common) {
+    struct MethodChoice {
+        const char *name, *basis, *directions, *direct;
+    };
+    constexpr std::array<MethodChoice, 6> choices{
+        {{"patches, hemicube", "patch-constant", "hemicube", "interpolated"},
+         {"patches, hemicube, Gouraud", "patch-constant:display=gouraud", "hemicube", "interpolated"},
+         {"vertices, hemicube", "vertex-linear", "hemicube", "interpolated"},
+         {"vertices, hemicube, exact direct light", "vertex-linear", "hemicube", "exact"},
+         {"meshless, all light in the basis", "moving-least-squares", "fibonacci", "interpolated"},
+         {"meshless", "moving-least-squares", "fibonacci", "exact"}}};
+    std::vector<ComparedMethod> methods;
+    for (const MethodChoice& choice : choices) {
+        BakeOptions bake = common;
+        bake.basis = choice.basis;
+        bake.sampler.clear();
+        bake.projection.clear();
+        bake.directions = choice.directions;
+        bake.direct = choice.direct;
+        methods.push_back({choice.name, std::move(bake)});
+    }
+    return methods;
+}
+
+std::vector<MethodTrial> compare_methods(const Registry& registry, const KnownLight& light, const BakeOptions& common,
+                                         const std::vector<std::size_t>& sites, const Execution& execution,
+                                         const std::function<void(const MethodTrial&)>& tell) {
+    std::vector<MethodTrial> trials;
+    for (const ComparedMethod& method : compared_methods(common)) {
+        for (const std::size_t count : sites) {
+            BakeOptions own = method.bake;
+            own.sites = count;
+            own.spacing = 0.0;
+            const std::vector<EstimateTrial> one = try_estimate(registry, light, own, 1, execution, [](const auto&) {});
+            trials.push_back({light.name, method.name, one.front()});
+            tell(trials.back());
+        }
+    }
+    return trials;
+}
+
+std::string method_header() {
+    return "| scene | method | sites | transport, MB | processor, s | error |\n|---|---|---|---|---|---|\n";
+}
+
+std::string method_row(const MethodTrial& t) {
+    std::array<char, 96> numbers{};
+    std::snprintf(numbers.data(), numbers.size(), "%zu | %.2f | %.2f | %.1f %%", t.trial.sites,
+                  1e-6 * static_cast<double>(t.trial.transport_bytes), field_seconds(t.trial),
+                  100.0 * relative_error(t.trial));
+    return "| " + t.scene + " | " + t.method + " | " + numbers.data() + " |\n";
+}
+
+std::string method_csv_header() {
+    return "scene,method,sites,transport_bytes,processor_seconds,error_W_per_m2,reflected_W_per_m2,relative_error\n";
+}
+
+std::string method_csv_row(const MethodTrial& t) {
+    return csv_quoted(t.scene) + "," + csv_quoted(t.method) + "," + std::to_string(t.trial.sites) + "," +
+           std::to_string(t.trial.transport_bytes) + "," + text_of(field_seconds(t.trial)) + "," +
+           text_of(t.trial.total) + "," + text_of(t.trial.reflected) + "," + text_of(relative_error(t.trial)) + "\n";
+}
+
+std::string method_chart(const std::vector<MethodTrial>& trials) {
+    Chart chart;
+    chart.title = trials.empty() ? "" : trials.front().scene + ": classical and meshless";
+    chart.x_title = "processor time, s";
+    chart.y_title = "rms error relative to the reflected light";
+    chart.x_log = chart.y_log = true;
+    for (const MethodTrial& t : trials) {
+        if (chart.series.empty() || chart.series.back().name != t.method) {
+            chart.series.emplace_back();
+            chart.series.back().name = t.method;
+            chart.series.back().markers = true;
+            chart.series.back().colour = static_cast<int>(chart.series.size()) - 1;
+        }
+        chart.series.back().x.push_back(field_seconds(t.trial));
+        chart.series.back().y.push_back(relative_error(t.trial));
+    }
+    return svg_of(chart);
+}
+
+} // namespace difusa

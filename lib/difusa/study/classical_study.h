@@ -1,0 +1,46 @@
+// The classical method of the lectures (patches or vertices of a mesh, form factors by hemicube) beside the meshless
+// one on the same scenes: error against time, unknowns and memory.
+#pragma once
+
+#include <difusa/study/estimate_study.h>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace difusa {
+
+/// A method of the comparison.
+struct ComparedMethod {
+    std::string name;
+    BakeOptions bake; ///< the common options with what the method chooses
+};
+
+/// Classical, with all light carried by the mesh: patches with hemicubes, shown flat and Gouraud shaded (L 53), and
+/// vertices with hemicubes. Between: vertices with direct light evaluated exactly. Meshless: the default basis, with
+/// all light carried by it, and with exact direct light, the default.
+std::vector<ComparedMethod> compared_methods(const BakeOptions& common);
+
+struct MethodTrial {
+    std::string scene, method;
+    EstimateTrial trial;
+};
+
+/// One bake of each method with about each of these numbers of sites. `tell` is called with each.
+std::vector<MethodTrial> compare_methods(const Registry& registry, const KnownLight& light, const BakeOptions& common,
+                                         const std::vector<std::size_t>& sites, const Execution& execution,
+                                         const std::function<void(const MethodTrial&)>& tell);
+
+/// A row of a Markdown table, and its header: sites, megabytes of the transport, processor time up to the field, rms
+/// error of the radiosity relative to the reflected radiosity.
+std::string method_header();
+std::string method_row(const MethodTrial& trial);
+
+/// As CSV.
+std::string method_csv_header();
+std::string method_csv_row(const MethodTrial& trial);
+
+/// Error against processor time, a line for each method, as SVG.
+std::string method_chart(const std::vector<MethodTrial>& trials);
+
+} // namespace difusa
