@@ -47,7 +47,7 @@ Choice choose_transport(const std::string& text) {
         {"adaptive",
          Type::word,
          "yes",
-         "whether mirror patches are quartered until they cover no more than that where their paths end",
+         "whether mirror patches are quartered until they cover no more than that at the farthest surface they show",
          0,
          0,
          {"yes", "no"}}};

@@ -51,14 +51,12 @@ using FactorEntry = std::pair<Index, double>;
 /// A path on its way: p -> linear p + shift is the image of what it sees, reflected in all mirrors up to here.
 struct MirrorPath {
     MirrorPatch patch;
-    int quarterings = 0;
     Ray ray; ///< the next part of it; its direction is unit
     std::vector<MetMirror> met;
     double reflectance = 1.0;
     double length = 0.0;
     Eigen::Matrix3d linear = Eigen::Matrix3d::Identity();
     Vec3 shift = Vec3::Zero();
-    std::vector<FactorEntry> entries; ///< at the mirrors it has met, which may be diffuse as well
 };
 
 /// All paths from one site at a time. Scratch of one thread.
@@ -78,35 +76,50 @@ class MirrorPathTracer {
         entries.clear();
         a_ = a;
         from_ = inset(mesh_, sites_.points[a]);
-        next_.clear();
-        for (const MirrorPatch& patch : patches_) {
-            begin(patch, 0);
+        reach_.assign(mesh_.triangles.size(), 0.0);
+        if (options_.adaptive) {
+            probing_ = true;
+            trace();
+            probing_ = false;
         }
-        while (!next_.empty()) {
-            paths_.swap(next_);
-            next_.clear();
-            cast();
-            reflect_first();
-            while (!paths_.empty()) {
-                cast();
-                arrive();
-            }
-        }
+        trace();
     }
 
     std::size_t rays() const { return rays_cast_; }
 
   private:
-    void begin(const MirrorPatch& patch, int quarterings) {
-        const Vec3 centre = mesh_.at(patch.triangle, patch.u, patch.v).position;
-        const Vec3 way = centre - from_.position;
-        if (from_.normal.dot(way) > 0.0 && mesh_.normals[patch.triangle].dot(way) < 0.0) {
-            next_.emplace_back();
-            next_.back().patch = patch;
-            next_.back().quarterings = quarterings;
-            next_.back().ray = {from_.position, way.normalized(), from_.face};
+    /// All paths: with what they carry, or if `probing_`, for what they reach.
+    void trace() {
+        paths_.clear();
+        for (const MirrorPatch& patch : patches_) {
+            begin(patch, MirrorPathOptions::most_quarterings);
+        }
+        cast();
+        reflect_first();
+        while (!paths_.empty()) {
+            cast();
+            arrive();
         }
     }
+
+    /// Towards a patch, or its parts if it covers too much at the farthest surface that its triangle shows.
+    void begin(const MirrorPatch& patch, int quarterings) {
+        const Vec3 way = mesh_.at(patch.triangle, patch.u, patch.v).position - from_.position;
+        const double distance = way.norm(), cosine = -mesh_.normals[patch.triangle].dot(way) / distance;
+        if (quarterings > 0 && small_solid_angle(area_of(patch), std::max(0.0, cosine), distance) *
+                                       reach_[patch.triangle] * reach_[patch.triangle] >
+                                   largest_) {
+            for (const MirrorPatch& quarter : quartered(patch)) {
+                begin(quarter, quarterings - 1);
+            }
+        } else if (from_.normal.dot(way) > 0.0 && cosine > 0.0) {
+            paths_.emplace_back();
+            paths_.back().patch = patch;
+            paths_.back().ray = {from_.position, way / distance, from_.face};
+        }
+    }
+
+    double area_of(const MirrorPatch& patch) const { return mesh_.areas[patch.triangle] * patch.size * patch.size; }
 
     void cast() {
         rays_.clear();
@@ -124,8 +137,7 @@ class MirrorPathTracer {
         for (std::size_t i = 0; i < paths_.size(); ++i) {
             MirrorPath& path = paths_[i];
             if (hits_[i].face == path.patch.triangle && hits_[i].front) {
-                const double area = mesh_.areas[path.patch.triangle] * path.patch.size * path.patch.size;
-                reflect(path, hits_[i], area);
+                reflect(path, hits_[i], area_of(path.patch));
                 if (kept != i) {
                     paths_[kept] = std::move(path);
                 }
@@ -148,38 +160,33 @@ class MirrorPathTracer {
 
     /// The ends of reflected paths: surfaces have their share, and mirrors reflect them on.
     void arrive() {
-        std::vector<MirrorPath> on;
+        std::size_t kept = 0;
         for (std::size_t i = 0; i < paths_.size(); ++i) {
             MirrorPath& path = paths_[i];
             const Hit& hit = hits_[i];
-            if (hit.face != none && hit.front) {
-                const double length = path.length + hit.t, cosine = -mesh_.normals[hit.face].dot(path.ray.direction);
-                if (options_.adaptive && path.quarterings < MirrorPathOptions::most_quarterings &&
-                    covered_by(path.met.front(), length) > largest_ * cosine) {
-                    for (const MirrorPatch& quarter : quartered(path.patch)) {
-                        begin(quarter, path.quarterings + 1);
-                    }
-                    continue;
-                }
-                add_entries(path, hit, length, cosine);
-                const Index kind = mesh_.mirrors.kind(hit.face);
-                if (kind != none && path.met.size() < mesh_.mirrors.most && mesh_.mirrors.reflectance[kind][0] > 0.0) {
-                    reflect(path, hit, areas_met_[hit.face]);
-                    on.push_back(std::move(path));
-                    continue;
-                }
+            if (hit.face == none || !hit.front) {
+                continue;
             }
-            entries_->insert(entries_->end(), path.entries.begin(), path.entries.end());
+            const double length = path.length + hit.t;
+            if (probing_) {
+                double& reach = reach_[path.patch.triangle];
+                reach = std::max(reach, length);
+            } else {
+                add_entries(path, hit, length);
+            }
+            const Index kind = mesh_.mirrors.kind(hit.face);
+            if (kind != none && path.met.size() < mesh_.mirrors.most && mesh_.mirrors.reflectance[kind][0] > 0.0) {
+                reflect(path, hit, areas_met_[hit.face]);
+                if (kept != i) {
+                    paths_[kept] = std::move(path);
+                }
+                ++kept;
+            }
         }
-        paths_ = std::move(on);
+        paths_.resize(kept);
     }
 
-    /// What a mirror covers at this distance, across the path.
-    static double covered_by(const MetMirror& mirror, double distance) {
-        return small_solid_angle(mirror.area, 1.0, mirror.way) * distance * distance;
-    }
-
-    void add_entries(MirrorPath& path, const Hit& hit, double length, double cosine) {
+    void add_entries(const MirrorPath& path, const Hit& hit, double length) {
         const bool printed = options_.paths == MirrorPaths::printed;
         double least = std::numeric_limits<double>::infinity(); // as seen from the site, or printed, from the end
         for (const MetMirror& mirror : path.met) {
@@ -188,6 +195,7 @@ class MirrorPathTracer {
         discretisation_.basis->evaluate(mesh_.at(hit.face, hit.u, hit.v), row_);
         const SurfacePoint& x = sites_.points[a_];
         const double A_a = sites_.area[a_];
+        const double cosine = -mesh_.normals[hit.face].dot(path.ray.direction);
         const double cosine_a = from_.normal.dot(path.linear * path.ray.direction);
         for (std::size_t i = 0; i < row_.element.size(); ++i) {
             const Index b = row_.element[i];
@@ -202,8 +210,8 @@ class MirrorPathTracer {
                                            : kernel_.form_factor(place, normal, x.position, x.normal, A_a);
             const double of_other =
                 printed ? small_solid_angle(A_a, cosine_a, length) : small_solid_angle(A_b, cosine, length);
-            path.entries.emplace_back(b, row_.weight[i] * path.reflectance * share_in_sight(least, of_other) *
-                                             form_factor);
+            entries_->emplace_back(b,
+                                   row_.weight[i] * path.reflectance * share_in_sight(least, of_other) * form_factor);
         }
     }
 
@@ -215,12 +223,14 @@ class MirrorPathTracer {
     const MirrorPathOptions& options_;
     const std::vector<MirrorPatch>& patches_;
     const std::vector<double>& areas_met_;
-    double largest_; ///< area to be covered at the end of a path, if adaptive
+    double largest_;            ///< area that a patch may cover across the end of a path, if adaptive
+    std::vector<double> reach_; ///< for each mirror's triangle, the length of the longest path over it; 0: unknown
+    bool probing_ = false;
 
     Index a_ = none;
     SurfacePoint from_;
     std::vector<FactorEntry>* entries_ = nullptr;
-    std::vector<MirrorPath> next_, paths_;
+    std::vector<MirrorPath> paths_;
     std::vector<Ray> rays_;
     std::vector<Hit> hits_;
     BasisRow row_;

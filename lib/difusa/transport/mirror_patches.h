@@ -25,7 +25,9 @@ enum class MirrorPaths {
 struct MirrorPathOptions {
     MirrorPaths paths = MirrorPaths::gathered;
     double granularity = 1.0; ///< longest edge of the mirror patches, in spacings of the sites
-    bool adaptive = true;     ///< patches that cover more than that at the path's end are quartered
+    /// For each site and mirror: patches that cover more than that at the farthest surface which the mirror shows the
+    /// site are quartered. Whether a patch itself shows anything does not count, or sums would miss what lies at edges.
+    bool adaptive = true;
 
     static constexpr int most_quarterings = 5; ///< of a patch, one after the other
 };
