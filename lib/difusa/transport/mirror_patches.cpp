@@ -302,9 +302,11 @@ MirroredFactors mirrored_factors(const Tracer& tracer, const Discretisation& dis
     std::vector<std::size_t> cast(n, 0);
     parallel_for(n, 1, execution, [&](std::size_t begin, std::size_t end, unsigned) {
         MirrorPathTracer paths(tracer, discretisation, kernel, options, patches, areas);
+        std::vector<FactorEntry> all; // far more than different ones
         for (std::size_t a = begin; a < end; ++a) {
-            paths.follow(static_cast<Index>(a), entries[a]);
-            merge(entries[a]);
+            paths.follow(static_cast<Index>(a), all);
+            merge(all);
+            entries[a].assign(all.begin(), all.end());
         }
         cast[begin] = paths.rays();
     });
