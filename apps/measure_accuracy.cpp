@@ -9,6 +9,7 @@
 #include <difusa/io/field_file.h>
 #include <difusa/rays/visibility_choice.h>
 #include <difusa/study/estimate_study.h>
+#include <difusa/study/mirror_study.h>
 #include <difusa/study/ring_curves.h>
 #include <difusa/study/solver_study.h>
 #include <difusa/study/study.h>
@@ -60,6 +61,9 @@ Examples:
   measure_accuracy --output study --validation cie-171 --case 5.11 --rays 8192
       those whose names begin with 5.11, with more rays
 
+  measure_accuracy --output study --mirrors
+      form factors over mirror patches: errors by their granularity, and the distance of what they show (data/MIRRORS.md)
+
 Cases: %CASES%.
 
 Exit codes: 0 done, 1 usage, 3 not converged, 4 resources, 5 internal, 130 interrupted.
@@ -78,6 +82,7 @@ struct Arguments {
     std::optional<std::size_t> sites; ///< of those systems
     bool side_by_side = false;
     std::string validation; ///< name of the collection
+    bool mirrors = false;
     difusa::RunArguments run;
 };
 
@@ -131,6 +136,8 @@ void declare(CLI::App& app, Arguments& a) {
     app.add_flag("--side-by-side", a.side_by_side,
                  "the classical method beside the meshless one instead, on each --case and --scene (default sites: 500 "
                  "and 2000)");
+    app.add_flag("--mirrors", a.mirrors,
+                 "form factors over mirror patches instead, in situations with one mirror and with two");
 
     app.add_option("--validation", a.validation,
                    "published validation cases instead: cie-171; --case names them by how they begin, e.g. 5.9")
@@ -405,6 +412,45 @@ void validate(Arguments& a, const difusa::Registry& registry, const difusa::Exec
     write(a.output / "validation.csv", csv);
 }
 
+/// What --mirrors does not take.
+void check_mirrors(const Arguments& a) {
+    const std::vector<std::pair<bool, std::string>> given{{!a.plan.cases.empty(), "--case"},
+                                                          {!a.plan.bases.empty(), "--basis"},
+                                                          {!a.plan.projections.empty(), "--projection"},
+                                                          {!a.plan.transports.empty(), "--transport"},
+                                                          {!a.plan.rays.empty(), "--rays"},
+                                                          {!a.plan.final_gathers.empty(), "--final-gather"},
+                                                          {!a.scenes.empty(), "--scene"},
+                                                          {!a.solvers.empty(), "--solver"},
+                                                          {!a.validation.empty(), "--validation"},
+                                                          {a.side_by_side, "--side-by-side"},
+                                                          {a.chapter7, "--chapter7"},
+                                                          {a.estimate > 0, "--estimate"},
+                                                          {a.repeats > 1, "--repeat"},
+                                                          {a.plan.spacings.size() > 1, "a second --spacing"}};
+    for (const auto& [is, name] : given) {
+        if (a.mirrors && is) {
+            throw UsageError("--mirrors does not take " + name);
+        }
+    }
+}
+
+void judge_mirrors(const Arguments& a, const difusa::Registry& registry, const difusa::Execution& execution) {
+    std::string table = difusa::mirror_header();
+    if (!a.run.quiet) {
+        std::cout << table << std::flush;
+    }
+    const double spacing = a.plan.spacings.empty() ? 0.1 : a.plan.spacings.front();
+    difusa::mirror_study(registry, spacing, a.plan.common.seed, execution, [&](const difusa::MirrorTrial& trial) {
+        const std::string row = difusa::mirror_row(trial);
+        if (!a.run.quiet) {
+            std::cout << row << std::flush;
+        }
+        table += row;
+    });
+    write(a.output / "mirrors.md", table);
+}
+
 /// What --solver needs, and does not take.
 void check_solvers(const Arguments& a, const difusa::Registry& registry) {
     if (a.solvers.empty() && (!a.albedos.empty() || (a.sites && !a.side_by_side))) {
@@ -525,6 +571,7 @@ void run(Arguments& a) {
     const difusa::Registry registry = difusa::Registry::load(a.run.plugin_path);
     // Wrong names are rejected before the work starts.
     check_validation(a);
+    check_mirrors(a);
     for (const std::string& name : a.plan.cases) {
         if (a.validation.empty()) {
             difusa::require_reference_case(name);
@@ -562,7 +609,9 @@ void run(Arguments& a) {
     difusa::check_output_path(a.output / "measurements.csv", false);
     difusa::TerminalProgress progress(true); // interruptible; the measurements show the progress
     const difusa::Execution execution{a.run.threads, &progress};
-    if (!a.validation.empty()) {
+    if (a.mirrors) {
+        judge_mirrors(a, registry, execution);
+    } else if (!a.validation.empty()) {
         validate(a, registry, execution);
     } else if (a.side_by_side) {
         side_by_side(a, registry, execution);

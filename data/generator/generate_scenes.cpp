@@ -43,7 +43,9 @@ const std::vector<Kept>& kept() {
              write_text(daylit_room_points(), d / "daylit_room_points.csv");
          }},
         {"furnace_box", [](const Directory& d) { write_obj(furnace_box(), d, "furnace_box"); }},
+        {"mirror_double", [](const Directory& d) { write_scene(mirror_double(), d, "mirror_double"); }},
         {"mirror_room", [](const Directory& d) { write_scene(mirror_room(), d, "mirror_room"); }},
+        {"mirror_single", [](const Directory& d) { write_scene(mirror_single(), d, "mirror_single"); }},
         {"office",
          [](const Directory& d) {
              write_text(office_json(), d / "office.json");

@@ -26,14 +26,17 @@ void refuse_for_mirrors(const BakeResult& result, const Choices& choices) {
         return;
     }
     if (choices.pairwise) {
-        throw UsageError("--transport " + result.options.transport + ": " + result.file +
-                         " has mirrors, and pairwise transport connects sites by straight lines: use --transport "
-                         "gather");
+        if (!result.scene->mesh.mirrors.is_grey()) {
+            throw UsageError("--transport " + result.options.transport + ": " + result.file +
+                             " has coloured mirrors, and pairwise transport has one form factor for all channels; use "
+                             "--transport gather");
+        }
+        return;
     }
     if (choices.solver->needs_factors()) {
         throw UsageError("--solver " + result.options.solver + ": " + result.file +
                          " has mirrors, and relaxing one unknown after the other needs rows that do not go over "
-                         "mirrors; use krylov or jacobi");
+                         "mirrors; use krylov or jacobi, or --transport pairwise");
     }
 }
 

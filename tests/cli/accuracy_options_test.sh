@@ -50,3 +50,12 @@ expect_exit 0 "$bake" "$DIFUSA_DATA/ball_over_disc.obj" out.vtp $small --sun 0,0
 expect_text stdout "from suns and point lights"
 expect_no_text stdout "uniform sky"
 expect_text out.json '"towards"'
+
+# Pairwise transport sees mirrors by patches: without colour, with every solver, and it can be relit.
+expect_refusal 1 "coloured mirrors" "$bake" "$DIFUSA_DATA/mirror_room.json" out.vtp --transport pairwise
+expect_refusal 1 "or --transport pairwise" "$bake" "$DIFUSA_DATA/mirror_single.json" out.vtp --solver progressive
+for paths in gathered shot printed; do
+    expect_exit 0 "$bake" "$DIFUSA_DATA/mirror_double.json" out.vtp --sites 200 --rays 32 --error-points 0 \
+        --transport "pairwise:mirrors=$paths" --solver progressive --direct interpolated --save-transport out.difusa
+    expect_exit 0 "$DIFUSA_BIN/relight" out.difusa again.vtp
+done

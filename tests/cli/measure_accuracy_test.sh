@@ -77,3 +77,8 @@ radiosity_of() {
 }
 [ -n "$(radiosity_of out.vtp)" ] && [ "$(radiosity_of out.vtp)" = "$(radiosity_of "$(ls steps_*.vtp | tail -1)")" ] ||
     fail "the last member is not the result"
+
+# Form factors over mirror patches.
+expect_refusal 1 "--mirrors does not take --case" "$measure" --output study --mirrors --case sphere
+expect_exit 0 "$measure" --output mirrors --mirrors --spacing 0.4
+expect_text stdout "| single | 1 | 1 | printed | 4 | 8 |" "| double | 4 | 4 | gathered | 1, adaptive |" "written: mirrors"

@@ -40,9 +40,10 @@ struct Discretised {
         return difusa::gathered(tracer(), discretisation.points, *discretisation.surfels,
                                 *plugin<Directions>(directions), rays, 1, Execution{});
     }
-    LightTransport paired(const std::string& kernel, unsigned threads = 1, std::size_t rays = 16) const {
-        return pairwise(tracer(), discretisation, *plugin<Kernel>(kernel), *plugin<Directions>("low-discrepancy"), rays,
-                        1, Execution{threads, nullptr, nullptr});
+    LightTransport paired(const std::string& kernel, unsigned threads = 1, std::size_t rays = 16,
+                          const MirrorPathOptions& over_mirrors = {}) const {
+        return pairwise(tracer(), discretisation, *plugin<Kernel>(kernel), over_mirrors,
+                        *plugin<Directions>("low-discrepancy"), rays, 1, Execution{threads, nullptr, nullptr});
     }
 
     /// The same on all surfels.

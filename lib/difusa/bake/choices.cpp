@@ -55,6 +55,45 @@ void check_directions(const Directions& directions, const BakeOptions& options) 
     }
 }
 
+Choice choose_transport(const std::string& text) {
+    using Type = ParameterSpec::Type;
+    const std::vector<ParameterSpec> pairwise{
+        {"areas",
+         Type::word,
+         "integral",
+         "effective areas: integrals of the basis functions (T 5.3), or from neighbours (T 5.5)",
+         0,
+         0,
+         {"integral", "neighbours"}},
+        {"mirrors",
+         Type::word,
+         "gathered",
+         "paths over mirror patches: from receivers, from emitters, or from these with the factors of M as printed",
+         0,
+         0,
+         {"gathered", "shot", "printed"}},
+        {"granularity", Type::real, "1", "longest edge of mirror patches, in spacings of the sites", 0.01, 1000, {}},
+        {"adaptive",
+         Type::word,
+         "yes",
+         "whether mirror patches are quartered until they cover no more than that at the farthest surface they show",
+         0,
+         0,
+         {"yes", "no"}}};
+    return parse_choice("transport", text, {{"gather", {}}, {"pairwise", pairwise}});
+}
+
+MirrorPathOptions mirror_paths(const Parameters& parameters) {
+    MirrorPathOptions options;
+    const std::string& paths = parameters.word("mirrors");
+    options.paths = paths == "gathered" ? MirrorPaths::gathered
+                    : paths == "shot"   ? MirrorPaths::shot
+                                        : MirrorPaths::printed;
+    options.granularity = parameters.real("granularity");
+    options.adaptive = parameters.word("adaptive") == "yes";
+    return options;
+}
+
 } // namespace
 
 std::string fitting_sampler(const std::string& chosen, const std::string& basis_choice, const Basis& basis) {
@@ -76,16 +115,12 @@ Choices make_choices(const Registry& registry, const BakeOptions& options) {
         object = registry.create<T>(choice);
         choices.plugins.emplace_back(kind_of<T>(), registry.describe(kind_of<T>(), choice));
     };
-    const ParameterSpec areas{"areas",
-                              ParameterSpec::Type::word,
-                              "integral",
-                              "effective areas: integrals of the basis functions (T 5.3), or from neighbours (T 5.5)",
-                              0,
-                              0,
-                              {"integral", "neighbours"}};
-    const Choice transport = parse_choice("transport", options.transport, {{"gather", {}}, {"pairwise", {areas}}});
+    const Choice transport = choose_transport(options.transport);
     choices.pairwise = transport.name == "pairwise";
-    choices.neighbour_areas = choices.pairwise && transport.parameters.word("areas") == "neighbours";
+    if (choices.pairwise) {
+        choices.neighbour_areas = transport.parameters.word("areas") == "neighbours";
+        choices.over_mirrors = mirror_paths(transport.parameters);
+    }
     choices.plugins.emplace_back("transport", transport.text());
     choices.direct_in_basis =
         parse_choice("direct", options.direct, {{"exact", {}}, {"interpolated", {}}}).name == "interpolated";

@@ -9,6 +9,7 @@
 #include <difusa/rays/directions.h>
 #include <difusa/rays/visibility.h>
 #include <difusa/transport/kernel.h>
+#include <difusa/transport/mirror_patches.h>
 
 #include <memory>
 #include <optional>
@@ -37,11 +38,12 @@ struct Choices {
     std::shared_ptr<Kernel> kernel;                           ///< null unless pairwise
     std::shared_ptr<Solver> solver;
     bool pairwise = false;
-    bool neighbour_areas = false; ///< for pairwise transport
-    bool direct_in_basis = false; ///< BakeOptions::direct is "interpolated"
-    bool operator_bounce = false; ///< BakeOptions::first_bounce is "operator"
-    bool stop_by_change = false;  ///< BakeOptions::stop is "change"
-    bool may_be_dark = false;     ///< LightingOptions::may_be_dark
+    bool neighbour_areas = false;   ///< for pairwise transport
+    MirrorPathOptions over_mirrors; ///< likewise
+    bool direct_in_basis = false;   ///< BakeOptions::direct is "interpolated"
+    bool operator_bounce = false;   ///< BakeOptions::first_bounce is "operator"
+    bool stop_by_change = false;    ///< BakeOptions::stop is "change"
+    bool may_be_dark = false;       ///< LightingOptions::may_be_dark
     Flip flip = Flip::certain;
     std::string sampler_name;                                 ///< BakeOptions::sampler, or the one it stands for
     std::string sensor;                                       ///< BakeOptions::sensor

@@ -61,6 +61,12 @@ double solver_bytes(const Solver& solver, const ElementChoice& elements, const B
            (solver.needs_columns() ? stored_entries * (sizeof(Index) + sizeof(double)) : 0.0);
 }
 
+/// Rays to mirror patches and on from them, as long as none is quartered and paths go over one mirror.
+std::size_t rays_over_mirrors(std::size_t sites, const BakeResult& result, const Choices& choices) {
+    const double edge = choices.over_mirrors.granularity * result.options.spacing;
+    return 2 * sites * mirror_patch_count(result.scene->mesh, edge);
+}
+
 /// Visibility segments of a bake up to its field, if every surfel and every point lies in a penumbra.
 std::size_t most_segments(std::size_t sites, const BakeResult& result, const Choices& choices,
                           const DirectLight& lights) {
@@ -76,7 +82,7 @@ std::size_t most_segments(std::size_t sites, const BakeResult& result, const Cho
     if (result.options.adaptive) {
         segments += static_cast<std::size_t>(pilot_sites * static_cast<double>(segments));
     }
-    return choices.pairwise ? segments + sites * (sites - 1) / 2 : segments;
+    return choices.pairwise ? segments + sites * (sites - 1) / 2 + rays_over_mirrors(sites, result, choices) : segments;
 }
 
 /// Of one point's row, in bytes; an upper estimate.

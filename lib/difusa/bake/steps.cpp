@@ -167,8 +167,8 @@ TransportSource transport_by_rays(const BakeResult& result, const Choices& choic
         execution.phase("transport");
         const BakeOptions& options = result.options;
         LightTransport transport = choices.pairwise
-                                       ? pairwise(tracer, discretisation, *choices.kernel, *choices.directions,
-                                                  options.rays, options.seed, execution)
+                                       ? pairwise(tracer, discretisation, *choices.kernel, choices.over_mirrors,
+                                                  *choices.directions, options.rays, options.seed, execution)
                                        : gathered(tracer, discretisation.points, *discretisation.surfels,
                                                   *choices.directions, options.rays, options.seed, execution);
         execution.count("rays", transport.rays);

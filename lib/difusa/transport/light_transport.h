@@ -24,7 +24,7 @@ struct LightTransport {
     /// is cut off (Mirrors::most). No rows: there are no mirrors.
     Values back_in_mirrors, cut_off;
     std::size_t rays = 0;     ///< first-hit rays cast, not counting those that go on from mirrors
-    std::size_t segments = 0; ///< visibility segments cast
+    std::size_t segments = 0; ///< visibility segments cast, and rays to mirror patches and on from them
     std::size_t bytes = 0;    ///< size of W
 
     std::size_t points() const { return W->rows(); }

@@ -110,11 +110,30 @@ std::vector<std::vector<Index>> pairs_in_sight(const Tracer& tracer, const SiteS
     return sees;
 }
 
+/// The sum of two sparse rows.
+SparseRows::Row sum(const SparseRows::Row& a, const SparseRows::Row& b) {
+    SparseRows::Row row;
+    std::size_t i = 0, k = 0;
+    while (i < a.column.size() || k < b.column.size()) {
+        const bool from_a = k == b.column.size() || (i < a.column.size() && a.column[i] <= b.column[k]);
+        const bool from_b = i == a.column.size() || (k < b.column.size() && b.column[k] <= a.column[i]);
+        row.column.push_back(from_a ? a.column[i] : b.column[k]);
+        row.value.push_back((from_a ? a.value[i] : 0.0) + (from_b ? b.value[k] : 0.0));
+        i += from_a ? 1 : 0;
+        k += from_b ? 1 : 0;
+    }
+    return row;
+}
+
 } // namespace
 
 LightTransport pairwise(const Tracer& tracer, const Discretisation& discretisation, const Kernel& kernel,
-                        const Directions& directions, std::size_t rays, std::uint64_t seed,
-                        const Execution& execution) {
+                        const MirrorPathOptions& over_mirrors, const Directions& directions, std::size_t rays,
+                        std::uint64_t seed, const Execution& execution) {
+    if (!tracer.mesh().mirrors.is_grey()) {
+        throw UsageError("--transport pairwise: has one form factor between two sites for all channels, but mirrors "
+                         "reflect them differently; use --transport gather, or mirrors without colour");
+    }
     const SiteSet& sites = *discretisation.sites;
     const Surfels& surfels = *discretisation.surfels;
     const std::size_t n = sites.size();
@@ -144,6 +163,13 @@ LightTransport pairwise(const Tracer& tracer, const Discretisation& discretisati
             sees[j] = {};
         }
     });
+    if (tracer.mesh().mirrors.any()) {
+        const MirroredFactors mirrored = mirrored_factors(tracer, discretisation, kernel, over_mirrors, execution);
+        transport.segments += mirrored.rays;
+        for (std::size_t j = 0; j < n; ++j) {
+            S.row(j) = sum(S.row(j), mirrored.rows[j]);
+        }
+    }
     transport.bytes += S.bytes();
     transport.W = pairwise_operator(form_factors, transport.W, discretisation, execution);
     return transport;

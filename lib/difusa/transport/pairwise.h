@@ -2,6 +2,7 @@
 // and each of these acts as a patch at its site, with a form-factor kernel:
 //     D = S M,   S_jk = V(x_j, x_k) F(x_j, x_k) A_k,   M_ks = (P_sk / sigma_s) A_s / A_k,   sigma_s = sum_i P_si.
 // The whole surfel is distributed exactly once, even if the basis is not a partition of unity and sigma is not 1.
+// Over mirrors, S has what paths over mirror patches carry besides (transport/mirror_patches.h).
 // Costs #S (#S - 1) / 2 visibility segments, and memory for every mutually visible pair.
 //
 // Nothing bounds the row sums: where sites are closer than the kernel allows, or the areas are too large, they exceed 1
@@ -14,14 +15,17 @@
 #include <difusa/rays/tracer.h>
 #include <difusa/transport/kernel.h>
 #include <difusa/transport/light_transport.h>
+#include <difusa/transport/mirror_patches.h>
 
 #include <memory>
 
 namespace difusa {
 
-/// Areas are those of the sites. Pairs of sites cannot measure what escapes: `rays` rays from each site do that.
+/// Areas are those of the sites. Pairs of sites cannot measure what escapes: `rays` rays from each site do that, over
+/// mirrors too. Throws UsageError if mirrors have different reflectances for the channels.
 LightTransport pairwise(const Tracer& tracer, const Discretisation& discretisation, const Kernel& kernel,
-                        const Directions& directions, std::size_t rays, std::uint64_t seed, const Execution& execution);
+                        const MirrorPathOptions& over_mirrors, const Directions& directions, std::size_t rays,
+                        std::uint64_t seed, const Execution& execution);
 
 /// What of a pairwise transport comes from rays and pairs. The rest follows from the discretisation.
 struct PairwiseParts {
