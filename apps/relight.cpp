@@ -113,8 +113,9 @@ difusa::ObjectMove parse_move(const std::string& option, const std::string& text
         move.motion.offset[row] = n[3];
     }
     if (!difusa::is_rigid(move.motion)) {
-        throw UsageError(option + " " + text + ": the matrix must be that of a rigid motion, which neither scales nor "
-                                               "mirrors");
+        throw UsageError(option + " " + text +
+                         ": the matrix must be that of a rigid motion, which neither scales nor "
+                         "mirrors");
     }
     return move;
 }

@@ -8,7 +8,6 @@
 #include <charconv>
 #include <optional>
 #include <system_error>
-#include <tuple>
 #include <utility>
 
 namespace difusa {
@@ -19,18 +18,16 @@ namespace {
 std::optional<std::pair<std::size_t, std::size_t>> face_range(const std::string& text) {
     std::size_t first = 0, last = 0;
     const char* const end = text.data() + text.size();
-    auto [at, error] = std::from_chars(text.data(), end, first);
-    if (error != std::errc()) {
+    const auto begins = std::from_chars(text.data(), end, first);
+    if (begins.ec != std::errc() || (begins.ptr != end && *begins.ptr != '-')) {
         return std::nullopt;
     }
-    if (at == end) {
+    if (begins.ptr == end) {
         return std::pair(first, first);
     }
-    if (*at != '-') {
-        return std::nullopt;
-    }
-    std::tie(at, error) = std::from_chars(at + 1, end, last);
-    return error == std::errc() && at == end && first <= last ? std::optional(std::pair(first, last)) : std::nullopt;
+    const auto ends = std::from_chars(begins.ptr + 1, end, last);
+    return ends.ec == std::errc() && ends.ptr == end && first <= last ? std::optional(std::pair(first, last))
+                                                                      : std::nullopt;
 }
 
 /// The triangles for which `belongs` is true.
@@ -106,7 +103,8 @@ MovedObject move_object(const ObjectMove& move, const Vec3& up, std::span<const 
         moved.motion.rotation = move.motion.rotation * turn;
     }
     if (!is_rigid(moved.motion)) {
-        throw UsageError("--move " + move.object + ": the motion must be rigid, of finite numbers: a rotation, which "
+        throw UsageError("--move " + move.object +
+                         ": the motion must be rigid, of finite numbers: a rotation, which "
                          "neither scales nor mirrors, and a displacement");
     }
     try {

@@ -131,8 +131,8 @@ class Relighting {
                 return transport_of(discretisation, execution);
             },
             execution_);
-        const std::string because =
-            result_.recast ? "the transport was loaded, and they cannot meet what has moved" : "the transport was loaded";
+        const std::string because = result_.recast ? "the transport was loaded, and they cannot meet what has moved"
+                                                   : "the transport was loaded";
         const std::size_t kept = result_.recast ? result_.recast->kept : saved_.gathered.rays;
         execution_.save({"rays from the sites", because, "rays", static_cast<double>(kept)});
     }
@@ -281,11 +281,10 @@ class Relighting {
         const Surfels surfels(*before_, discretisation.surfels->edge(), execution);
         check_division(points, surfels);
         result_.recast.emplace();
-        LightTransport transport =
-            recast(saved_.gathered, {Tracer(*before_, *engine), points, surfels},
-                   {Tracer(result_.scene->mesh, *choices_.engine), discretisation.points, *discretisation.surfels},
-                   marked_, *choices_.directions, result_.options.rays, result_.options.seed, *result_.recast,
-                   execution);
+        LightTransport transport = recast(
+            saved_.gathered, {Tracer(*before_, *engine), points, surfels},
+            {Tracer(result_.scene->mesh, *choices_.engine), discretisation.points, *discretisation.surfels}, marked_,
+            *choices_.directions, result_.options.rays, result_.options.seed, *result_.recast, execution);
         execution.count("rays", result_.recast->cast);
         return transport;
     }
@@ -297,7 +296,7 @@ class Relighting {
     std::shared_ptr<const Mesh> unmoved_; ///< as in the file; null: nothing was ever moved
     std::shared_ptr<const Mesh> before_;  ///< as in the transport; null: nothing is moved now
     std::vector<char> marked_;            ///< #T: 1 where something is
-    bool turned_off_ = false; ///< some lights
+    bool turned_off_ = false;             ///< some lights
     std::vector<SunStep> steps_;
     std::size_t moving_ = 0; ///< number of the sun of the path in the scene
     BakeResult& result_;

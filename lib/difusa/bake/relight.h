@@ -45,8 +45,8 @@ BakeOptions relight_defaults(const SavedTransport& saved);
 /// BakeOptions::every_surface, and its system can be solved for further lights. Rays are cast only towards suns, point
 /// lights and area lights, for the error estimate, for goals and sensors, and by a final gather.
 ///
-/// After motions it has the bits of a bake of the moved scene with these sites, those on moved objects having gone along.
-/// It can be saved again, and then moved again.
+/// After motions it has the bits of a bake of the moved scene with these sites, those on moved objects having gone
+/// along. It can be saved again, and then moved again.
 ///
 /// Throws InputError if the scene does not have the surface of the transport, or if this program divides it otherwise
 /// than the one that saved the transport; UsageError for a change that cannot be made, and

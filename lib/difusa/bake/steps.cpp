@@ -95,8 +95,8 @@ void name_elements(BakeResult& result, const ElementChoice& elements) {
 }
 
 /// Where light is gathered: the sites, and for some projections points besides.
-std::vector<SurfacePoint> gather_points(const BakeResult& result, const ProjectionChoice& projection,
-                                        const Placed& placed) {
+std::vector<SurfacePoint> points_of_gathering(const BakeResult& result, const ProjectionChoice& projection,
+                                              const Placed& placed) {
     const Mesh& mesh = result.scene->mesh;
     const SiteSet& sites = *placed.sites;
     std::vector<SurfacePoint> points =
@@ -115,7 +115,7 @@ void solve_with(BakeResult& result, const ElementChoice& elements, const Choices
     name_elements(result, elements);
     Discretisation discretisation =
         discretise(result.scene->mesh, placed.sites, elements.basis, elements.projection, choices.neighbour_areas,
-                   gather_points(result, elements.projection, placed), execution);
+                   points_of_gathering(result, elements.projection, placed), execution);
     check_constants(result, discretisation, execution);
     if (!transport) {
         transport = source(discretisation, execution);

@@ -82,7 +82,8 @@ class TransportReader {
         const std::vector<double> motions = file_.array<double>(path, 12);
         for (std::size_t i = 0; 12 * i < motions.size(); ++i) {
             const std::string name = "moved_" + std::to_string(i);
-            MovedObject moved{file_.text("/scene", name + "_object"), {},
+            MovedObject moved{file_.text("/scene", name + "_object"),
+                              {},
                               file_.array<std::uint32_t>("/scene/" + name + "_triangles", 1)};
             const double* const n = motions.data() + 12 * i;
             for (Eigen::Index row = 0; row < 3; ++row) {

@@ -18,8 +18,8 @@ void check_regions(const Mesh& mesh, std::span<const char> marked) {
         known = known == none ? t : known;
         if (marked[known] != marked[t]) {
             const Index moved = marked[t] != 0 ? t : known, stays = marked[t] != 0 ? known : t;
-            throw InputError("face " + std::to_string(mesh.original_face[moved]) +
-                             " cannot be moved without face " + std::to_string(mesh.original_face[stays]) +
+            throw InputError("face " + std::to_string(mesh.original_face[moved]) + " cannot be moved without face " +
+                             std::to_string(mesh.original_face[stays]) +
                              ", to which it is joined smoothly: move the whole object");
         }
     }

@@ -21,9 +21,8 @@ std::shared_ptr<const RadiositySystem> moved_system(const RadiositySystem& syste
 
     auto sites = std::make_shared<SiteSet>(*old.discretisation.sites);
     sites->points = moved_points(sites->points, mesh, moved);
-    Discretisation discretisation =
-        discretise(mesh, sites, fresh.basis, fresh.projection, fresh.neighbour_areas,
-                   moved_points(old.discretisation.points, mesh, moved), execution);
+    Discretisation discretisation = discretise(mesh, sites, fresh.basis, fresh.projection, fresh.neighbour_areas,
+                                               moved_points(old.discretisation.points, mesh, moved), execution);
     execution.phase("transport");
     fresh.engine->build(mesh);
     LightTransport transport =

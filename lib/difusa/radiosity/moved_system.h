@@ -18,10 +18,10 @@ struct FreshParts {
     bool neighbour_areas = false;       ///< likewise: the areas of sites do not follow from the basis
 };
 
-/// The system after the marked triangles (#T) have moved, with the sites that are on them. Basis, surfels and projection
-/// are made anew; of the rays only those are cast again that what has moved may stop, or has stopped (transport/recast.h):
-/// the new system is, to the bit, the one with the same sites and directions of which all rays are cast. The system it
-/// comes from stays as it is. `rays`: those that were asked for at each point.
+/// The system after the marked triangles (#T) have moved, with the sites that are on them. Basis, surfels and
+/// projection are made anew; of the rays only those are cast again that what has moved may stop, or has stopped
+/// (transport/recast.h): the new system is, to the bit, the one with the same sites and directions of which all rays
+/// are cast. The system it comes from stays as it is. `rays`: those that were asked for at each point.
 ///
 /// Throws UsageError if the transport is pairwise, and what `moved_mesh` throws.
 std::shared_ptr<const RadiositySystem> moved_system(const RadiositySystem& system, std::span<const char> marked,

@@ -16,8 +16,8 @@ double size_of(const Box& box) {
     return s[0] * s[1] + s[1] * s[2] + s[2] * s[0];
 }
 
-/// Unites neighbours along the longest side of all.
-void halve(std::vector<Box>& boxes) {
+/// Unites pairs of neighbours along the longest side of all.
+void unite_neighbours(std::vector<Box>& boxes) {
     Box all;
     for (const Box& box : boxes) {
         all.extend(box);
@@ -64,7 +64,7 @@ bool unite_two(std::vector<Box>& boxes) {
 
 FewBoxes::FewBoxes(std::vector<Box> boxes, double magnitude) : boxes_(std::move(boxes)), margin_(magnitude * 0x1p-30) {
     while (boxes_.size() > most_pairwise) {
-        halve(boxes_);
+        unite_neighbours(boxes_);
     }
     while (unite_two(boxes_)) {
     }

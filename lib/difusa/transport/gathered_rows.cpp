@@ -10,8 +10,8 @@ namespace difusa {
 namespace {
 
 /// A row of weights by bin.
-void put(const std::vector<Index>& bin, const std::vector<double>& weight,
-         std::vector<std::pair<Index, double>>& order, SparseRows::Row& row) {
+void put(const std::vector<Index>& bin, const std::vector<double>& weight, std::vector<std::pair<Index, double>>& order,
+         SparseRows::Row& row) {
     order.clear();
     for (std::size_t k = 0; k < bin.size(); ++k) {
         order.emplace_back(bin[k], weight[k]);
@@ -91,7 +91,8 @@ void GatheredRows::set_bins(std::size_t j, std::vector<Index>& bins) {
 void GatheredRows::keep(std::size_t j, const LightTransport& from, const std::vector<Index>& numbers, bool same,
                         Scratch& scratch) {
     const auto number_of = [&](Index bin) {
-        const Index number = bin < numbers.size() ? numbers[bin] : bin - static_cast<Index>(numbers.size()) + first_sky_;
+        const Index number =
+            bin < numbers.size() ? numbers[bin] : bin - static_cast<Index>(numbers.size()) + first_sky_;
         DIFUSA_REQUIRE(number != none, "a ray that is kept ends where the surface has changed");
         return number;
     };

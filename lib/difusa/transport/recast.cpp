@@ -169,7 +169,8 @@ class RecastRows {
             side.known.assign(why_.size(), 0);
         }
         Side &before = sides_[0], &after = sides_[1];
-        cast(before, [&](std::size_t d) { return (why_[d] & through_before) != 0; }, count);
+        cast(
+            before, [&](std::size_t d) { return (why_[d] & through_before) != 0; }, count);
         cast(
             after,
             [&](std::size_t d) {
@@ -177,8 +178,10 @@ class RecastRows {
                        (before.known[d] != 0 ? is_marked(before.hit[d]) : (why_[d] & through_cut) != 0);
             },
             count);
-        cast(before, [&](std::size_t d) { return after.known[d] != 0 && before.known[d] == 0 && is_marked(after.hit[d]); },
-             count);
+        cast(
+            before,
+            [&](std::size_t d) { return after.known[d] != 0 && before.known[d] == 0 && is_marked(after.hit[d]); },
+            count);
         for (std::size_t d = 0; d < why_.size(); ++d) {
             if (before.known[d] != after.known[d]) {
                 (before.known[d] != 0 ? after : before).hit[d] = (before.known[d] != 0 ? before : after).hit[d];

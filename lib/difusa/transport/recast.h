@@ -19,7 +19,8 @@ struct GatherScene {
 struct RecastCount {
     std::size_t anew = 0; ///< rays of the points that were cast again, once or, before and after, twice
     std::size_t kept = 0; ///< rays that were not
-    std::size_t cast = 0; ///< first-hit rays cast, those before and after counted each, not counting those after mirrors
+    std::size_t cast =
+        0; ///< first-hit rays cast, those before and after counted each, not counting those after mirrors
 };
 
 /// What `gathered` gives for the surface `after` with these directions, rays and seed, identical to the bit.
@@ -29,10 +30,10 @@ struct RecastCount {
 ///
 /// A ray that starts on a marked triangle is cast anew. Of the others those are that pass through a box around marked
 /// triangles, before or after, or around surfels that these cut otherwise than before: in its list of hits, the row
-/// of such a ray's point loses the surfel that the ray ended on before, and gains the one it ends on after. What is seen
-/// in mirrors is built from all rays that pass through a box around a mirror. Where directions have different weights, a
-/// row with such rays is gathered anew. All rays are cast anew if the largest coordinate has changed, which rounding is
-/// relative to.
+/// of such a ray's point loses the surfel that the ray ended on before, and gains the one it ends on after. What is
+/// seen in mirrors is built from all rays that pass through a box around a mirror. Where directions have different
+/// weights, a row with such rays is gathered anew. All rays are cast anew if the largest coordinate has changed, which
+/// rounding is relative to.
 ///
 /// Throws InputError if the lists do not belong to the surface `before`.
 LightTransport recast(const LightTransport& transport, const GatherScene& before, const GatherScene& after,
