@@ -23,7 +23,7 @@ using difusa::UsageError;
 
 const char* const examples =
     R"(Lights a surface anew, in other light or other colours, with a transport saved by bake_radiosity. No ray is cast
-from the sites; the result is the same, to the bit, as that of a bake in the new light.
+from the sites, unless objects are moved; the result is the same, to the bit, as that of a bake in the new light.
 
 Examples:
   bake_radiosity room.json day.vtp --save-transport room.difusa
@@ -36,6 +36,8 @@ Examples:
       the sun elsewhere
   relight room.difusa day.pvd --scale sun=0 --sun-path 48.14,11.58,2026-06-21,30 --time-zone 2
       a day in Munich, every 30 minutes: open day.pvd in ParaView and press Play
+  relight room.difusa moved.vtp --move chair=0.5,0,0 --save-transport moved.difusa
+      a chair half a metre further: only rays that may meet it, before or after, are cast again
   relight room.difusa other.vtp --scene other.json
       the materials, textures and lights of another scene with the same surface
   relight room.difusa --daylight room.mtx --at desk.csv
@@ -55,6 +57,7 @@ Exit codes: 0 done, 1 usage, 2 input, 3 not converged, 4 resources, 5 internal, 
 struct Arguments {
     std::filesystem::path transport, scene;
     difusa::LightChange change;
+    std::vector<difusa::ObjectMove> moves;
     difusa::BakeArguments bake;
     difusa::RunArguments run;
     std::optional<difusa::SunPath> path;
@@ -88,6 +91,35 @@ std::pair<std::string, double> parse_scale(const std::string& option, const std:
         throw UsageError(option + " " + text + ": the factor must be a number of at least 0");
     }
     return {name, numbers[0]};
+}
+
+/// "NAME=DX,DY,DZ", "NAME=DX,DY,DZ,DEGREES", or "NAME=" and the 16 numbers of a matrix, row by row.
+difusa::ObjectMove parse_move(const std::string& option, const std::string& text) {
+    const std::string form = "OBJECT=DX,DY,DZ[,DEGREES], or OBJECT= and the 16 numbers of a matrix, row by row";
+    const auto [name, value] = split_at_sign(option, text, form);
+    const auto numbers = difusa::parse_numbers(value).value_or(std::vector<double>());
+    difusa::ObjectMove move;
+    move.object = name;
+    if (numbers.size() == 3 || numbers.size() == 4) {
+        move.motion.offset = {numbers[0], numbers[1], numbers[2]};
+        move.turn = numbers.size() == 4 ? numbers[3] : 0.0;
+        return move;
+    }
+    const bool is_matrix = numbers.size() == 16 && numbers[12] == 0.0 && numbers[13] == 0.0 && numbers[14] == 0.0;
+    if (!is_matrix || numbers[15] != 1.0) {
+        throw UsageError(option + " " + text + ": takes " + form + ", of which the last row is 0,0,0,1");
+    }
+    for (Eigen::Index row = 0; row < 3; ++row) {
+        const double* const n = numbers.data() + 4 * row;
+        move.motion.rotation.row(row) << n[0], n[1], n[2];
+        move.motion.offset[row] = n[3];
+    }
+    if (!difusa::is_rigid(move.motion)) {
+        throw UsageError(option + " " + text +
+                         ": the matrix must be that of a rigid motion, which neither scales nor "
+                         "mirrors");
+    }
+    return move;
 }
 
 /// "48.1,11.6,2026-06-21" or "48.1,11.6,2026-06-21,30".
@@ -189,6 +221,14 @@ void declare_light(CLI::App& app, Arguments& a) {
                          "reflectance of a material, a factor on its texture, if any (may be repeated)", parse_material)
         ->group(group)
         ->type_name("MATERIAL=R[,G,B]");
+    difusa::add_repeated(app, "--move", a.moves,
+                         "moves a mesh of the scene file or a material, by name, or faces by their numbers (12-40): by "
+                         "a vector, in metres in a scene file, after a turn about the vertical through its middle, "
+                         "counterclockwise seen from above; or by a 4 by 4 matrix. Only rays that may meet it, before "
+                         "or after, are cast again (may be repeated)",
+                         parse_move)
+        ->group(group)
+        ->type_name("OBJECT=DX,DY,DZ[,DEG]");
     add_lamp_arguments(app, a.bake.options);
     app.get_option("--sky")->description(
         "irradiance of an unshaded surface under a uniform sky, W/m^2, in place of the sky of the bake");
@@ -219,6 +259,11 @@ void declare(CLI::App& app, Arguments& a) {
     }
     add_result_arguments(app, a.bake, "each output vertex");
     add_mesh_output_arguments(app, a.bake);
+    app.add_option("--save-transport", a.bake.files.transport,
+                   "also write the transport of the surface as it is now, with what was moved, to be relit and moved "
+                   "again; changes of light and colours are not part of it")
+        ->group("Output")
+        ->type_name("FILE");
     add_run_arguments(app, a.run, "the result does not depend");
     app.add_flag("--verbose", a.verbose, "also print choices, times and residuals")->group(difusa::run_group);
 }
@@ -267,6 +312,10 @@ std::vector<std::filesystem::path> series_of(const Arguments& a) {
 }
 
 void check_files(const Arguments& a) {
+    if (!a.bake.files.transport.empty() && (a.path || a.studies.without_field())) {
+        throw UsageError("--save-transport " + a.bake.files.transport.string() +
+                         ": is written beside one lit field: omit it with --sun-path, --daylight and --gradients");
+    }
     check_studies(a.studies, a.bake, a.path.has_value());
     if (!a.studies.daylight_from.empty()) {
         if (!a.transport.empty()) {
@@ -352,6 +401,7 @@ void run(const Arguments& a) {
     check_files(a);
     difusa::RelightOptions how;
     how.change = a.change;
+    how.moves = a.moves;
     how.bake = bake_options(a.bake);
     if (!a.scene.empty()) {
         how.scene = a.scene;

@@ -70,6 +70,22 @@ expect_exit 0 "$relight" box.difusa day.pvd --scale lamp=0 --north 0,0,1 $day $p
 cmp path.csv path.copy || fail "the table depends on the number of threads"
 rm -f day.pvd day_*
 
+# A block moved along the floor, and back: few rays are cast; saved again, the transport gives the same.
+expect_exit 0 "$relight" box.difusa moved.ply --error-points 0 --move 10-14=0.05,0,-0.02,10 --save-transport moved.difusa --report moved.json
+expect_text stdout "moved: 10-14 (rays from the sites: " "they cannot meet what has moved" "written: moved.difusa"
+anew=$(entry moved.json rays_cast_anew) kept=$(entry moved.json rays_kept)
+[ "$anew" -gt 0 ] && [ "$kept" -gt "$anew" ] || fail "$anew rays were cast anew, and $kept kept"
+expect_exit 0 "$relight" moved.difusa again.ply --error-points 0 --threads 3
+expect_same_field moved.ply again.ply
+expect_text stdout "moved: 10-14" "now 0 rays"
+matrix=1,0,0,0.05,0,1,0,0,0,0,1,-0.02,0,0,0,1
+expect_exit 0 "$relight" box.difusa moved.ply --error-points 0 --move 10-14=0.05,0,-0.02
+expect_exit 0 "$relight" box.difusa again.ply --error-points 0 --move 10-14=$matrix
+expect_same_field moved.ply again.ply
+expect_exit 0 "$relight" box.difusa moved.ply --error-points 0 --move lamp=0,0,0
+expect_exit 0 "$relight" box.difusa again.ply --error-points 0
+expect_same_field moved.ply again.ply
+
 # Refused, without a trace.
 usage() { # usage TEXT ARGUMENT...
     local text=$1
@@ -94,6 +110,13 @@ usage "two outputs have this name" box.difusa out.vtp --report ./out.vtp
 expect_refusal 1 "two outputs have this name" "$bake" "$box" out.ply $small --save-transport ./out.ply
 expect_refusal 1 "would overwrite the mesh" "$bake" other.obj out.ply $small --save-transport other.obj
 
+usage "takes OBJECT=DX,DY,DZ[,DEGREES]" box.difusa out.vtp --move lamp=1,2
+usage "takes OBJECT=DX,DY,DZ[,DEGREES]" box.difusa out.vtp --move lamp=1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,2
+usage "neither scales nor mirrors" box.difusa out.vtp --move lamp=2,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1
+usage "there is no object \`lmap\`, did you mean lamp?" box.difusa out.vtp --move lmap=0,0,0
+usage "cannot be moved without face" box.difusa out.vtp --move 8=0,0,0.1
+usage "would overwrite the transport" box.difusa out.vtp --save-transport box.difusa
+usage "is written beside one lit field" box.difusa out.pvd $day --save-transport out.difusa
 usage "must end in .pvd" box.difusa out.vtp $day
 usage "a series needs --sun-path" box.difusa out.pvd
 usage "give that, too" box.difusa out.vtp --time-zone 2

@@ -224,6 +224,17 @@ void HitLists::set(std::size_t j, std::vector<Index>& bins) {
     block.codes.resize(block.codes.size() + slack, 0);
 }
 
+void HitLists::copy(std::size_t j, const HitLists& from) {
+    DIFUSA_REQUIRE(from.rays_ == rays_ && from.columns_ == columns_ && j < from.rows_);
+    Block& block = blocks_[j / rows_per_block_];
+    DIFUSA_REQUIRE(block.begin.size() == j % rows_per_block_, "rows of a block are set in order");
+    block.codes.resize(block.codes.size() - (block.codes.empty() ? 0 : slack));
+    block.begin.push_back(static_cast<std::uint32_t>(block.codes.size()));
+    const std::uint8_t* const codes = from.codes_of(j);
+    block.codes.insert(block.codes.end(), codes, codes + from.bytes_of(j));
+    block.codes.resize(block.codes.size() + slack, 0);
+}
+
 void HitLists::close_block(std::size_t first_row) {
     Block& block = blocks_[first_row / rows_per_block_];
     block.codes.shrink_to_fit();

@@ -33,10 +33,14 @@ class HitLists final : public LinearOperator {
     std::size_t rows() const override { return rows_; }
     std::size_t columns() const override { return columns_; }
     std::size_t rays() const { return rays_; }
+    std::size_t rows_per_block() const { return rows_per_block_; }
 
     /// Sets row j to the bins of its rays, given in any order, and sorts them. At most `rays` of them: rays that ended
     /// in no bin are omitted. Row j - 1 of its block must be set before.
     void set(std::size_t j, std::vector<Index>& bins);
+
+    /// Sets row j to row j of other lists with as many rays, whose bins have the same numbers; as `set`.
+    void copy(std::size_t j, const HitLists& from);
 
     /// Releases spare capacity of the blocks. To be called once all rows are set.
     void close_block(std::size_t first_row);

@@ -1,8 +1,8 @@
 #include <difusa/bake/light_change.h>
 
+#include <difusa/bake/names.h>
 #include <difusa/bake/options.h>
 #include <difusa/core/error.h>
-#include <difusa/plugin/parameters.h>
 #include <difusa/scene/light_groups.h>
 #include <difusa/scene/sky_dome.h>
 
@@ -13,17 +13,6 @@
 namespace difusa {
 
 namespace {
-
-/// "no material `lmap`, did you mean lamp? There are: lamp, wall".
-std::string unknown_name(const std::string& what, const std::string& name, const std::vector<std::string>& known) {
-    const std::string near = nearest_name(name, known);
-    std::string text = "there is no " + what + " `" + name + "`" + (near.empty() ? "" : ", did you mean " + near + "?");
-    constexpr std::size_t most = 20;
-    for (std::size_t i = 0; i < std::min(known.size(), most); ++i) {
-        text += (i == 0 ? (near.empty() ? ". There are: " : " There are: ") : ", ") + known[i];
-    }
-    return text + (known.size() > most ? ", ..." : "");
-}
 
 /// Calls `act` for each material of this name.
 template <class Act> void for_materials(Scene& scene, const char* option, const std::string& name, const Act& act) {

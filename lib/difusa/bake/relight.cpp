@@ -7,10 +7,12 @@
 #include <difusa/core/memory.h>
 #include <difusa/io/same_file.h>
 #include <difusa/transport/pairwise.h>
+#include <difusa/transport/recast.h>
 
 #include <algorithm>
 #include <functional>
 #include <memory>
+#include <span>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -46,9 +48,14 @@ BakeOptions complete_options(BakeOptions options, const BakeOptions& saved) {
 class Relighting {
   public:
     /// `path`: null without one.
-    Relighting(const SavedTransport& saved, const RelightOptions& how, const SunPath* path, BakeResult& result,
-               Choices& choices, const Execution& execution)
-        : saved_(saved), how_(how), path_(path), result_(result), choices_(choices), execution_(execution) {
+    Relighting(const Registry& registry, const SavedTransport& saved, const RelightOptions& how, const SunPath* path,
+               BakeResult& result, Choices& choices, const Execution& execution)
+        : registry_(registry), saved_(saved), how_(how), path_(path), result_(result), choices_(choices),
+          execution_(execution) {
+        if (!how.moves.empty() && saved.form_factors) {
+            throw UsageError("--move: pairwise transport connects all sites by form factors, which a motion changes: "
+                             "bake the moved scene, or with --transport gather");
+        }
         result.options.sites = saved.options.sites;
         const auto& scale = how.change.scale;
         turned_off_ = std::any_of(scale.begin(), scale.end(), [](const auto& each) { return each.second == 0.0; });
@@ -104,13 +111,13 @@ class Relighting {
   private:
     void solve() {
         restore_surface();
+        check_sites();
+        const Placed placed = move_objects();
         execution_.phase("build ray tree");
         choices_.engine->build(result_.scene->mesh);
         if (result_.options.when_visible) {
             result_.options.when_visible(*result_.scene, *choices_.engine, result_.camera, result_.up);
         }
-        check_sites();
-        const Placed placed{std::make_shared<SiteSet>(*saved_.sites)};
         result_.sites = placed.sites;
         BakeOptions& options = result_.options;
         if (options.output_spacing == 0.0) {
@@ -124,8 +131,10 @@ class Relighting {
                 return transport_of(discretisation, execution);
             },
             execution_);
-        execution_.save(
-            {"rays from the sites", "the transport was loaded", "rays", static_cast<double>(saved_.gathered.rays)});
+        const std::string because = result_.recast ? "the transport was loaded, and they cannot meet what has moved"
+                                                   : "the transport was loaded";
+        const std::size_t kept = result_.recast ? result_.recast->kept : saved_.gathered.rays;
+        execution_.save({"rays from the sites", because, "rays", static_cast<double>(kept)});
     }
 
     /// All steps but the first, a block at a time.
@@ -179,18 +188,50 @@ class Relighting {
     void restore_surface() {
         Mesh& mesh = result_.scene->mesh;
         const auto is_none = [&](Index t) { return t >= mesh.triangles.size(); };
-        const bool possible = std::none_of(saved_.turned_over.begin(), saved_.turned_over.end(), is_none);
+        bool possible = std::none_of(saved_.turned_over.begin(), saved_.turned_over.end(), is_none);
         if (possible && !saved_.turned_over.empty()) {
             for (const Index t : saved_.turned_over) {
                 mesh.turn_over(t);
             }
             mesh.derive();
         }
+        if (!saved_.moved.empty() || !how_.moves.empty()) {
+            unmoved_ = std::make_shared<Mesh>(mesh);
+        }
+        for (const MovedObject& moved : saved_.moved) {
+            try {
+                move_again(moved, mesh);
+            } catch (const InputError&) {
+                possible = false;
+                break;
+            }
+        }
         if (!possible || geometry_fingerprint(mesh) != saved_.geometry) {
             refuse("the surface of " + result_.file + " is not the one that this transport was computed for; bake it " +
                    "again with --save-transport, or name a scene of the same surface, --scene FILE");
         }
         result_.turned_over = saved_.turned_over;
+        result_.moved = saved_.moved;
+    }
+
+    /// Moves what is to be moved, with its sites.
+    Placed move_objects() {
+        Scene& scene = *result_.scene;
+        Placed placed{std::make_shared<SiteSet>(*saved_.sites), 0.0, unmoved_};
+        if (how_.moves.empty()) {
+            return placed;
+        }
+        before_ = std::make_shared<Mesh>(scene.mesh);
+        marked_.assign(scene.mesh.triangles.size(), 0);
+        for (const ObjectMove& move : how_.moves) {
+            result_.moved.push_back(move_object(move, result_.up, result_.diagnosis.parts, scene));
+            const MovedObject& moved = result_.moved.back();
+            for (const Index t : moved.triangles) {
+                marked_[t] = marked_[t] != 0 || !moved.motion.is_identity() ? 1 : 0;
+            }
+        }
+        placed.sites->points = moved_points(std::move(placed.sites->points), scene.mesh, marked_);
+        return placed;
     }
 
     /// The sites of a file, however it was made, lie on the surface.
@@ -210,23 +251,52 @@ class Relighting {
         }
     }
 
-    LightTransport transport_of(const Discretisation& discretisation, const Execution& execution) const {
-        LightTransport transport = saved_.gathered;
-        if (transport.surfels != discretisation.surfels->size() || transport.points() != discretisation.points.size() ||
-            discretisation_fingerprint(discretisation) != saved_.discretisation) {
-            refuse("this program divides the surface otherwise than the one that saved the transport; bake it again "
-                   "with --save-transport");
+    LightTransport transport_of(const Discretisation& discretisation, const Execution& execution) {
+        if (before_) {
+            return moved_transport(discretisation, execution);
         }
+        LightTransport transport = saved_.gathered;
+        check_division(discretisation.points, *discretisation.surfels);
         if (saved_.form_factors) {
             transport.W = pairwise_operator(saved_.form_factors, transport.W, discretisation, execution);
         }
         return transport;
     }
 
+    void check_division(std::span<const SurfacePoint> points, const Surfels& surfels) const {
+        if (saved_.gathered.surfels != surfels.size() || saved_.gathered.points() != points.size() ||
+            discretisation_fingerprint(points, surfels) != saved_.discretisation) {
+            refuse("this program divides the surface otherwise than the one that saved the transport; bake it again "
+                   "with --save-transport");
+        }
+    }
+
+    /// Casts the rays again that may meet what has moved.
+    LightTransport moved_transport(const Discretisation& discretisation, const Execution& execution) {
+        execution.phase("transport");
+        const auto engine = registry_.create<Visibility>(choices_.visibility);
+        engine->build(*before_);
+        std::vector<SurfacePoint> points = moved_points(discretisation.points, *before_, marked_);
+        std::copy(saved_.sites->points.begin(), saved_.sites->points.end(), points.begin());
+        const Surfels surfels(*before_, discretisation.surfels->edge(), execution);
+        check_division(points, surfels);
+        result_.recast.emplace();
+        LightTransport transport = recast(
+            saved_.gathered, {Tracer(*before_, *engine), points, surfels},
+            {Tracer(result_.scene->mesh, *choices_.engine), discretisation.points, *discretisation.surfels}, marked_,
+            *choices_.directions, result_.options.rays, result_.options.seed, *result_.recast, execution);
+        execution.count("rays", result_.recast->cast);
+        return transport;
+    }
+
+    const Registry& registry_;
     const SavedTransport& saved_;
     const RelightOptions& how_;
     const SunPath* path_;
-    bool turned_off_ = false; ///< some lights
+    std::shared_ptr<const Mesh> unmoved_; ///< as in the file; null: nothing was ever moved
+    std::shared_ptr<const Mesh> before_;  ///< as in the transport; null: nothing is moved now
+    std::vector<char> marked_;            ///< #T: 1 where something is
+    bool turned_off_ = false;             ///< some lights
     std::vector<SunStep> steps_;
     std::size_t moving_ = 0; ///< number of the sun of the path in the scene
     BakeResult& result_;
@@ -253,7 +323,7 @@ BakeResult relit_file(const Registry& registry, const SavedTransport& saved, con
                       const SunPath* path, const SunStepVisit& visit, const Execution& execution) {
     const BakeOptions complete = complete_options(options.bake, saved.options);
     return run_steps(registry, complete, execution, [&](BakeResult& result, Choices& choices, const Execution& own) {
-        Relighting relighting(saved, options, path, result, choices, own);
+        Relighting relighting(registry, saved, options, path, result, choices, own);
         read_scene_of(saved, options.scene.value_or(saved.scene), registry, result, relighting.change(), own);
         relighting.run(visit);
     });
@@ -264,7 +334,7 @@ BakeResult relit_scene(const Registry& registry, const SavedTransport& saved, Sc
                        const Execution& execution) {
     const BakeOptions complete = complete_options(options.bake, saved.options);
     return run_steps(registry, complete, execution, [&](BakeResult& result, Choices& choices, const Execution& own) {
-        Relighting relighting(saved, options, path, result, choices, own);
+        Relighting relighting(registry, saved, options, path, result, choices, own);
         adopt_into(result, std::move(scene), name, own, relighting.change());
         relighting.run(visit);
     });

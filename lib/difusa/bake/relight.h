@@ -2,6 +2,7 @@
 #pragma once
 
 #include <difusa/bake/light_change.h>
+#include <difusa/bake/move_object.h>
 #include <difusa/bake/options.h>
 #include <difusa/bake/result.h>
 #include <difusa/bake/saved_transport.h>
@@ -12,6 +13,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace difusa {
 
@@ -21,6 +23,10 @@ struct RelightOptions {
 
     /// Made to the lights and materials of the scene, and to the lights that the options of the bake added to it.
     LightChange change;
+
+    /// Objects that are moved, one after the other, before the scene is lit. Rays are cast again that may meet what has
+    /// moved, where it was or where it is (transport/recast.h). Lamps that are no surfaces stay where they are.
+    std::vector<ObjectMove> moves = {};
 
     /// Lights added to the above (a sky replaces theirs), the solver, and what comes out: places, goals, output mesh,
     /// units, light groups. What the transport depends on is that of the transport, whatever stands here: basis,
@@ -39,8 +45,12 @@ BakeOptions relight_defaults(const SavedTransport& saved);
 /// BakeOptions::every_surface, and its system can be solved for further lights. Rays are cast only towards suns, point
 /// lights and area lights, for the error estimate, for goals and sensors, and by a final gather.
 ///
+/// After motions it has the bits of a bake of the moved scene with these sites, those on moved objects having gone
+/// along. It can be saved again, and then moved again.
+///
 /// Throws InputError if the scene does not have the surface of the transport, or if this program divides it otherwise
-/// than the one that saved the transport; UsageError for a change that cannot be made; and what `bake` throws.
+/// than the one that saved the transport; UsageError for a change that cannot be made, and
+/// for motions if the transport is pairwise; and what `bake` throws.
 BakeResult relight(const Registry& registry, const SavedTransport& saved, const RelightOptions& options,
                    const Execution& execution);
 

@@ -1,6 +1,7 @@
 // Everything about a finished bake.
 #pragma once
 
+#include <difusa/bake/move_object.h>
 #include <difusa/bake/options.h>
 #include <difusa/core/journal.h>
 #include <difusa/mesh/output_mesh.h>
@@ -11,6 +12,7 @@
 #include <difusa/repair/diagnosis.h>
 #include <difusa/scene/camera.h>
 #include <difusa/scene/scene.h>
+#include <difusa/transport/recast.h>
 
 #include <memory>
 #include <optional>
@@ -91,15 +93,17 @@ struct BakeResult {
     std::vector<std::pair<std::string, std::string>> plugins; ///< kind and choice with all parameters
     bool dry_run = false;                                     ///< nothing below `estimate` is filled in
     unsigned threads = 1;
-    std::vector<Index> turned_over; ///< triangles whose fronts were backs in the file (bake/fronts.h)
-    std::string transport_file;     ///< the transport was loaded from there; empty: it was computed
-    std::optional<Camera> camera;   ///< from the scene file
-    Vec3 up = Vec3::UnitZ();        ///< unit, upwards: what the scene file says, or the convention of the mesh format
-    int channels = 3;               ///< 1 for a grey scene
-    bool sky_assumed = false;       ///< nothing else emits light
-    bool photometric = false;       ///< what people read is in lux and cd/m²
-    Journal journal;                ///< times of the phases, notes, savings; counts "rays", "segments", "output rays",
-                                    ///< "output segments"
+    std::vector<Index> turned_over;    ///< triangles whose fronts were backs in the file (bake/fronts.h)
+    std::string transport_file;        ///< the transport was loaded from there; empty: it was computed
+    std::vector<MovedObject> moved;    ///< what is not where the file has it, in the order of the motions
+    std::optional<RecastCount> recast; ///< the rays that the last motions took
+    std::optional<Camera> camera;      ///< from the scene file
+    Vec3 up = Vec3::UnitZ();  ///< unit, upwards: what the scene file says, or the convention of the mesh format
+    int channels = 3;         ///< 1 for a grey scene
+    bool sky_assumed = false; ///< nothing else emits light
+    bool photometric = false; ///< what people read is in lux and cd/m²
+    Journal journal;          ///< times of the phases, notes, savings; counts "rays", "segments", "output rays",
+                              ///< "output segments"
 
     BakeEstimate estimate;
     std::vector<Attempt> attempts;                 ///< at BakeOptions::target; the most accurate is this result

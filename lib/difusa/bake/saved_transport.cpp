@@ -45,12 +45,34 @@ void put(Hdf5Writer& file, const std::string& path, const std::vector<T>& values
     file.array(path, std::span<const T>(values), columns, meaning);
 }
 
+void put_moved(const std::vector<MovedObject>& moved, Hdf5Writer& file) {
+    if (moved.empty()) {
+        return;
+    }
+    std::vector<double> motions;
+    for (std::size_t i = 0; i < moved.size(); ++i) {
+        const RigidMotion& motion = moved[i].motion;
+        for (Eigen::Index row = 0; row < 3; ++row) {
+            for (Eigen::Index column = 0; column < 3; ++column) {
+                motions.push_back(motion.rotation(row, column));
+            }
+            motions.push_back(motion.offset[row]);
+        }
+        const std::string number = std::to_string(i);
+        file.attribute("/scene", "moved_" + number + "_object", moved[i].object);
+        put(file, "/scene/moved_" + number + "_triangles", moved[i].triangles, 1, "triangles that were moved");
+    }
+    put(file, "/scene/motions", motions, 12,
+        "of each object that was moved, in this order: the first three rows of its 4 by 4 matrix");
+}
+
 void put_scene(const SavedTransport& transport, Hdf5Writer& file) {
     file.group("/scene");
     file.attribute("/scene", "file", transport.scene);
     file.attribute("/scene", "content_fingerprint", transport.scene_content);
     file.attribute("/scene", "geometry_fingerprint", transport.geometry);
     put(file, "/scene/turned_over", transport.turned_over, 1, "triangles whose fronts were backs in the file");
+    put_moved(transport.moved, file);
 }
 
 void put_lights(const BakeOptions& options, Hdf5Writer& file) {
@@ -226,13 +248,16 @@ std::uint64_t geometry_fingerprint(const Mesh& mesh) {
 }
 
 std::uint64_t discretisation_fingerprint(const Discretisation& discretisation) {
+    return discretisation_fingerprint(discretisation.points, *discretisation.surfels);
+}
+
+std::uint64_t discretisation_fingerprint(std::span<const SurfacePoint> points, const Surfels& surfels) {
     Fingerprint fingerprint;
-    fingerprint.add(static_cast<std::uint64_t>(discretisation.points.size()));
-    for (const SurfacePoint& point : discretisation.points) {
+    fingerprint.add(static_cast<std::uint64_t>(points.size()));
+    for (const SurfacePoint& point : points) {
         add_vector(fingerprint, point.position);
         fingerprint.add(std::uint64_t{point.face});
     }
-    const Surfels& surfels = *discretisation.surfels;
     fingerprint.add(static_cast<std::uint64_t>(surfels.size()));
     for (Index s = 0; s < surfels.size(); ++s) {
         fingerprint.add(surfels.area(s));
@@ -274,6 +299,7 @@ SavedTransport saved_transport_of(const BakeResult& result) {
     saved.geometry = geometry_fingerprint(result.scene->mesh);
     saved.discretisation = discretisation_fingerprint(result.system->discretisation());
     saved.turned_over = result.turned_over;
+    saved.moved = result.moved;
     saved.options = result.requested;
     saved.options.spacing = result.sites->spacing;
     saved.options.sites = result.options.sites;

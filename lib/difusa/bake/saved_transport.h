@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,7 @@ struct SavedTransport {
     std::uint64_t geometry = 0;      ///< geometry_fingerprint of the surface
     std::uint64_t discretisation = 0; ///< discretisation_fingerprint
     std::vector<Index> turned_over;   ///< triangles whose fronts were backs in the file
+    std::vector<MovedObject> moved;   ///< after that, in this order; `geometry` is that of the moved surface
     /// The choices of the bake, as its caller made them, with the spacing of the sites; nothing of its outputs.
     BakeOptions options;
     std::shared_ptr<const SiteSet> sites;
@@ -38,6 +40,7 @@ struct SavedTransport {
 std::uint64_t geometry_fingerprint(const Mesh& mesh);
 
 /// Of what the numbers of rows and columns of a transport stand for: gather points and surfels.
+std::uint64_t discretisation_fingerprint(std::span<const SurfacePoint> points, const Surfels& surfels);
 std::uint64_t discretisation_fingerprint(const Discretisation& discretisation);
 
 /// Of the content of a file; 0 if it cannot be read.

@@ -94,12 +94,28 @@ void name_elements(BakeResult& result, const ElementChoice& elements) {
     result.plugins.emplace_back("projection", elements.projection_text);
 }
 
+/// Where light is gathered: the sites, and for some projections points besides.
+std::vector<SurfacePoint> points_of_gathering(const BakeResult& result, const ProjectionChoice& projection,
+                                              const Placed& placed) {
+    const Mesh& mesh = result.scene->mesh;
+    const SiteSet& sites = *placed.sites;
+    std::vector<SurfacePoint> points =
+        projection_points(projection, placed.unmoved ? *placed.unmoved : mesh, sites, result.options.seed);
+    if (placed.unmoved) {
+        for (std::size_t q = sites.size(); q < points.size(); ++q) {
+            points[q] = mesh.at(points[q].face, points[q].u, points[q].v);
+        }
+    }
+    return points;
+}
+
 /// The system of these elements and its solution. `transport`: that of other elements on the same sites, if any.
 void solve_with(BakeResult& result, const ElementChoice& elements, const Choices& choices, const Placed& placed,
                 const TransportSource& source, std::optional<LightTransport>& transport, const Execution& execution) {
     name_elements(result, elements);
-    Discretisation discretisation = discretise(result.scene->mesh, placed.sites, elements.basis, elements.projection,
-                                               choices.neighbour_areas, result.options.seed, execution);
+    Discretisation discretisation =
+        discretise(result.scene->mesh, placed.sites, elements.basis, elements.projection, choices.neighbour_areas,
+                   points_of_gathering(result, elements.projection, placed), execution);
     check_constants(result, discretisation, execution);
     if (!transport) {
         transport = source(discretisation, execution);

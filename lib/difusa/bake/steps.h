@@ -26,6 +26,8 @@ void check_request(BakeResult& result, const Choices& choices, const DirectLight
 struct Placed {
     std::shared_ptr<SiteSet> sites;
     double dark_area = 0.0;
+    /// If parts of the surface have moved: as it was when the first points were spread on it, which then went along.
+    std::shared_ptr<const Mesh> unmoved = {};
 };
 
 /// Where the transport of a discretisation comes from.

@@ -34,6 +34,7 @@ class TransportReader {
         saved_.scene_content = file_.whole("/scene", "content_fingerprint");
         saved_.geometry = file_.whole("/scene", "geometry_fingerprint");
         saved_.turned_over = file_.array<std::uint32_t>("/scene/turned_over", 1);
+        read_moved();
         read_options();
         read_sites();
         read_transport();
@@ -71,6 +72,29 @@ class TransportReader {
             file_.refuse(path, "has several rows");
         }
         return values.empty() ? std::nullopt : std::optional(Rgb(values[0], values[1], values[2]));
+    }
+
+    void read_moved() {
+        const std::string path = "/scene/motions";
+        if (!file_.has(path)) {
+            return;
+        }
+        const std::vector<double> motions = file_.array<double>(path, 12);
+        for (std::size_t i = 0; 12 * i < motions.size(); ++i) {
+            const std::string name = "moved_" + std::to_string(i);
+            MovedObject moved{file_.text("/scene", name + "_object"),
+                              {},
+                              file_.array<std::uint32_t>("/scene/" + name + "_triangles", 1)};
+            const double* const n = motions.data() + 12 * i;
+            for (Eigen::Index row = 0; row < 3; ++row) {
+                moved.motion.rotation.row(row) = Eigen::Map<const Eigen::RowVector3d>(n + 4 * row);
+                moved.motion.offset[row] = n[4 * row + 3];
+            }
+            if (!is_rigid(moved.motion)) {
+                file_.refuse(path, "has a motion that is not rigid");
+            }
+            saved_.moved.push_back(std::move(moved));
+        }
     }
 
     void read_options() {

@@ -1,5 +1,7 @@
 #include <difusa/discretisation/discretisation.h>
 
+#include <utility>
+
 namespace difusa {
 
 namespace {
@@ -25,6 +27,14 @@ std::vector<double> element_integrals(const Mesh& mesh, const Basis& basis, doub
 Discretisation discretise(const Mesh& mesh, std::shared_ptr<SiteSet> sites, std::shared_ptr<Basis> basis,
                           const ProjectionChoice& projection, bool neighbour_areas, std::uint64_t seed,
                           const Execution& execution) {
+    std::vector<SurfacePoint> points = projection_points(projection, mesh, *sites, seed);
+    return discretise(mesh, std::move(sites), std::move(basis), projection, neighbour_areas, std::move(points),
+                      execution);
+}
+
+Discretisation discretise(const Mesh& mesh, std::shared_ptr<SiteSet> sites, std::shared_ptr<Basis> basis,
+                          const ProjectionChoice& projection, bool neighbour_areas, std::vector<SurfacePoint> points,
+                          const Execution& execution) {
     Discretisation result;
     result.sites = sites;
     result.basis = basis;
@@ -43,7 +53,7 @@ Discretisation discretise(const Mesh& mesh, std::shared_ptr<SiteSet> sites, std:
     }
 
     execution.phase("set up projection");
-    result.points = projection_points(projection, mesh, *sites, seed);
+    result.points = std::move(points);
     const auto project = [&](const ProjectionChoice& choice) {
         return std::make_shared<Projection>(*basis, *sites, choice, result.points, result.integrals, execution);
     };

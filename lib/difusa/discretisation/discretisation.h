@@ -37,4 +37,9 @@ Discretisation discretise(const Mesh& mesh, std::shared_ptr<SiteSet> sites, std:
                           const ProjectionChoice& projection, bool neighbour_areas, std::uint64_t seed,
                           const Execution& execution);
 
+/// The same with given points where light is gathered, in place of those of `projection_points`; the sites are first.
+Discretisation discretise(const Mesh& mesh, std::shared_ptr<SiteSet> sites, std::shared_ptr<Basis> basis,
+                          const ProjectionChoice& projection, bool neighbour_areas, std::vector<SurfacePoint> points,
+                          const Execution& execution);
+
 } // namespace difusa

@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace difusa {
@@ -45,11 +46,18 @@ class Surfels {
     /// What a surfel consists of; never empty.
     void pieces(Index s, std::vector<Piece>& pieces) const;
 
+    /// Around the square or cluster that it is, or that walls have cut it out of.
+    Eigen::AlignedBox3d box_of_cell(Index s) const;
+
     /// The centroid of its largest piece.
     SurfacePoint centre(Index s, std::vector<Piece>& scratch) const;
 
     /// A point that is uniform by area if u and v are uniform in [0, 1). `pieces`: those of the surfel.
     SurfacePoint point_on(const std::vector<Piece>& pieces, double u, double v) const;
+
+    /// For each surfel, its number in the division by the same edge of a mesh with the same triangles, of which those
+    /// that are marked are elsewhere: `none` for surfels on these, and for those that walls cut otherwise there.
+    std::vector<Index> numbers_in(const Surfels& other, std::span<const char> marked) const;
 
     /// Bytes taken.
     std::size_t bytes() const;
@@ -96,6 +104,8 @@ class Surfels {
     std::vector<Part> parts_of(const Split& split, const std::vector<Piece>& pieces) const;
     void cut_pieces(const Plane& plane, bool above, std::vector<Piece>& pieces) const;
     void measure(std::vector<Piece>& pieces) const;
+    std::vector<Index> cells_in(const Surfels& other, std::span<const char> marked) const;
+    Index number_in(const Surfels& other, Index s, Index cell) const;
 
     const Mesh* mesh_;
     double edge_;

@@ -95,7 +95,8 @@ void append(PolygonSoup& soup, PolygonSoup part) {
         part.parts.push_back({part.file, 0, 0});
     }
     for (SoupPart& file : part.parts) {
-        soup.parts.push_back({std::move(file.file), file.first_face + faces, file.first_point + points});
+        soup.parts.push_back(
+            {std::move(file.file), file.first_face + faces, file.first_point + points, std::move(file.name)});
     }
     // Faces without a material may have vertex colours in one part and the default reflectance in another: the former
     // get a material that says so.

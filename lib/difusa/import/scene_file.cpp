@@ -169,7 +169,7 @@ class SceneFile {
     void read_mesh(const JsonValue& from) {
         const std::string what = "a mesh";
         checks_.members(from, what, {"file", "name", "unit", "transform", "flip", "material", "materials", "faces"});
-        checks_.name_of(from);
+        const std::string name = checks_.name_of(from);
         const JsonValue& named = checks_.required(from, what, "file");
         const std::filesystem::path path = checks_.folder() / checks_.text(named, quoted("file"));
         if (lower_case(path.extension().string()) == ".json") {
@@ -184,8 +184,11 @@ class SceneFile {
             turn_over(mesh);
         }
         const std::vector<Index> own = materials_of_faces(from, mesh);
-        const std::size_t faces = soup_.face_count();
+        const std::size_t faces = soup_.face_count(), parts = soup_.parts.size();
         append(soup_, std::move(mesh));
+        for (std::size_t part = parts; part < soup_.parts.size(); ++part) {
+            soup_.parts[part].name = name;
+        }
         for (std::size_t f = 0; f < own.size(); ++f) {
             if (own[f] != none) {
                 soup_.face_material[faces + f] = own[f];

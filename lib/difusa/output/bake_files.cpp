@@ -539,6 +539,17 @@ std::string summary_of(const BakeResult& result) {
          << format_bytes(static_cast<double>(result.system->transport().bytes)) << "; spectral radius "
          << (result.solution.spectral_radius_is_bound ? "at most " : "about ") << result.solution.spectral_radius
          << "\n";
+    if (!result.moved.empty()) {
+        text << "moved: ";
+        for (std::size_t i = 0; i < result.moved.size(); ++i) {
+            text << (i == 0 ? "" : ", ") << result.moved[i].object;
+        }
+        if (result.recast) {
+            text << " (rays from the sites: " << result.recast->anew << " cast anew, " << result.recast->kept
+                 << " kept)";
+        }
+        text << "\n";
+    }
     for (const Saving& saving : result.journal.savings()) {
         text << "not needed: " << saving.what << ", since " << saving.because << " (" << saving.amount << " "
              << saving.unit << " saved)\n";

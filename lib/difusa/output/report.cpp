@@ -182,6 +182,25 @@ Json options_of(const BakeResult& result) {
     return chosen;
 }
 
+/// What is not where the file has it; null if nothing was moved.
+Json moved_of(const BakeResult& result) {
+    if (result.moved.empty()) {
+        return nullptr;
+    }
+    Json moved;
+    for (const MovedObject& each : result.moved) {
+        Json matrix = Json::array();
+        for (Eigen::Index row = 0; row < 3; ++row) {
+            const Eigen::Matrix3d& R = each.motion.rotation;
+            matrix.push_back({R(row, 0), R(row, 1), R(row, 2), each.motion.offset[row]});
+        }
+        moved["objects"].push_back({{"object", each.object}, {"matrix", matrix}});
+    }
+    moved["rays_cast_anew"] = result.recast ? result.recast->anew : 0;
+    moved["rays_kept"] = result.recast ? result.recast->kept : result.system->transport().rays;
+    return moved;
+}
+
 Json transport_of(const BakeResult& result) {
     Json transport;
     transport["channels"] = result.channels;
@@ -195,6 +214,7 @@ Json transport_of(const BakeResult& result) {
         transport["segments"] = result.journal.count_of("segments");
         transport["projection_points"] = result.system->discretisation().points.size();
         transport["loaded_from"] = result.transport_file.empty() ? Json(nullptr) : Json(result.transport_file);
+        transport["moved"] = moved_of(result);
         transport["first_bounce"] = first_bounce_word(result.solution.first_bounce);
         transport["area_light_triangles"] = result.solution.area_lights;
         transport["surfels"] = result.system->discretisation().surfels->size();

@@ -55,7 +55,8 @@ class CellRays final : public Sight {
             weight_[k] *= factor;
         }
         weights_ = weight_;
-        cast(x);
+        lift(x);
+        cast();
     }
 
   private:

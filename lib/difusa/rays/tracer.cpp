@@ -2,19 +2,21 @@
 
 namespace difusa {
 
-void Sight::cast(const SurfacePoint& x) {
-    const Mesh& mesh = tracer_.mesh();
-    const Vec3& n = x.face == none ? x.normal : mesh.normals[x.face];
+void Sight::lift(const SurfacePoint& x) {
+    const Vec3& n = x.face == none ? x.normal : tracer_.mesh().normals[x.face];
     if (x.normal != n) {
         for (Ray& ray : rays_) {
             const double height = n.dot(ray.direction);
             ray.direction -= height < 0.0 ? Vec3(2.0 * height * n) : Vec3(Vec3::Zero());
         }
     }
+}
+
+void Sight::cast() {
     hits_.resize(rays_.size());
     tracer_.first_hits(rays_, hits_);
     reflected_.clear();
-    if (mesh.mirrors.any()) {
+    if (tracer_.mesh().mirrors.any()) {
         follow_reflections();
     }
 }

@@ -102,10 +102,12 @@ class Sight {
   protected:
     explicit Sight(const Tracer& tracer) : tracer_(tracer) {}
 
-    /// Casts `rays_`, which start at x and have `weights_`, and follows them over mirrors. If x has a shading normal,
-    /// directions below the plane of its face are first mirrored to above it, since the smooth surface described by
-    /// that normal does not block them.
-    void cast(const SurfacePoint& x);
+    /// If x, at which `rays_` start, has a shading normal, directions below the plane of its face are mirrored to above
+    /// it, since the smooth surface described by that normal does not block them.
+    void lift(const SurfacePoint& x);
+
+    /// Casts `rays_`, which have `weights_`, and follows them over mirrors.
+    void cast();
 
     const Tracer tracer_;
     std::vector<Ray> rays_;
@@ -130,12 +132,34 @@ class Hemisphere final : public Sight {
     /// Casts the rays of point number `number` (DirectionPool::rays) from x, or from just beside it if it is on an
     /// edge.
     void look(const SurfacePoint& x, std::size_t number) {
-        weights_ = pool_.rays(inset(tracer_.mesh(), x), number, rays_);
-        cast(x);
+        aim(x, number);
+        cast();
     }
+
+    /// Only makes these rays.
+    void aim(const SurfacePoint& x, std::size_t number) {
+        weights_ = pool_.rays(inset(tracer_.mesh(), x), number, rays_);
+        lift(x);
+    }
+
+    std::span<const Ray> rays() const { return rays_; }
+    std::span<const double> weights() const { return weights_; }
 
   private:
     const DirectionPool& pool_;
+};
+
+/// Any rays.
+class ChosenRays final : public Sight {
+  public:
+    explicit ChosenRays(const Tracer& tracer) : Sight(tracer) {}
+
+    /// The weights must outlive what is asked of this.
+    void look(std::span<const Ray> rays, std::span<const double> weights) {
+        rays_.assign(rays.begin(), rays.end());
+        weights_ = weights;
+        cast();
+    }
 };
 
 } // namespace difusa

@@ -20,6 +20,7 @@ namespace difusa {
 struct SoupPart {
     std::string file;
     std::size_t first_face = 0, first_point = 0;
+    std::string name = {}; ///< given by the scene file, or empty
 };
 
 /// A polygon soup. Face f has the corners `corners[first_corner[f]] .. corners[first_corner[f+1]-1]`, point

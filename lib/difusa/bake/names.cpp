@@ -1,0 +1,19 @@
+#include <difusa/bake/names.h>
+
+#include <difusa/plugin/parameters.h>
+
+#include <algorithm>
+
+namespace difusa {
+
+std::string unknown_name(const std::string& what, const std::string& name, const std::vector<std::string>& known) {
+    const std::string near = nearest_name(name, known);
+    std::string text = "there is no " + what + " `" + name + "`" + (near.empty() ? "" : ", did you mean " + near + "?");
+    constexpr std::size_t most = 20;
+    for (std::size_t i = 0; i < std::min(known.size(), most); ++i) {
+        text += (i == 0 ? (near.empty() ? ". There are: " : " There are: ") : ", ") + known[i];
+    }
+    return text + (known.size() > most ? ", ..." : "");
+}
+
+} // namespace difusa

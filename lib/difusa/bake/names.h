@@ -1,0 +1,12 @@
+// What a message says of a name that nothing has.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace difusa {
+
+/// "there is no material `lmap`, did you mean lamp? There are: lamp, wall".
+std::string unknown_name(const std::string& what, const std::string& name, const std::vector<std::string>& known);
+
+} // namespace difusa
