@@ -129,6 +129,8 @@ std::string refusal_of(const BakeOptions& options) {
 TEST(WeightedRays, AnAccuracyIsNotOrderedFromRaysThatCannotTell) {
     BakeOptions options = quick("hemicube:grid=fixed");
     options.target = ErrorTarget{};
+    options.spacing = 0.0; // both follow from the accuracy
+    options.rays = BakeOptions{}.rays;
     EXPECT_THAT(refusal_of(options), HasSubstr("use a random grid"));
     options.directions = "hemicube:resolution=20";
     EXPECT_THAT(refusal_of(options), HasSubstr("omit its resolution"));

@@ -82,7 +82,10 @@ TEST_P(EvenDirections, ConvergeInTheFirstOrderForSmoothIntegrands) {
         };
         // 48 scrambles know an RMS to about 10 %; the order over a factor of 64 then to 0.03. Independent directions
         // would have order 1/2.
-        const double order = std::log(rms(64) / rms(4096)) / std::log(64.0);
+        const auto size = [](std::size_t count) {
+            return static_cast<double>(test::plugin<Directions>(GetParam())->size(count));
+        };
+        const double order = std::log(rms(64) / rms(4096)) / std::log(size(4096) / size(64));
         EXPECT_GT(order, 0.9) << "integrand " << k;
     }
 }
