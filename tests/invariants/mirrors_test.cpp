@@ -482,10 +482,13 @@ TEST(Mirrors, SolversThatNeedRowsRefuseThem) {
     }
 }
 
-TEST(Mirrors, PairwiseTransportRefusesThem) {
+TEST(Mirrors, PairwiseTransportRefusesColouredOnes) {
     BakeOptions options = lit::quick(0.5);
     options.transport = "pairwise";
-    EXPECT_THROW(test::baked(symmetric_room(false), options), UsageError);
+    EXPECT_NO_THROW(test::baked(symmetric_room(false), options));
+    Scene scene = symmetric_room(false);
+    scene.materials[1].mirror = Rgb(0.9, 0.8, 0.7);
+    EXPECT_THROW(test::baked(scene, options), UsageError);
 }
 
 TEST(Mirrors, ReflectNoMoreThanAllLight) {
