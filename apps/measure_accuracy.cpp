@@ -1,7 +1,7 @@
 // measure_accuracy --output DIR: speed against error, on scenes whose radiosity is known. Parses options, runs the
 // study, writes files.
+#include "accuracy_studies.h"
 #include "bake_arguments.h"
-#include "side_by_side.h"
 #include "terminal.h"
 
 #include <difusa/core/text.h>
@@ -9,7 +9,6 @@
 #include <difusa/io/field_file.h>
 #include <difusa/rays/visibility_choice.h>
 #include <difusa/study/estimate_study.h>
-#include <difusa/study/mirror_study.h>
 #include <difusa/study/ring_curves.h>
 #include <difusa/study/solver_study.h>
 #include <difusa/study/study.h>
@@ -20,7 +19,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
-#include <iterator>
 #include <optional>
 #include <string>
 #include <utility>
@@ -295,36 +293,7 @@ void compare_solvers(Arguments& a, const difusa::Registry& registry, const difus
     } else if (a.sites) {
         throw UsageError("--sites: --spacing says how many there are; omit one of them");
     }
-    std::string table = difusa::solver_header(), csv = difusa::solver_csv_header();
-    if (!a.run.quiet) {
-        std::cout << table << std::flush;
-    }
-    for (const std::string& file : a.scenes) {
-        const auto trials = difusa::try_solvers(registry, file, plan, execution, [&](const difusa::SolverTrial& trial) {
-            const std::string row = difusa::solver_row(trial);
-            if (!a.run.quiet) {
-                std::cout << row << std::flush;
-            }
-            table += row;
-            csv += difusa::solver_csv_rows(trial);
-        });
-        for (const double albedo : a.albedos) {
-            std::vector<difusa::SolverTrial> lines; // to the smallest residual
-            std::copy_if(trials.begin(), trials.end(), std::back_inserter(lines),
-                         [&](const difusa::SolverTrial& trial) {
-                             return trial.albedo == albedo && trial.tolerance == plan.tolerances.back();
-                         });
-            const std::string name = lines.front().scene + "_albedo_" + difusa::text_of(albedo);
-            for (const auto& [axis, what] : {std::pair(difusa::SolverAxis::iterations, "iterations.svg"),
-                                             std::pair(difusa::SolverAxis::entries, "entries.svg"),
-                                             std::pair(difusa::SolverAxis::seconds, "seconds.svg")}) {
-                write(a.output / (name + "_residual_against_" + what), residual_chart(lines, axis));
-                write(a.output / (name + "_error_against_" + what), error_chart(lines, axis));
-            }
-        }
-    }
-    write(a.output / "solvers.md", table);
-    write(a.output / "solvers.csv", csv);
+    difusa::write_solvers(plan, a.scenes, {a.output, a.run.quiet}, registry, execution);
 }
 
 /// What --side-by-side does not take.
@@ -367,7 +336,7 @@ void side_by_side(const Arguments& a, const difusa::Registry& registry, const di
     plan.cases = a.plan.cases;
     plan.scenes = a.scenes;
     plan.how = a.plan.how;
-    difusa::write_side_by_side(plan, a.output, a.run.quiet, registry, execution);
+    difusa::write_side_by_side(plan, {a.output, a.run.quiet}, registry, execution);
 }
 
 /// What --validation does not take.
@@ -394,22 +363,8 @@ void validate(Arguments& a, const difusa::Registry& registry, const difusa::Exec
         throw UsageError("--validation takes a single --final-gather");
     }
     options.final_gather = a.plan.final_gathers.empty() ? 0 : a.plan.final_gathers.front();
-    const std::vector<difusa::ValidationCase> cases = difusa::cie_171_cases(a.plan.cases);
-    std::string table = difusa::validation_header(), csv = difusa::validation_csv_header();
-    if (!a.run.quiet) {
-        std::cout << table << std::flush;
-    }
-    for (const difusa::ValidationCase& one : cases) {
-        const difusa::ValidationResult result = difusa::validate(registry, one, options, execution);
-        const std::string row = difusa::validation_row(result);
-        if (!a.run.quiet) {
-            std::cout << row << std::flush;
-        }
-        table += row;
-        csv += difusa::validation_csv_rows(result);
-    }
-    write(a.output / "validation.md", table);
-    write(a.output / "validation.csv", csv);
+    difusa::write_validation(difusa::cie_171_cases(a.plan.cases), options, {a.output, a.run.quiet}, registry,
+                             execution);
 }
 
 /// What --mirrors does not take.
@@ -436,19 +391,8 @@ void check_mirrors(const Arguments& a) {
 }
 
 void judge_mirrors(const Arguments& a, const difusa::Registry& registry, const difusa::Execution& execution) {
-    std::string table = difusa::mirror_header();
-    if (!a.run.quiet) {
-        std::cout << table << std::flush;
-    }
     const double spacing = a.plan.spacings.empty() ? 0.1 : a.plan.spacings.front();
-    difusa::mirror_study(registry, spacing, a.plan.common.seed, execution, [&](const difusa::MirrorTrial& trial) {
-        const std::string row = difusa::mirror_row(trial);
-        if (!a.run.quiet) {
-            std::cout << row << std::flush;
-        }
-        table += row;
-    });
-    write(a.output / "mirrors.md", table);
+    difusa::write_mirrors(spacing, a.plan.common.seed, {a.output, a.run.quiet}, registry, execution);
 }
 
 /// What --solver needs, and does not take.

@@ -27,7 +27,7 @@ using testing::ThrowsMessage;
 class Rendering : public testing::Test {
   protected:
     Rendering() {
-        BakeOptions options = lit::quick(0.35, 32);
+        BakeOptions options = lit::quick(0.6, 32);
         options.every_surface = true;
         Scene scene = test::bare_room();
         scene.sky = Rgb(0.5, 0.6, 0.7);
@@ -160,7 +160,7 @@ TEST_F(Rendering, OfGreySurfacesIsStoredOnce) {
 /// In a furnace T multiplies by the reflectance, to rounding: the stated error is the error itself.
 TEST_F(Rendering, HasTheStatedErrorsInAFurnace) {
     constexpr double half = 0.5;
-    const BakeResult result = test::baked(test::furnace(half, 1.0), lit::quick(0.35, 32));
+    const BakeResult result = test::baked(test::furnace(half, 1.0), lit::quick(0.6, 32));
     system = result.system;
     rho = Values::Constant(surfels(), 1, half);
     radius = half;

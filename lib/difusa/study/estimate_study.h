@@ -44,7 +44,7 @@ struct EstimateTrial {
     double share_of_time = 0.0;    ///< of `seconds`, for the estimate
     double seconds = 0.0;          ///< the bake's processor time up to the field and the estimate
     std::size_t sites = 0, transport_bytes = 0;
-    bool above_target = false;     ///< the true error exceeds BakeOptions::target
+    bool above_target = false; ///< the true error exceeds BakeOptions::target
 };
 
 /// Bakes with seeds options.seed, options.seed + 1, ... `tell` is called with each.

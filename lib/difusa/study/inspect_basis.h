@@ -18,7 +18,7 @@ namespace difusa {
 /// Options; as in a bake (BakeOptions), so that the same options show exactly the basis of that bake.
 struct InspectOptions {
     std::string basis = "moving-least-squares";
-    std::string sampler; ///< empty: the one that the basis demands, or else "poisson-disk"
+    std::string sampler;                      ///< empty: the one that the basis demands, or else "poisson-disk"
     std::string visibility = "auto";          ///< for samplers that cast rays
     double spacing = 0.0;                     ///< unit of the mesh; 0: from `sites`
     std::size_t sites = 0;                    ///< desired number; 0: 4000

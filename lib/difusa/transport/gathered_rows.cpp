@@ -56,7 +56,8 @@ GatheredRows::GatheredRows(const Tracer& tracer, const Surfels& surfels, const S
 }
 
 void GatheredRows::set(std::size_t j, const Sight& around, Scratch& scratch) {
-    auto& [bin, share, order, reflected] = scratch;
+    std::vector<Index>& bin = scratch.bin;
+    std::vector<double>& share = scratch.weight;
     bin.clear();
     share.clear();
     double front = 0.0, sky = 0.0;
@@ -76,7 +77,7 @@ void GatheredRows::set(std::size_t j, const Sight& around, Scratch& scratch) {
     } else {
         transport_.sky[j] = sky;
         transport_.back[j] = bin.size() == around.count() ? 0.0 : std::max(0.0, 1.0 - front - sky);
-        put(bin, share, order, weighted_->row(j));
+        put(bin, share, scratch.order, weighted_->row(j));
     }
     if (in_mirrors_) {
         set_in_mirrors(j, around, scratch);

@@ -1,0 +1,46 @@
+// Studies of measure_accuracy that write tables row by row: methods side by side, solvers, published validation cases,
+// form factors over mirror patches.
+#pragma once
+
+#include <difusa/study/measure.h>
+#include <difusa/study/solver_study.h>
+#include <difusa/study/validation.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace difusa {
+
+/// Where a study writes, and whether it prints its table too.
+struct StudyOutput {
+    std::filesystem::path folder;
+    bool quiet = false;
+};
+
+struct SideBySide {
+    BakeOptions common;
+    std::vector<std::size_t> sites;         ///< of each method, about
+    std::vector<std::string> cases, scenes; ///< with known solutions; files, judged by finer bakes
+    MeasureOptions how;
+};
+
+/// The classical method beside the meshless one: side_by_side.md, side_by_side.csv, and a chart of each scene.
+void write_side_by_side(const SideBySide& plan, const StudyOutput& output, const Registry& registry,
+                        const Execution& execution);
+
+/// Solvers on the system of each file: solvers.md, solvers.csv, and charts of residual and error for each albedo.
+void write_solvers(const SolverPlan& plan, const std::vector<std::string>& files, const StudyOutput& output,
+                   const Registry& registry, const Execution& execution);
+
+/// validation.md and validation.csv.
+void write_validation(const std::vector<ValidationCase>& cases, const BakeOptions& options, const StudyOutput& output,
+                      const Registry& registry, const Execution& execution);
+
+/// mirrors.md. `spacing`: of the sites.
+void write_mirrors(double spacing, std::uint64_t seed, const StudyOutput& output, const Registry& registry,
+                   const Execution& execution);
+
+} // namespace difusa
