@@ -82,7 +82,7 @@ matrix=1,0,0,0.05,0,1,0,0,0,0,1,-0.02,0,0,0,1
 expect_exit 0 "$relight" box.difusa moved.ply --error-points 0 --move 10-14=0.05,0,-0.02
 expect_exit 0 "$relight" box.difusa again.ply --error-points 0 --move 10-14=$matrix
 expect_same_field moved.ply again.ply
-expect_exit 0 "$relight" box.difusa moved.ply --error-points 0 --move lamp=0,0,0
+expect_exit 0 "$relight" box.difusa moved.ply --error-points 0 --move 10-14=0,0,0
 expect_exit 0 "$relight" box.difusa again.ply --error-points 0
 expect_same_field moved.ply again.ply
 

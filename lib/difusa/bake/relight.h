@@ -24,10 +24,6 @@ struct RelightOptions {
     /// Made to the lights and materials of the scene, and to the lights that the options of the bake added to it.
     LightChange change;
 
-    /// Objects that are moved, one after the other, before the scene is lit. Rays are cast again that may meet what has
-    /// moved, where it was or where it is (transport/recast.h). Lamps that are no surfaces stay where they are.
-    std::vector<ObjectMove> moves = {};
-
     /// Lights added to the above (a sky replaces theirs), the solver, and what comes out: places, goals, output mesh,
     /// units, light groups. What the transport depends on is that of the transport, whatever stands here: basis,
     /// sampler, spacing, sites, neighbours, projection, transport, kernel, directions, rays, target, seed, flip.
@@ -35,6 +31,10 @@ struct RelightOptions {
 
     /// False: the system, its solution, places and goals are found, but no field is evaluated; the light may be dark.
     bool evaluate = true;
+
+    /// Objects that are moved, one after the other, before the scene is lit. Rays are cast again that may meet what has
+    /// moved, where it was or where it is (transport/recast.h). Lamps that are no surfaces stay where they are.
+    std::vector<ObjectMove> moves = {};
 };
 
 /// The choices of the bake that a relit one may make differently: solver, tolerance, iterations, direct light,
