@@ -83,7 +83,7 @@ TEST(Relight, AllOutputsAreThoseOfAFreshBake) {
     options.projection = "galerkin";
     const auto scenes = test::lightings();
     const SavedTransport saved = test::through_file(lit::baked(scenes.front().second, options));
-    RelightOptions how{std::nullopt, {}, {}, relight_defaults(saved)};
+    RelightOptions how{std::nullopt, {}, relight_defaults(saved)};
     for (BakeOptions* each : {&options, &how.bake}) {
         each->error_points = 64;
         each->final_gather = 16;

@@ -136,7 +136,9 @@ TEST_F(Rendering, OfFullRankIsTheSolution) {
     const Values near = R.apply(g, stated, Execution{});
     EXPECT_LE((near - h).norm(), 0.05 * (h - g).norm()); // two of the least directions are missing
     const AreaNorms norms(system->discretisation());
-    EXPECT_LE(norms.of_points(near - h).front(), stated.front());
+    // What the solver leaves of these solutions, here and in the operator, is not part of what is stated.
+    const double unsolved = 10.0 * solve.tolerance * norms.of_points(h).front();
+    EXPECT_LE(norms.of_points(near - h).front(), stated.front() + unsolved);
 }
 
 TEST_F(Rendering, HasTheSameBitsForAnyNumberOfThreads) {

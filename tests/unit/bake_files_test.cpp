@@ -512,7 +512,7 @@ TEST(BakeFiles, ReportOfAPairwiseBake) {
     options.transport = "pairwise";
     const BakeResult result = bake(Registry::load(), DIFUSA_TEST_DATA "/cornell_box.obj", options, Execution{});
     const json report = json::parse(report_of(result));
-    EXPECT_EQ(report["options"]["transport"], "pairwise:areas=integral");
+    EXPECT_EQ(report["options"]["transport"], "pairwise:areas=integral,mirrors=gathered,granularity=1,adaptive=yes");
     EXPECT_EQ(report["options"]["kernel"], "disc");
     EXPECT_EQ(report["transport"]["rays"], result.sites->size() * options.rays);
     for (std::size_t c = 0; c < 3; ++c) {

@@ -1,6 +1,7 @@
 // data/schemas/report.schema.json says what is in a report: nothing else is, and nothing it names is never there.
 #include "support/json_schema.h"
 #include "support/plugins.h"
+#include "support/saved_bakes.h"
 
 #include <difusa/bake.h>
 #include <difusa/output/bake_files.h>
@@ -36,6 +37,17 @@ json report(const std::string& scene, const BakeOptions& options) {
 
 json dry_report(const std::string& scene) {
     return json::parse(report_of(dry_run(test::registry(), data + scene, few_sites(), Execution{})));
+}
+
+/// Of a saved transport in which a block is moved.
+json report_of_moved(const std::string& scene) {
+    const SavedTransport saved = test::through_file(bake(test::registry(), data + scene, few_sites(), Execution{}));
+    RelightOptions how;
+    how.bake = relight_defaults(saved);
+    how.bake.error_points = 32;
+    how.moves.push_back({"10-14", 0.0, {}});
+    how.moves.front().motion.offset = Vec3(0.05, 0.0, -0.02);
+    return json::parse(report_of(relight(test::registry(), saved, how, Execution{})));
 }
 
 /// Groups, goals, grids and an accuracy that is not reached.
@@ -75,6 +87,7 @@ TEST(ReportSchema, SaysWhatIsInAReport) {
     for (const char* scene : {"cornell_box.obj", "room_a.json"}) {
         EXPECT_THAT(all.faults(dry_report(scene)), testing::IsEmpty()) << scene;
     }
+    EXPECT_THAT(all.faults(report_of_moved("cornell_box.obj")), testing::IsEmpty());
     EXPECT_THAT(all.never_met(), testing::IsEmpty());
 }
 
