@@ -27,13 +27,6 @@ void check_regions(const Mesh& mesh, std::span<const char> marked) {
 
 } // namespace
 
-bool is_rigid(const RigidMotion& motion) {
-    constexpr double rounding = 1e-9;
-    const Eigen::Matrix3d& R = motion.rotation;
-    return R.allFinite() && motion.offset.allFinite() &&
-           (R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() <= rounding && R.determinant() > 0.0;
-}
-
 Mesh moved_mesh(const Mesh& mesh, std::span<const char> marked, const RigidMotion& motion) {
     DIFUSA_REQUIRE(marked.size() == mesh.triangles.size() && is_rigid(motion));
     check_regions(mesh, marked);

@@ -3,6 +3,8 @@
 
 #include <difusa/mesh/mesh.h>
 
+#include <Eigen/LU> // determinant
+
 #include <span>
 #include <vector>
 
@@ -18,7 +20,12 @@ struct RigidMotion {
 };
 
 /// True if all numbers are finite, and the rotation is one to within 1e-9: it neither scales nor mirrors.
-bool is_rigid(const RigidMotion& motion);
+inline bool is_rigid(const RigidMotion& motion) {
+    constexpr double rounding = 1e-9;
+    const Eigen::Matrix3d& R = motion.rotation;
+    return R.allFinite() && motion.offset.allFinite() &&
+           (R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() <= rounding && R.determinant() > 0.0;
+}
 
 /// The mesh with the triangles moved that are marked (#T). Triangles keep their numbers, materials and regions; points
 /// that others need where they are get a moved twin, after all others. Points that come to lie where others are remain
