@@ -1,7 +1,7 @@
 #include "accuracy_studies.h"
 
 #include <difusa/core/text.h>
-#include <difusa/io/whole_file.h>
+#include <difusa/io/field_file.h>
 #include <difusa/study/classical_study.h>
 #include <difusa/study/mirror_study.h>
 
@@ -17,7 +17,7 @@ namespace {
 /// A table in Markdown, printed as it grows unless the study is quiet, and the same as CSV.
 class StudyTable {
   public:
-    StudyTable(const StudyOutput& output, std::string header, std::string csv_header)
+    StudyTable(const StudyOutput& output, const std::string& header, std::string csv_header)
         : output_(output), csv_(std::move(csv_header)) {
         add(header, "");
     }
