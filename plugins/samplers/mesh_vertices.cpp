@@ -25,8 +25,8 @@ class MeshVertices final : public difusa::Sampler {
             points.push_back(patches.vertex(v));
         }
         if (points.size() > limit) {
-            throw difusa::ResourceError("the mesh has " + std::to_string(points.size()) +
-                                        " places for sites, but memory suffices for only " + std::to_string(limit) +
+            throw difusa::ResourceError("the refined mesh has " + std::to_string(points.size()) +
+                                        " vertices, but memory suffices for only " + std::to_string(limit) +
                                         ": give a larger --spacing");
         }
         return points;

@@ -2,7 +2,6 @@
 // basis `patch-constant`. The triangles are halved until no edge is longer than a multiple of the spacing at which
 // there are about as many sites as with `poisson-disk`; since halving doubles them, a wanted number is met within a
 // factor of about 1.5.
-#include <difusa/core/error.h>
 #include <difusa/discretisation/patch_mesh.h>
 #include <difusa/discretisation/sampler.h>
 #include <difusa/plugin/plugin.h>
@@ -23,11 +22,6 @@ class PatchCentres final : public difusa::Sampler {
         std::vector<difusa::SurfacePoint> points;
         for (difusa::Index f = 0; f < patches.size(); ++f) {
             points.push_back(patches.centre(f));
-        }
-        if (points.size() > limit) {
-            throw difusa::ResourceError("the mesh has " + std::to_string(points.size()) +
-                                        " places for sites, but memory suffices for only " + std::to_string(limit) +
-                                        ": give a larger --spacing");
         }
         return points;
     }

@@ -189,6 +189,22 @@ TEST(PatchBases, AFurnaceIsExactWithThem) {
     }
 }
 
+/// The refinement is that of outputs, but what to do about it is not.
+TEST(PatchBases, MoreSitesThanFitAreRefusedWithTheSpacing) {
+    const Mesh mesh = test::box(Vec3(1, 1, 1), 1, true); // 12 triangles
+    for (const std::string sampler : {"patch-centres", "mesh-vertices"}) {
+        for (const double spacing : {0.1, 1e-9}) {
+            EXPECT_THAT(
+                [&] {
+                    test::plugin<Sampler>(sampler)->sample(mesh, nullptr, spacing, 20, RandomStream(1, "sites"), {});
+                },
+                testing::ThrowsMessage<ResourceError>(
+                    testing::AllOf(HasSubstr("give a larger --spacing"), testing::Not(HasSubstr("output")))))
+                << sampler << ", " << spacing;
+        }
+    }
+}
+
 TEST(PatchBases, RefuseSitesThatAreNotTheirs) {
     const Mesh mesh = test::box(1.0);
     const SiteSet poisson = test::poisson_sites(mesh, 0.3);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <utility>
 
 namespace difusa {
@@ -31,10 +32,23 @@ std::size_t flat_cell(double x, std::size_t across) {
     return std::min(across - 1, static_cast<std::size_t>(std::min(scaled, 1e9)));
 }
 
+/// The refined mesh; what is refused is said of patches, which are none of the output.
+OutputMesh patches_of(const Mesh& mesh, double edge, std::size_t limit, const Execution& execution) {
+    try {
+        return refine(mesh, edge, crease, limit, execution);
+    } catch (const ResourceError&) {
+        if (mesh.triangles.size() > limit) {
+            throw;
+        }
+        throw ResourceError("at this spacing the mesh would have more patches than memory suffices for (" +
+                            std::to_string(limit) + "): give a larger --spacing");
+    }
+}
+
 } // namespace
 
 PatchMesh::PatchMesh(const Mesh& mesh, double edge, std::size_t limit, const Execution& execution)
-    : mesh_(&mesh), refined_(refine(mesh, edge, crease, limit, execution)) {
+    : mesh_(&mesh), refined_(patches_of(mesh, edge, limit, execution)) {
     for (Index f = 0; f < size(); ++f) {
         const auto [a, b, c] = corners(f);
         const Vec3 &p = vertex(a).position, &q = vertex(b).position, &r = vertex(c).position;
