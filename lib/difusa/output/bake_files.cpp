@@ -461,11 +461,14 @@ std::string error_sentence(const ErrorEstimate& error, bool thermal) {
 
 std::string energy_sentence(const EnergyBalance& energy) {
     std::ostringstream text;
+    Eigen::Index channel = 0;
+    energy.imbalance.abs().maxCoeff(&channel);
+    const double lost = energy.imbalance[channel];
     text << std::setprecision(4) << "energy (W, mean of the channels): emitted " << energy.emitted.mean()
          << ", from suns and point lights " << energy.from_lights.mean() << ", from the sky " << energy.from_sky.mean()
          << ", absorbed " << energy.absorbed.mean() << ", escaped " << energy.escaped.mean() << ", lost on back faces "
-         << energy.blocked.mean() << "; imbalance at most " << std::setprecision(2)
-         << 100.0 * energy.imbalance.abs().maxCoeff() << " %\n";
+         << energy.blocked.mean() << "; " << std::setprecision(2) << 100.0 * std::abs(lost) << " % "
+         << (lost < 0.0 ? "created" : "lost") << " by the discretisation\n";
     return text.str();
 }
 
