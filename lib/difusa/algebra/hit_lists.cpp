@@ -113,12 +113,21 @@ template <class Act> void decode(const std::uint8_t* codes, const Act& act) {
     }
 }
 
-/// `to` = `share` times the sums of `count` columns over the bins.
+/// `to` = `share` times the sums of `count` columns over the bins. Several columns of all bins are more than fits in a
+/// cache that is near, so they are fetched some bins ahead: with 24 columns that takes a quarter of the time.
 template <int count>
 void sum_columns(const std::vector<Index>& bins, const double* from, Eigen::Index width, double share, double* to) {
+    constexpr std::size_t ahead = 12;
+    constexpr int line = 8; // of a cache, in numbers
     double sum[count] = {};
-    for (const Index bin : bins) {
-        const double* const source = from + static_cast<Eigen::Index>(bin) * width;
+    for (std::size_t i = 0; i < bins.size(); ++i) {
+        if (i + ahead < bins.size()) {
+            const double* const next = from + static_cast<Eigen::Index>(bins[i + ahead]) * width;
+            for (int c = 0; c < count; c += line) {
+                __builtin_prefetch(next + c);
+            }
+        }
+        const double* const source = from + static_cast<Eigen::Index>(bins[i]) * width;
         for (int c = 0; c < count; ++c) {
             sum[c] += source[c];
         }
@@ -300,6 +309,9 @@ void HitLists::apply(const Values& x, Values& y, const Execution& execution) con
             } else {
                 row(j, bins);
                 Eigen::Index c = 0;
+                for (; c + 24 <= width; c += 24) {
+                    sum_columns<24>(bins, from + c, width, share, out + c);
+                }
                 for (; c + 8 <= width; c += 8) {
                     sum_columns<8>(bins, from + c, width, share, out + c);
                 }
