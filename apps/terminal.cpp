@@ -9,6 +9,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <exception>
 #include <iostream>
 #include <new>
@@ -18,8 +19,16 @@ namespace difusa {
 namespace {
 
 volatile std::sig_atomic_t interrupted = 0;
+volatile std::sig_atomic_t nothing_to_clean_up = 0; ///< until input has been read
+const char* volatile interruption = nullptr;        ///< what is said then
 
 void on_signal(int signal) {
+    if (nothing_to_clean_up != 0) { // readers do not look whether they are to stop
+        if (const char* const said = interruption; said != nullptr) {
+            [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, said, std::strlen(said));
+        }
+        _exit(static_cast<int>(ExitCode::interrupted));
+    }
     interrupted = 1;
     std::signal(signal, SIG_DFL); // the next one ends the process
 }
@@ -34,6 +43,7 @@ void cancel_on(int signal) {
 } // namespace
 
 TerminalProgress::TerminalProgress(bool silent) : silent_(silent), terminal_(isatty(STDERR_FILENO) != 0) {
+    nothing_to_clean_up = 1;
     cancel_on(SIGINT);
     cancel_on(SIGTERM);
     cancel_on(SIGHUP);
@@ -51,6 +61,7 @@ void TerminalProgress::clear() {
 }
 
 void TerminalProgress::phase(std::string_view name) {
+    nothing_to_clean_up = name == "read" ? 1 : 0;
     phase_ = name;
     began_ = last_shown_ = Clock::now();
     fraction_ = 1.0; // until a loop begins
@@ -136,6 +147,9 @@ int run_program(const char* name, const std::function<void()>& program) {
         std::fprintf(stderr, "%s: %s\n", name, what);
         return static_cast<int>(code);
     };
+    static std::string said; // for as long as signals may come
+    said = std::string(isatty(STDERR_FILENO) != 0 ? "\r\033[K" : "") + name + ": interrupted\n";
+    interruption = said.c_str();
     occupy_standard_streams();
     // A file that grows too large and a reader that has gone are then errors, instead of the end of the process.
     std::signal(SIGXFSZ, SIG_IGN);

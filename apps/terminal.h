@@ -12,7 +12,7 @@ namespace difusa {
 
 /// Shows phase, percentage and remaining time: on a terminal as one line that is overwritten, elsewhere as one line per
 /// phase, and another if it is going to take minutes. Ctrl-C (SIGINT), SIGTERM and SIGHUP cancel, unless the caller
-/// ignores them; a second one ends the process at once.
+/// ignores them; a second one ends the process at once, and so does the first while input is read.
 class TerminalProgress final : public Progress {
   public:
     explicit TerminalProgress(bool silent);

@@ -126,6 +126,22 @@ for signal in INT TERM HUP; do
     ls -A . >after
     cmp -s before after || fail "the files have changed: $(diff before after)"
 done
+# While input is read, at once.
+awk 'BEGIN { print "OFF 600000 1 0"; for (i = 0; i < 600000; i++) print i % 7, i, 0; print "3 0 1 2" }' >long.off
+: >stderr
+"$bake" long.off long.vtp >stdout 2>stderr &
+job=$!
+until grep -qx read stderr; do
+    kill -0 "$job" || fail "reading did not begin"
+    sleep 0.01
+done
+kill "$job"
+code=0
+wait "$job" || code=$?
+[ "$code" = 130 ] || fail "exit $code while input is read"
+[ "$(cat stderr)" = "read
+bake_radiosity: interrupted" ] || fail "not stopped while input is read: $(cat stderr)"
+rm long.off
 set +m
 
 cmp kept.ply copy.ply || fail "a failed bake has touched an older file"
