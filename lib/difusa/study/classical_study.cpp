@@ -9,18 +9,6 @@
 
 namespace difusa {
 
-namespace {
-
-double relative_error(const EstimateTrial& trial) {
-    return trial.reflected > 0.0 ? trial.total / trial.reflected : 0.0;
-}
-
-double field_seconds(const EstimateTrial& trial) {
-    return trial.seconds * (1.0 - trial.share_of_time);
-}
-
-} // namespace
-
 std::vector<ComparedMethod> compared_methods(const BakeOptions& common) {
     struct MethodChoice {
         const char *name, *basis, *directions, *direct;
@@ -69,8 +57,8 @@ std::string method_header() {
 std::string method_row(const MethodTrial& t) {
     std::array<char, 96> numbers{};
     std::snprintf(numbers.data(), numbers.size(), "%zu | %.2f | %.2f | %.1f %%", t.trial.sites,
-                  1e-6 * static_cast<double>(t.trial.transport_bytes), field_seconds(t.trial),
-                  100.0 * relative_error(t.trial));
+                  1e-6 * static_cast<double>(t.trial.transport_bytes), t.trial.field_seconds(),
+                  100.0 * t.trial.relative_error());
     return "| " + t.scene + " | " + t.method + " | " + numbers.data() + " |\n";
 }
 
@@ -80,8 +68,8 @@ std::string method_csv_header() {
 
 std::string method_csv_row(const MethodTrial& t) {
     return csv_quoted(t.scene) + "," + csv_quoted(t.method) + "," + std::to_string(t.trial.sites) + "," +
-           std::to_string(t.trial.transport_bytes) + "," + text_of(field_seconds(t.trial)) + "," +
-           text_of(t.trial.total) + "," + text_of(t.trial.reflected) + "," + text_of(relative_error(t.trial)) + "\n";
+           std::to_string(t.trial.transport_bytes) + "," + text_of(t.trial.field_seconds()) + "," +
+           text_of(t.trial.total) + "," + text_of(t.trial.reflected) + "," + text_of(t.trial.relative_error()) + "\n";
 }
 
 std::string method_chart(const std::vector<MethodTrial>& trials) {
@@ -97,8 +85,8 @@ std::string method_chart(const std::vector<MethodTrial>& trials) {
             chart.series.back().markers = true;
             chart.series.back().colour = static_cast<int>(chart.series.size()) - 1;
         }
-        chart.series.back().x.push_back(field_seconds(t.trial));
-        chart.series.back().y.push_back(relative_error(t.trial));
+        chart.series.back().x.push_back(t.trial.field_seconds());
+        chart.series.back().y.push_back(t.trial.relative_error());
     }
     return svg_of(chart);
 }

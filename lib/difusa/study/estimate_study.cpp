@@ -199,6 +199,10 @@ std::vector<EstimateTrial> try_estimate(const Registry& registry, const KnownLig
         trials.back().seconds = clock.total;
         trials.back().sites = result.sites->size();
         trials.back().transport_bytes = result.system->transport().bytes;
+        trials.back().rays = result.journal.count_of("rays");
+        const bool as_a_whole = result.system->discretisation().projection->is_mean() &&
+                                !result.system->discretisation().projection->is_identity();
+        trials.back().unknowns = as_a_whole ? substructure_of(result)->patches() : result.sites->size();
         trials.back().above_target = own.target && trials.back().total > own.target->relative * trials.back().reflected;
         tell(trials.back());
     }
