@@ -1,13 +1,30 @@
 #include <difusa/study/classical_study.h>
 
 #include <difusa/core/text.h>
+#include <difusa/import/shapes.h>
 #include <difusa/io/chart.h>
+#include <difusa/study/reference_case.h>
+#include <difusa/study/references/ball_over_disc.h>
 
 #include <array>
 #include <cstdio>
 #include <utility>
 
 namespace difusa {
+
+std::optional<Scene> coarse_scene(const std::string& case_name) {
+    if (case_name != "ball-over-disc") {
+        return std::nullopt;
+    }
+    const BallOverDiscParameters p;
+    Scene scene = reference_case(case_name).scene;
+    Mesh ball = sphere(p.r, 2, Front::outside);
+    move(ball, Vec3(0, 0, p.h));
+    scene.mesh = {};
+    add(scene.mesh, ball, 0);
+    add(scene.mesh, disc(p.R, 6), 1);
+    return scene;
+}
 
 std::vector<ComparedMethod> compared_methods(const BakeOptions& common) {
     struct MethodChoice {

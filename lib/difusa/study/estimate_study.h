@@ -30,9 +30,9 @@ KnownLight known_light(const Judge& judge);
 /// Options of a bake that judges those with `options`: four times the sites and rays, and another seed.
 BakeOptions finer(const BakeOptions& options);
 
-/// Light according to a finer bake, at twice `places` points: 8192 rays gathered from each.
-KnownLight known_light(const BakeResult& finer, const std::string& name, std::size_t places,
-                       const Execution& execution);
+/// Light according to a finer bake, at twice `places` points: so many rays gathered from each.
+KnownLight known_light(const BakeResult& finer, const std::string& name, std::size_t places, const Execution& execution,
+                       std::size_t rays = 8192);
 
 /// One bake.
 struct EstimateTrial {

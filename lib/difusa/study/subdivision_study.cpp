@@ -44,8 +44,8 @@ std::vector<SubdivisionTrial> compare_subdivision(const Registry& registry, cons
                                                   const Execution& execution,
                                                   const std::function<void(const SubdivisionTrial&)>& tell) {
     const std::array<Method, 3> methods{{{even_mesh, "", false, {1, 2, 4, 8, 16}},
-                                         {"divided patches", "substructured", true, {1, 2, 4}},
-                                         {"divided, each part for itself", "natural", true, {1, 2, 4}}}};
+                                         {"divided patches", "substructured", true, {1, 2, 4, 8}},
+                                         {"divided, each part for itself", "natural", true, {4, 8}}}};
     std::vector<SubdivisionTrial> trials;
     for (const Method& method : methods) {
         for (const std::size_t multiple : method.multiples) {

@@ -20,8 +20,8 @@ struct SubdivisionTrial {
 };
 
 /// The classical method with all light carried by the mesh and hemicubes (L 29), with about `elements` elements and
-/// multiples of that: on even meshes (1, 2, 4, 8, 16), and on patches that are divided (1, 2, 4), whose parts send
-/// light as a whole and each for itself. `tell` is called with each.
+/// multiples of that: on even meshes (1, 2, 4, 8, 16), and on patches that are divided, which send light as a whole
+/// (1, 2, 4, 8), or whose parts each send their own (4, 8). `tell` is called with each.
 std::vector<SubdivisionTrial> compare_subdivision(const Registry& registry, const KnownLight& light,
                                                   const BakeOptions& common, std::size_t elements,
                                                   const Execution& execution,
