@@ -176,7 +176,7 @@ TEST(SubdividedPatches, KeepTheirLimits) {
     options.levels = 1;
     const BakeResult shallow = test::baked(floor_under_lid(), options);
     EXPECT_EQ(parts_of(shallow).levels, 1);
-    EXPECT_EQ(shallow.journal.count_of("rays") > 0, true);
+    EXPECT_LT(shallow.sites->size(), 3000U); // all that is divided is divided once
     options.levels = 9;
     EXPECT_THROW(test::baked(floor_under_lid(), options), UsageError);
 }
