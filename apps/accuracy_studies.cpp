@@ -4,10 +4,18 @@
 #include <difusa/io/field_file.h>
 #include <difusa/study/classical_study.h>
 #include <difusa/study/mirror_study.h>
+#include <difusa/study/ring_curves.h>
+#include <difusa/study/shelf_study.h>
+#include <difusa/study/subdivision_study.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <functional>
 #include <iostream>
 #include <iterator>
+#include <optional>
 #include <utility>
 
 namespace difusa {
@@ -43,26 +51,66 @@ class StudyTable {
     std::string table_, csv_;
 };
 
+/// Root mean square of the differences between two curves, over that of the second.
+double relative_rms(const std::vector<double>& curve, const std::vector<double>& exact) {
+    double error = 0.0, size = 0.0;
+    for (std::size_t i = 0; i < curve.size(); ++i) {
+        error += (curve[i] - exact[i]) * (curve[i] - exact[i]);
+        size += exact[i] * exact[i];
+    }
+    return size > 0.0 ? std::sqrt(error / size) : 0.0;
+}
+
+/// Gathered from each place: errors of patches are those of a few places at the edges of shadows, so that many places
+/// matter more than what little noise these rays leave.
+constexpr std::size_t rays_to_judge = 1024;
+
+/// Throws UsageError if patches, of which each triangle has at least one, are far more than the sites wanted.
+void check_triangles(const std::string& name, const Scene& scene, std::size_t sites) {
+    if (const std::size_t triangles = scene.mesh.triangles.size(); triangles > 4 * sites) {
+        throw UsageError(name + ": has " + std::to_string(triangles) +
+                         " triangles, and patches are no larger; give more --sites, or name another scene");
+    }
+}
+
+/// Of each case, and according to a finer bake of each file and of cases with meshes that are too fine for patches.
+void for_each_known_light(const SideBySide& plan, const Registry& registry, const Execution& execution,
+                          const std::function<void(const KnownLight&)>& compare) {
+    BakeOptions fine = plan.common;
+    fine.sites = plan.sites.back();
+    fine = finer(fine);
+    for (const std::string& name : plan.cases) {
+        if (const std::optional<Scene> coarse = coarse_scene(name)) {
+            compare(known_light(bake(registry, *coarse, name, fine, execution), name, plan.how.places, execution,
+                                rays_to_judge));
+            continue;
+        }
+        ReferenceCase exact = reference_case(name);
+        check_triangles(name, exact.scene, plan.sites.back());
+        compare(known_light(Judge(std::move(exact), plan.how, execution)));
+    }
+    for (const std::string& file : plan.scenes) {
+        const BakeResult known = bake(registry, file, fine, execution);
+        check_triangles(file, *known.scene, plan.sites.back());
+        compare(known_light(known, file, plan.how.places, execution, rays_to_judge));
+    }
+}
+
+std::string stem_of(const std::string& scene) {
+    return std::filesystem::path(scene).stem().string();
+}
+
 } // namespace
 
 void write_side_by_side(const SideBySide& plan, const StudyOutput& output, const Registry& registry,
                         const Execution& execution) {
     StudyTable table(output, method_header(), method_csv_header());
-    const auto compare = [&](const KnownLight& light) {
+    for_each_known_light(plan, registry, execution, [&](const KnownLight& light) {
         const std::vector<MethodTrial> trials =
             compare_methods(registry, light, plan.common, plan.sites, execution,
                             [&](const MethodTrial& trial) { table.add(method_row(trial), method_csv_row(trial)); });
-        const std::string name = std::filesystem::path(light.name).stem().string();
-        write_whole_file(output.folder / (name + "_side_by_side.svg"), method_chart(trials));
-    };
-    for (const std::string& name : plan.cases) {
-        compare(known_light(Judge(reference_case(name), plan.how, execution)));
-    }
-    for (const std::string& file : plan.scenes) {
-        BakeOptions fine = plan.common;
-        fine.sites = plan.sites.back();
-        compare(known_light(bake(registry, file, finer(fine), execution), file, plan.how.places, execution));
-    }
+        write_whole_file(output.folder / (stem_of(light.name) + "_side_by_side.svg"), method_chart(trials));
+    });
     table.write("side_by_side");
 }
 
@@ -106,6 +154,83 @@ void write_mirrors(double spacing, std::uint64_t seed, const StudyOutput& output
     mirror_study(registry, spacing, seed, execution,
                  [&](const MirrorTrial& trial) { table.add(mirror_row(trial), ""); });
     table.write("mirrors");
+}
+
+void write_chapter7(const StudyPlan& plan, const StudyOutput& output, const Registry& registry,
+                    const Execution& execution) {
+    const ReferenceCase reference = reference_case("ball-over-disc");
+    std::string table = "| transport | basis | spacing | sites | curve | mean of rings | one meridian |\n"
+                        "|---|---|---|---|---|---|---|\n";
+    std::string csv = "transport,basis,spacing,curve,place,mean,meridian,exact\n";
+    for (const bool printed : {true, false}) {
+        for (const std::string& basis : plan.bases) {
+            for (const double spacing : plan.spacings) {
+                BakeOptions options = plan.common;
+                options.projection = "natural"; // as printed
+                options.basis = basis;
+                options.spacing = spacing;
+                options.rays = plan.rays[0];
+                options.output_spacing = reference.scene.mesh.diameter();
+                options.error_points = 0;
+                if (printed) { // T 5.5, 5.7: direct light is part of the unknown
+                    options.transport = "pairwise:areas=neighbours";
+                    options.kernel = "point";
+                    options.direct = "interpolated";
+                }
+                const std::string transport = printed ? "pairwise" : "gather";
+                const std::string row = "| " + transport + " | " + basis + " | " + text_of(spacing) + " | ";
+                if (!output.quiet) {
+                    std::cout << transport << ", " << basis << ", spacing " << spacing << std::endl;
+                }
+                try {
+                    const BakeResult result = bake(registry, reference.scene, reference.name, options, execution);
+                    for (const RingCurve& curve : ring_curves(result, reference, 100, 100, execution)) {
+                        std::string name = transport + "_" + basis + "_" + text_of(spacing) + "_" + curve.name;
+                        std::replace_if(
+                            name.begin(), name.end(), [](char c) { return c == ',' || c == ' ' || c == ':'; }, '_');
+                        write_whole_file(output.folder / (name + ".svg"),
+                                         chart_of(curve, transport + ", " + basis + ", spacing " + text_of(spacing)));
+                        std::array<char, 64> errors{};
+                        std::snprintf(errors.data(), errors.size(), " | %.1e | %.1e |\n",
+                                      relative_rms(curve.mean, curve.exact), relative_rms(curve.meridian, curve.exact));
+                        table += row + std::to_string(result.sites->size()) + " | " + curve.name + errors.data();
+                        for (std::size_t i = 0; i < curve.place.size(); ++i) {
+                            csv += transport + ",\"" + basis + "\"," + text_of(spacing) + ",\"" + curve.name + "\"," +
+                                   text_of(curve.place[i]) + "," + text_of(curve.mean[i]) + "," +
+                                   text_of(curve.meridian[i]) + "," + text_of(curve.exact[i]) + "\n";
+                        }
+                    }
+                } catch (const NotConverged& error) {
+                    table += row + "– | does not converge | | |\n";
+                    if (!output.quiet) {
+                        std::cout << "  " << error.what() << std::endl;
+                    }
+                }
+            }
+        }
+    }
+    write_whole_file(output.folder / "chapter7.md", table);
+    write_whole_file(output.folder / "chapter7.csv", csv);
+}
+
+void write_subdivision(const SideBySide& plan, const StudyOutput& output, const Registry& registry,
+                       const Execution& execution) {
+    StudyTable table(output, subdivision_header(), subdivision_csv_header());
+    for_each_known_light(plan, registry, execution, [&](const KnownLight& light) {
+        const std::vector<SubdivisionTrial> trials = compare_subdivision(
+            registry, light, plan.common, plan.sites.front(), execution,
+            [&](const SubdivisionTrial& trial) { table.add(subdivision_row(trial), subdivision_csv_row(trial)); });
+        write_whole_file(output.folder / (stem_of(light.name) + "_subdivision.svg"), subdivision_chart(trials));
+    });
+    table.write("subdivision");
+}
+
+void write_shelves(const BakeOptions& options, const MeasureOptions& how, const StudyOutput& output,
+                   const Registry& registry, const Execution& execution) {
+    StudyTable table(output, shelf_header(), shelf_csv_header());
+    shelf_study(registry, {1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0}, options, how, execution,
+                [&](const ShelfTrial& trial) { table.add(shelf_row(trial), shelf_csv_row(trial)); });
+    table.write("shelf");
 }
 
 } // namespace difusa

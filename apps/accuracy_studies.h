@@ -1,9 +1,10 @@
-// Studies of measure_accuracy that write tables row by row: methods side by side, solvers, published validation cases,
-// form factors over mirror patches.
+// Studies of measure_accuracy that write tables row by row: methods side by side, divided patches, solvers, published
+// validation cases, form factors over mirror patches.
 #pragma once
 
 #include <difusa/study/measure.h>
 #include <difusa/study/solver_study.h>
+#include <difusa/study/study.h>
 #include <difusa/study/validation.h>
 
 #include <cstddef>
@@ -31,6 +32,16 @@ struct SideBySide {
 void write_side_by_side(const SideBySide& plan, const StudyOutput& output, const Registry& registry,
                         const Execution& execution);
 
+/// What dividing patches is worth, on scenes judged likewise: subdivision.md, subdivision.csv, and a chart of each
+/// scene. Of `sites` the first counts.
+void write_subdivision(const SideBySide& plan, const StudyOutput& output, const Registry& registry,
+                       const Execution& execution);
+
+/// Curves over the ball and the disc (T ch. 7), as printed and as implemented here, for the plan's bases, spacings and
+/// number of rays: chapter7.md, chapter7.csv, and a chart of each curve.
+void write_chapter7(const StudyPlan& plan, const StudyOutput& output, const Registry& registry,
+                    const Execution& execution);
+
 /// Solvers on the system of each file: solvers.md, solvers.csv, and charts of residual and error for each albedo.
 void write_solvers(const SolverPlan& plan, const std::vector<std::string>& files, const StudyOutput& output,
                    const Registry& registry, const Execution& execution);
@@ -38,6 +49,10 @@ void write_solvers(const SolverPlan& plan, const std::vector<std::string>& files
 /// validation.md and validation.csv.
 void write_validation(const std::vector<ValidationCase>& cases, const BakeOptions& options, const StudyOutput& output,
                       const Registry& registry, const Execution& execution);
+
+/// Shelves of lengths 1, 2, 4, ..., 64 beside the infinite one: shelf.md and shelf.csv.
+void write_shelves(const BakeOptions& options, const MeasureOptions& how, const StudyOutput& output,
+                   const Registry& registry, const Execution& execution);
 
 /// mirrors.md. `spacing`: of the sites.
 void write_mirrors(double spacing, std::uint64_t seed, const StudyOutput& output, const Registry& registry,

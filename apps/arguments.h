@@ -4,6 +4,7 @@
 #include <difusa/core/error.h>
 #include <difusa/core/progress.h>
 #include <difusa/core/types.h>
+#include <difusa/rays/directions.h>
 
 #include <CLI/CLI.hpp>
 
@@ -51,6 +52,9 @@ Rgb parse_rgb(const std::string& option, const std::string& text);
 
 /// "0.5" or "0.5,-0.4,0.3": finite numbers separated only by commas; empty if the text is anything else.
 std::optional<std::vector<double>> parse_numbers(const std::string& text);
+
+/// Throws UsageError if the directions `choice` say themselves how many rays there are, so that --rays does nothing.
+void check_rays(std::size_t rays, const std::string& choice, const Directions& directions);
 
 /// An option whose text `parse` converts to `target`. CLI11 alone would accept -1 as a large number, and would only say
 /// "could not convert" about text it rejects.

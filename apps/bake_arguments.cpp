@@ -297,13 +297,20 @@ void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::stri
     app.add_flag(
            "--adaptive", options.adaptive,
            "place the sites where they help: the same number, denser where two short pilot bakes find that the light "
-           "varies")
+           "varies; with --basis patch-constant, elements into which patches are divided there")
         ->group(discretisation);
+    add_parsed(app, "--levels", options.levels,
+               "how often --adaptive may quarter a patch of --basis patch-constant, each part again (default: " +
+                   std::to_string(default_levels) + ")",
+               [](const std::string& option, const std::string& text) { return parse_whole<int>(option, text, 1); })
+        ->group(discretisation)
+        ->type_name("N");
     add_name(app, "--projection", options.projection,
              "how coefficients are computed from the light: natural (values at the sites, or a solve if the basis "
              "needs it), corrected:sweeps=2,in=field (residual added back; in=equation: also in the equation), "
-             "interpolation, least-squares:points=3, galerkin:points=3 (default: corrected, or natural if there is "
-             "no residual)",
+             "interpolation, least-squares:points=3, galerkin:points=3, substructured (parts of patches send the mean "
+             "of the patch; default: corrected, or natural if there is no residual, or if patches are divided, "
+             "substructured)",
              discretisation);
 
     const std::string transport = "Light transport";
@@ -381,8 +388,11 @@ void add_mesh_output_arguments(CLI::App& app, BakeArguments& arguments) {
         ->group(output_group);
 }
 
-BakeOptions bake_options(const BakeArguments& arguments) {
+BakeOptions bake_options(const BakeArguments& arguments, const Registry& registry) {
     BakeOptions options = arguments.options;
+    if (arguments.given("--rays")) {
+        check_rays(options.rays, options.directions, *registry.create<Directions>(options.directions));
+    }
     apply_quality(arguments, options);
     const BakeFiles& files = arguments.files;
     options.outputs = files.beside_field();

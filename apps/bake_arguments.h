@@ -93,7 +93,8 @@ void check_bake_outputs(const BakeArguments& arguments, std::vector<OutputName> 
 void require_target(const BakeResult& result);
 
 /// The options, with what --quality chooses for those that are not given, the points of --at and the goals of --goal
-/// read, and the files of the bake as outputs. Throws what reading them throws.
-BakeOptions bake_options(const BakeArguments& arguments);
+/// read, and the files of the bake as outputs. Throws what reading them throws, and UsageError for --rays beside
+/// directions that state their number.
+BakeOptions bake_options(const BakeArguments& arguments, const Registry& registry);
 
 } // namespace difusa

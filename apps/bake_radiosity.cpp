@@ -154,7 +154,7 @@ void run(const Arguments& a) {
         return;
     }
     check_files(a);
-    difusa::BakeOptions options = bake_options(a.bake);
+    difusa::BakeOptions options = bake_options(a.bake, registry);
     options.every_surface = !a.bake.files.transport.empty();
     difusa::BakeFiles files = a.bake.files;
     if (a.dry_run) {

@@ -235,7 +235,11 @@ difusa::FormFactors by_rays(const Arguments& a, const difusa::Registry& registry
     for (const std::string& note : notes) {
         execution.note(note);
     }
-    const auto directions = registry.create<difusa::Directions>(a.directions.value_or("fibonacci"));
+    const std::string choice = a.directions.value_or("fibonacci");
+    const auto directions = registry.create<difusa::Directions>(choice);
+    if (a.rays) {
+        difusa::check_rays(*a.rays, choice, *directions);
+    }
     engine->build(input.scene.mesh);
     const difusa::DirectionPool pool(*directions, a.rays.value_or(1024), a.seed);
     return difusa::form_factors_by_rays(difusa::Tracer(input.scene.mesh, *engine), surfaces, pool, a.points.value_or(4),

@@ -9,7 +9,6 @@
 #include <difusa/io/field_file.h>
 #include <difusa/rays/visibility_choice.h>
 #include <difusa/study/estimate_study.h>
-#include <difusa/study/ring_curves.h>
 #include <difusa/study/solver_study.h>
 #include <difusa/study/study.h>
 #include <difusa/study/validation.h>
@@ -54,6 +53,9 @@ Examples:
   measure_accuracy --output study --side-by-side --case ball-over-disc --scene data/room_a.json --places 1000
       the classical method (patches or vertices of a mesh, hemicubes) beside the meshless one: error, time, memory
 
+  measure_accuracy --output study --subdivision --case ball-over-disc
+      patches divided where the light varies beside even meshes: elements, unknowns, rays and time for an error
+
   measure_accuracy --output study --validation cie-171
       published validation cases of lighting programs, CIE 171:2006 (data/VALIDATION.md)
   measure_accuracy --output study --validation cie-171 --case 5.11 --rays 8192
@@ -61,6 +63,9 @@ Examples:
 
   measure_accuracy --output study --mirrors
       form factors over mirror patches: errors by their granularity, and the distance of what they show (data/MIRRORS.md)
+
+  measure_accuracy --output study --shelf
+      shelves of growing length towards the infinite one, whose form factors and radiosity are known
 
 Cases: %CASES%.
 
@@ -78,7 +83,7 @@ struct Arguments {
     std::vector<std::string> solvers;
     std::vector<double> albedos;
     std::optional<std::size_t> sites; ///< of those systems
-    bool side_by_side = false;
+    bool side_by_side = false, subdivision = false, shelf = false;
     std::string validation; ///< name of the collection
     bool mirrors = false;
     difusa::RunArguments run;
@@ -114,8 +119,9 @@ void declare(CLI::App& app, Arguments& a) {
     add_whole<std::size_t>(app, "--estimate", a.estimate, 1,
                            "bakes of each case and scene instead, to judge the error estimate")
         ->type_name("N");
-    difusa::add_repeated(app, "--scene", a.scenes,
-                         "mesh or scene file to bake with --estimate, --solver or --side-by-side (may be repeated)")
+    difusa::add_repeated(
+        app, "--scene", a.scenes,
+        "mesh or scene file to bake with --estimate, --solver, --side-by-side or --subdivision (may be repeated)")
         ->type_name("FILE");
     difusa::add_repeated(app, "--solver", a.solvers,
                          "solvers instead, against each other on each --scene (may be repeated)")
@@ -134,6 +140,11 @@ void declare(CLI::App& app, Arguments& a) {
     app.add_flag("--side-by-side", a.side_by_side,
                  "the classical method beside the meshless one instead, on each --case and --scene (default sites: 500 "
                  "and 2000)");
+    app.add_flag("--subdivision", a.subdivision,
+                 "what dividing patches of the classical method where the light varies is worth, on each --case and "
+                 "--scene (default --sites: 500 to begin with)");
+    app.add_flag("--shelf", a.shelf,
+                 "shelves of growing length beside the infinite one instead: form factors, patches and bakes");
     app.add_flag("--mirrors", a.mirrors,
                  "form factors over mirror patches instead, in situations with one mirror and with two");
 
@@ -296,11 +307,12 @@ void compare_solvers(Arguments& a, const difusa::Registry& registry, const difus
     difusa::write_solvers(plan, a.scenes, {a.output, a.run.quiet}, registry, execution);
 }
 
-/// What --side-by-side does not take.
+/// What --side-by-side and --subdivision do not take.
 void check_side_by_side(const Arguments& a) {
-    if (!a.side_by_side) {
+    if (!a.side_by_side && !a.subdivision) {
         return;
     }
+    const std::string study = a.side_by_side ? "--side-by-side" : "--subdivision";
     const difusa::StudyPlan& plan = a.plan;
     const std::vector<std::pair<bool, std::string>> given{{!plan.bases.empty(), "--basis"},
                                                           {!plan.projections.empty(), "--projection"},
@@ -314,17 +326,18 @@ void check_side_by_side(const Arguments& a) {
                                                           {a.chapter7, "--chapter7"},
                                                           {a.estimate > 0, "--estimate"},
                                                           {a.repeats > 1, "--repeat"},
-                                                          {a.error.has_value(), "--error"}};
+                                                          {a.error.has_value(), "--error"},
+                                                          {a.side_by_side && a.subdivision, "--subdivision"}};
     for (const auto& [is, name] : given) {
         if (is) {
-            throw UsageError("--side-by-side does not take " + name);
+            throw UsageError(study + " does not take " + name);
         }
     }
     if (a.plan.rays.size() > 1) {
-        throw UsageError("--side-by-side takes a single --rays");
+        throw UsageError(study + " takes a single --rays");
     }
     if (a.plan.cases.empty() && a.scenes.empty()) {
-        throw UsageError("--side-by-side needs a --case or a --scene");
+        throw UsageError(study + " needs a --case or a --scene");
     }
 }
 
@@ -332,11 +345,14 @@ void side_by_side(const Arguments& a, const difusa::Registry& registry, const di
     difusa::SideBySide plan;
     plan.common = a.plan.common;
     plan.common.rays = a.plan.rays.empty() ? plan.common.rays : a.plan.rays.front();
-    plan.sites = a.sites ? std::vector<std::size_t>{*a.sites} : std::vector<std::size_t>{500, 2000};
+    plan.sites = a.sites         ? std::vector<std::size_t>{*a.sites}
+                 : a.subdivision ? std::vector<std::size_t>{500}
+                                 : std::vector<std::size_t>{500, 2000};
     plan.cases = a.plan.cases;
     plan.scenes = a.scenes;
     plan.how = a.plan.how;
-    difusa::write_side_by_side(plan, {a.output, a.run.quiet}, registry, execution);
+    (a.subdivision ? difusa::write_subdivision : difusa::write_side_by_side)(plan, {a.output, a.run.quiet}, registry,
+                                                                             execution);
 }
 
 /// What --validation does not take.
@@ -367,8 +383,9 @@ void validate(Arguments& a, const difusa::Registry& registry, const difusa::Exec
                              execution);
 }
 
-/// What --mirrors does not take.
+/// What --mirrors and --shelf do not take.
 void check_mirrors(const Arguments& a) {
+    const std::string study = a.mirrors ? "--mirrors" : "--shelf";
     const std::vector<std::pair<bool, std::string>> given{{!a.plan.cases.empty(), "--case"},
                                                           {!a.plan.bases.empty(), "--basis"},
                                                           {!a.plan.projections.empty(), "--projection"},
@@ -379,13 +396,15 @@ void check_mirrors(const Arguments& a) {
                                                           {!a.solvers.empty(), "--solver"},
                                                           {!a.validation.empty(), "--validation"},
                                                           {a.side_by_side, "--side-by-side"},
+                                                          {a.subdivision, "--subdivision"},
                                                           {a.chapter7, "--chapter7"},
                                                           {a.estimate > 0, "--estimate"},
                                                           {a.repeats > 1, "--repeat"},
+                                                          {a.mirrors && a.shelf, "--shelf"},
                                                           {a.plan.spacings.size() > 1, "a second --spacing"}};
     for (const auto& [is, name] : given) {
-        if (a.mirrors && is) {
-            throw UsageError("--mirrors does not take " + name);
+        if ((a.mirrors || a.shelf) && is) {
+            throw UsageError(study + " does not take " + name);
         }
     }
 }
@@ -395,9 +414,15 @@ void judge_mirrors(const Arguments& a, const difusa::Registry& registry, const d
     difusa::write_mirrors(spacing, a.plan.common.seed, {a.output, a.run.quiet}, registry, execution);
 }
 
+void measure_shelves(const Arguments& a, const difusa::Registry& registry, const difusa::Execution& execution) {
+    difusa::BakeOptions options = a.plan.common;
+    options.spacing = a.plan.spacings.empty() ? 0.1 : a.plan.spacings.front();
+    difusa::write_shelves(options, a.plan.how, {a.output, a.run.quiet}, registry, execution);
+}
+
 /// What --solver needs, and does not take.
 void check_solvers(const Arguments& a, const difusa::Registry& registry) {
-    if (a.solvers.empty() && (!a.albedos.empty() || (a.sites && !a.side_by_side))) {
+    if (a.solvers.empty() && (!a.albedos.empty() || (a.sites && !a.side_by_side && !a.subdivision))) {
         throw UsageError("--albedo and --sites are for the comparison of solvers: name them, --solver krylov "
                          "--solver jacobi");
     }
@@ -422,16 +447,6 @@ void check_solvers(const Arguments& a, const difusa::Registry& registry) {
     }
 }
 
-/// Root mean square of the differences between two curves, over that of the second.
-double relative_rms(const std::vector<double>& curve, const std::vector<double>& exact) {
-    double error = 0.0, size = 0.0;
-    for (std::size_t i = 0; i < curve.size(); ++i) {
-        error += (curve[i] - exact[i]) * (curve[i] - exact[i]);
-        size += exact[i] * exact[i];
-    }
-    return size > 0.0 ? std::sqrt(error / size) : 0.0;
-}
-
 /// Chapter 7 has its own scene, transports and error measure.
 void refuse_for_chapter7(const Arguments& a) {
     const std::vector<std::pair<bool, std::string>> given{{!a.plan.cases.empty(), "--case"},
@@ -450,62 +465,7 @@ void chapter7(Arguments& a, const difusa::Registry& registry, const difusa::Exec
     fill(a.plan.bases, {"radial", "normalized-radial", "shepard"});
     fill(a.plan.spacings, {3.0, 1.0});
     fill(a.plan.rays, {std::size_t{1024}});
-    const difusa::ReferenceCase reference = difusa::reference_case("ball-over-disc");
-    std::string table = "| transport | basis | spacing | sites | curve | mean of rings | one meridian |\n"
-                        "|---|---|---|---|---|---|---|\n";
-    std::string csv = "transport,basis,spacing,curve,place,mean,meridian,exact\n";
-    for (const bool printed : {true, false}) {
-        for (const std::string& basis : a.plan.bases) {
-            for (const double spacing : a.plan.spacings) {
-                difusa::BakeOptions options = a.plan.common;
-                options.projection = "natural"; // as printed
-                options.basis = basis;
-                options.spacing = spacing;
-                options.rays = a.plan.rays[0];
-                options.output_spacing = reference.scene.mesh.diameter();
-                options.error_points = 0;
-                if (printed) { // T 5.5, 5.7: direct light is part of the unknown
-                    options.transport = "pairwise:areas=neighbours";
-                    options.kernel = "point";
-                    options.direct = "interpolated";
-                }
-                const std::string transport = printed ? "pairwise" : "gather";
-                const std::string row = "| " + transport + " | " + basis + " | " + difusa::text_of(spacing) + " | ";
-                if (!a.run.quiet) {
-                    std::cout << transport << ", " << basis << ", spacing " << spacing << std::endl;
-                }
-                try {
-                    const difusa::BakeResult result =
-                        difusa::bake(registry, reference.scene, reference.name, options, execution);
-                    for (const difusa::RingCurve& curve : difusa::ring_curves(result, reference, 100, 100, execution)) {
-                        std::string name = transport + "_" + basis + "_" + difusa::text_of(spacing) + "_" + curve.name;
-                        std::replace_if(
-                            name.begin(), name.end(), [](char c) { return c == ',' || c == ' ' || c == ':'; }, '_');
-                        write(a.output / (name + ".svg"),
-                              difusa::chart_of(curve,
-                                               transport + ", " + basis + ", spacing " + difusa::text_of(spacing)));
-                        char errors[64];
-                        std::snprintf(errors, sizeof errors, " | %.1e | %.1e |\n",
-                                      relative_rms(curve.mean, curve.exact), relative_rms(curve.meridian, curve.exact));
-                        table += row + std::to_string(result.sites->size()) + " | " + curve.name + errors;
-                        for (std::size_t i = 0; i < curve.place.size(); ++i) {
-                            csv += transport + ",\"" + basis + "\"," + difusa::text_of(spacing) + ",\"" + curve.name +
-                                   "\"," + difusa::text_of(curve.place[i]) + "," + difusa::text_of(curve.mean[i]) +
-                                   "," + difusa::text_of(curve.meridian[i]) + "," + difusa::text_of(curve.exact[i]) +
-                                   "\n";
-                        }
-                    }
-                } catch (const difusa::NotConverged& error) {
-                    table += row + "– | does not converge | | |\n";
-                    if (!a.run.quiet) {
-                        std::cout << "  " << error.what() << std::endl;
-                    }
-                }
-            }
-        }
-    }
-    write(a.output / "chapter7.md", table);
-    write(a.output / "chapter7.csv", csv);
+    difusa::write_chapter7(a.plan, {a.output, a.run.quiet}, registry, execution);
 }
 
 void run(Arguments& a) {
@@ -529,9 +489,10 @@ void run(Arguments& a) {
     }
     check_side_by_side(a);
     check_solvers(a, registry);
-    if (!a.scenes.empty() && a.estimate == 0 && a.solvers.empty() && !a.side_by_side) {
-        throw UsageError("--scene is for --estimate, --solver and --side-by-side only: other studies need a known "
-                         "solution (--case)");
+    if (!a.scenes.empty() && a.estimate == 0 && a.solvers.empty() && !a.side_by_side && !a.subdivision) {
+        throw UsageError(
+            "--scene is for --estimate, --solver, --side-by-side and --subdivision only: other studies need a known "
+            "solution (--case)");
     }
     if (a.error && a.estimate == 0) {
         throw UsageError("--error is for the bakes of --estimate");
@@ -555,9 +516,11 @@ void run(Arguments& a) {
     const difusa::Execution execution{a.run.threads, &progress};
     if (a.mirrors) {
         judge_mirrors(a, registry, execution);
+    } else if (a.shelf) {
+        measure_shelves(a, registry, execution);
     } else if (!a.validation.empty()) {
         validate(a, registry, execution);
-    } else if (a.side_by_side) {
+    } else if (a.side_by_side || a.subdivision) {
         side_by_side(a, registry, execution);
     } else if (a.chapter7) {
         chapter7(a, registry, execution);

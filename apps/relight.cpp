@@ -402,7 +402,7 @@ void run(const Arguments& a) {
     difusa::RelightOptions how;
     how.change = a.change;
     how.moves = a.moves;
-    how.bake = bake_options(a.bake);
+    how.bake = bake_options(a.bake, registry);
     if (!a.scene.empty()) {
         how.scene = a.scene;
     }

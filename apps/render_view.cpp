@@ -347,9 +347,9 @@ void check_view_of(const difusa::Mesh& mesh, const difusa::Camera& camera, const
 
 /// A saved transport has its sites, rays and projection.
 void refuse_choices_of_transport(const Arguments& a) {
-    for (const char* option :
-         {"--quality", "--basis", "--sampler", "--spacing", "--sites", "--neighbours", "--adaptive", "--projection",
-          "--transport", "--rays", "--directions", "--kernel", "--mirror-depth", "--flip", "--error", "--seed"}) {
+    for (const char* option : {"--quality", "--basis", "--sampler", "--spacing", "--sites", "--neighbours",
+                               "--adaptive", "--levels", "--projection", "--transport", "--rays", "--directions",
+                               "--kernel", "--mirror-depth", "--flip", "--error", "--seed"}) {
         if (a.bake.given(option)) {
             throw UsageError(std::string(option) + ": " + a.mesh.string() +
                              " is a saved transport, for which this was decided when it was baked; omit the option, or "
@@ -382,7 +382,7 @@ void run(Arguments& a) {
     if (saved) {
         refuse_choices_of_transport(a);
     }
-    difusa::BakeOptions options = bake_options(a.bake);
+    difusa::BakeOptions options = bake_options(a.bake, registry);
     if (a.size.size() == 2) {
         a.view.width = a.size[0];
         a.view.height = a.size[1];

@@ -9,6 +9,7 @@
 #include <difusa/bake/placing.h>
 #include <difusa/bake/scene.h>
 #include <difusa/bake/steps.h>
+#include <difusa/bake/subdivided_patches.h>
 #include <difusa/bake/trial.h>
 #include <difusa/core/error.h>
 
@@ -72,10 +73,15 @@ struct Stage {
 void solve_on(const Stage& stage, BakeResult& result, const Choices& choices, const Execution& execution) {
     // An accuracy can be ordered from any sampler.
     result.options.adaptive = result.options.adaptive && !choices.sampler->needs_visibility();
-    const Placed placed{result.options.adaptive
-                            ? place_adaptively(result, stage.registry, choices, stage.lit, stage.tracer, execution)
-                            : place_sites(result, choices, stage.lit, execution),
-                        stage.lit.dark_area};
+    const auto place = [&] {
+        if (!result.options.adaptive) {
+            return place_sites(result, choices, stage.lit, execution);
+        }
+        const bool subdivided = is_subdivided(*choices.elements.basis, result.options);
+        return (subdivided ? place_elements : place_adaptively)(result, stage.registry, choices, stage.lit,
+                                                                stage.tracer, execution);
+    };
+    const Placed placed{place(), stage.lit.dark_area};
     result.sites = placed.sites;
     check_request(result, choices, stage.lights, placed.sites->size(), execution);
     solve_placed(result, choices, placed, transport_by_rays(result, choices, stage.tracer), execution);

@@ -2,6 +2,9 @@
 // and element i is 1 on patch i, 0 elsewhere. The sites are the centres (sampler `patch-centres`). A partition of unity
 // that interpolates, of first order.
 //
+// With graded sites (--adaptive) patches are quartered where it helps, and there is a constant for each of these
+// elements, while patches send light as a whole: substructuring (L 31; Cohen, Greenberg, Immel and Brock 1986).
+//
 // With `display=gouraud` the equation is the same, but what is shown is linear on each patch between values at its
 // vertices, which are extrapolated from the patches (L 53). A vertex e inside of the surface has the mean of the
 // patches around it. For a vertex b on a border, where the surface ends, turns sharply, or is of another material, (b +
@@ -26,6 +29,8 @@ class PatchConstant final : public difusa::MeshBasis {
 
     std::string sampler() const override { return "patch-centres"; }
 
+    bool can_be_subdivided() const override { return !gouraud_; }
+
     void bind(const difusa::Mesh& mesh, const difusa::SiteSet& sites, const difusa::Execution& execution) override {
         MeshBasis::bind(mesh, sites, execution);
         if (gouraud_) {
@@ -35,7 +40,7 @@ class PatchConstant final : public difusa::MeshBasis {
 
     void evaluate(const difusa::SurfacePoint& x, difusa::BasisRow& row) const override {
         row.clear();
-        const Index own = element(patches().at(x).patch);
+        const Index own = element_at(patches().at(x));
         if (own != difusa::none) {
             row.element.push_back(own);
             row.weight.push_back(1.0);

@@ -90,7 +90,7 @@ done
 
 # The classical method: bases on a mesh choose their sampler, directions have weights.
 for basis in patch-constant patch-constant:display=gouraud vertex-linear; do
-    for directions in hemicube hemicube:resolution=6,grid=fixed sphere nusselt:grid=fixed; do
+    for directions in hemicube hemicube:grid=fixed sphere nusselt:grid=fixed; do
         converged "--transport gather --basis $basis --directions $directions"
     done
 done
@@ -100,3 +100,14 @@ expect_refusal 1 "omit its resolution" "$bake" "$box" out.vtp --error 5% --direc
 expect_refusal 1 "belong to the sites of --sampler patch-centres" "$bake" "$box" out.vtp --basis patch-constant \
     --sampler poisson-disk
 expect_refusal 1 "--adaptive: adds sites where they help" "$bake" "$box" out.vtp --basis vertex-linear --adaptive
+expect_refusal 1 "whose resolution means 48 rays; omit --rays" "$bake" "$box" out.vtp --rays 16 \
+    --directions hemicube:resolution=4
+expect_exit 0 "$bake" "$box" out.vtp --spacing 0.3 --error-points 0 --directions hemicube:resolution=4 --quiet
+
+# Patches divided where the light varies.
+expect_exit 0 "$bake" "$box" out.vtp $few --basis patch-constant --adaptive --levels 2 --report report.json
+expect_text stdout "elements: parts of " " patches, quartered up to 2 times in a row"
+expect_text report.json '"subdivision": {' '"levels": 2' '"projection": "substructured"' '"pilot bake"'
+expect_refusal 1 "patch-constant, shown flat" "$bake" "$box" out.vtp --basis patch-constant:display=gouraud --adaptive
+expect_refusal 1 "--levels: limits how finely patches are divided" "$bake" "$box" out.vtp --levels 2 --adaptive
+expect_refusal 1 "--levels: must be from 1 to 8" "$bake" "$box" out.vtp --basis patch-constant --adaptive --levels 9

@@ -40,6 +40,21 @@ expect_text stdout "| shelf | patches, hemicube |" "| shelf | meshless |" "writt
 expect_text beside/side_by_side.md "| shelf | vertices, hemicube, exact direct light |"
 expect_text beside/shelf_side_by_side.svg "<svg" "meshless"
 
+# Patches divided where the light varies.
+expect_refusal 1 "--subdivision needs a --case or a --scene" "$measure" --output study --subdivision
+expect_refusal 1 "--subdivision does not take --adaptive" "$measure" --output study --subdivision --case sphere --adaptive
+expect_exit 0 "$measure" --output divided --subdivision --case shelf --sites 50 --rays 12 --places 100
+expect_text stdout "| shelf | even mesh |" "| shelf | divided patches |" "written: divided"
+[ "$(wc -l <divided/subdivision.csv)" = 12 ] || fail "eleven bakes and a header were expected"
+expect_text divided/subdivision.md "| shelf | divided, each part for itself |"
+expect_text divided/shelf_subdivision.svg "<svg" "even mesh"
+
+# Shelves of finite length.
+expect_refusal 1 "--shelf does not take --case" "$measure" --output study --shelf --case shelf
+expect_exit 0 "$measure" --output shelves --shelf --spacing 0.5 --places 50
+expect_text stdout "| 64 | 0.29" "written: shelves"
+[ "$(wc -l <shelves/shelf.csv)" = 8 ] || fail "seven lengths and a header were expected"
+
 # Published validation cases.
 expect_refusal 1 "--validation cie-17: unknown, must be cie-171" "$measure" --output study --validation cie-17
 expect_refusal 1 "--case 5.10: no case of cie-171 begins so" "$measure" --output study --validation cie-171 --case 5.10

@@ -12,7 +12,7 @@ field() { # field OUTPUT MESH OPTION...
     expect_exit 0 "$bake" "$mesh" "$out" --sites 150 --rays 32 $output --quiet "$@"
 }
 
-for choice in "" "--adaptive" "--visibility embree" "--basis radial --sampler view-driven" "--transport pairwise --sky 1"; do
+for choice in "" "--adaptive" "--adaptive --basis patch-constant" "--visibility embree" "--basis radial --sampler view-driven" "--transport pairwise --sky 1"; do
     field one.ply "$box" --threads 1 --sites-output one_sites.ply $choice
     for threads in 2 5; do
         field many.ply "$box" --threads $threads --sites-output many_sites.ply $choice

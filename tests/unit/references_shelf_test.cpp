@@ -1,8 +1,11 @@
 #include <difusa/study/references/form_factors.h>
 #include <difusa/study/references/shelf.h>
+#include <difusa/study/shelf_study.h>
 
 #include <difusa/core/error.h>
 #include <difusa/core/types.h>
+
+#include <support/plugins.h>
 
 #include <gtest/gtest.h>
 
@@ -113,6 +116,28 @@ TEST(Shelf, FiniteOnesLackLightOfTheThirdOrder) {
     const double at_100 = exact.missing(100.0), at_200 = exact.missing(200.0);
     EXPECT_NEAR(at_100 / at_200, 8.0, 0.5);
     EXPECT_LT(at_100, 1e-4);
+}
+
+/// Of a floor of length L, only what is within about the depth of an end lacks a part of the back or ceiling: form
+/// factors, and with them patches, approach those of the infinite shelf as 1/L. The middle lacks a third power of it.
+TEST(ShelfStudy, ShelvesApproachTheInfiniteOne) {
+    BakeOptions options;
+    options.spacing = 0.5;
+    options.rays = 16;
+    options.error_points = 0;
+    MeasureOptions how;
+    how.places = 20;
+    const std::vector<ShelfTrial> trials =
+        shelf_study(test::registry(), {16.0, 32.0}, options, how, Execution{}, [](const ShelfTrial&) {});
+    for (const ShelfTrial& trial : trials) {
+        EXPECT_NEAR(trial.AB, rectangles_with_common_edge(trial.length, 1.0, 1.0), 1e-8);
+        EXPECT_NEAR(trial.BA, trial.AB, 1e-8);
+        EXPECT_NEAR(trial.AC, opposite_rectangles(1.0, trial.length, 1.0), 1e-8);
+        EXPECT_LT(trial.middle.total.l2.relative().value_or(1.0), 0.1);
+    }
+    EXPECT_NEAR(trials[0].factors_off / trials[1].factors_off, 2.0, 0.02);
+    EXPECT_NEAR(trials[0].patches_off / trials[1].patches_off, 2.0, 0.02);
+    EXPECT_GT(trials[0].bound, trials[1].bound);
 }
 
 TEST(Shelf, RefusesWhatIsNone) {

@@ -66,6 +66,13 @@ BakeOptions with_grid() {
     return options;
 }
 
+BakeOptions subdivided() {
+    BakeOptions options = few_sites();
+    options.basis = "patch-constant";
+    options.adaptive = true;
+    return options;
+}
+
 BakeOptions pairwise() {
     BakeOptions options = few_sites();
     options.transport = "pairwise";
@@ -76,11 +83,9 @@ BakeOptions pairwise() {
 
 TEST(ReportSchema, SaysWhatIsInAReport) {
     test::JsonSchema all(schema());
-    const std::pair<std::string, BakeOptions> bakes[] = {{"cornell_box.json", much()},
-                                                         {"office.json", with_grid()},
-                                                         {"oven.json", few_sites()},
-                                                         {"mirror_room.json", few_sites()},
-                                                         {"ugly.off", pairwise()}};
+    const std::pair<std::string, BakeOptions> bakes[] = {
+        {"cornell_box.json", much()},      {"office.json", with_grid()},      {"oven.json", few_sites()},
+        {"mirror_room.json", few_sites()}, {"furnace_box.obj", subdivided()}, {"ugly.off", pairwise()}};
     for (const auto& [scene, options] : bakes) {
         EXPECT_THAT(all.faults(report(scene, options)), testing::IsEmpty()) << scene;
     }

@@ -8,11 +8,12 @@ namespace difusa {
 
 namespace {
 
-ElementChoice make_elements(const Registry& registry, const std::string& basis, const std::string& projection) {
+ElementChoice make_elements(const Registry& registry, const std::string& basis, const BakeOptions& options) {
     ElementChoice elements;
     elements.basis = registry.create<Basis>(basis);
     elements.basis_text = registry.describe("basis", basis);
-    elements.projection = projection_for(*elements.basis, projection, elements.projection_text);
+    elements.projection = projection_for(*elements.basis, options.projection, elements.projection_text,
+                                         is_subdivided(*elements.basis, options));
     return elements;
 }
 
@@ -26,8 +27,24 @@ void check_solver(const Solver& solver, const std::string& choice, const Element
     }
 }
 
-/// Throws UsageError if sites are to be added where they help, and the sampler cannot do that.
-void check_grading(const Sampler& sampler, const std::string& name, const BakeOptions& options) {
+/// Throws UsageError for what concerns elements into which patches are divided.
+void check_subdivision(const Choices& choices, const BakeOptions& options) {
+    const bool subdivided = is_subdivided(*choices.elements.basis, options);
+    if (options.levels && !subdivided) {
+        throw UsageError("--levels: limits how finely patches are divided, and none is here; add --adaptive to --basis "
+                         "patch-constant, or omit it");
+    }
+    if (subdivided && choices.pairwise) {
+        throw UsageError("--adaptive: the elements into which patches are divided gather light by rays from larger "
+                         "ones, which --transport pairwise does not; use --transport gather");
+    }
+}
+
+/// Throws UsageError if sites are to be added where they help, and neither the sampler nor the basis can do that.
+void check_grading(const Sampler& sampler, const std::string& name, const Basis& basis, const BakeOptions& options) {
+    if (is_subdivided(basis, options)) {
+        return;
+    }
     if (options.adaptive && sampler.needs_visibility()) {
         throw UsageError("--adaptive: adds sites to ones that cover the whole surface evenly, which --sampler " + name +
                          " does not place; omit one of them");
@@ -35,7 +52,8 @@ void check_grading(const Sampler& sampler, const std::string& name, const BakeOp
     if (!sampler.can_be_graded() && (options.adaptive || options.target)) {
         throw UsageError(std::string(options.target ? "--error" : "--adaptive") +
                          ": adds sites where they help, but those of --sampler " + name +
-                         " belong to an even mesh; use a basis that any sites will do for, such as normalized-radial");
+                         " belong to an even mesh; use a basis that any sites will do for, such as normalized-radial" +
+                         (options.target ? "" : ", or patch-constant, shown flat, whose patches are then divided"));
     }
 }
 
@@ -96,6 +114,10 @@ MirrorPathOptions mirror_paths(const Parameters& parameters) {
 
 } // namespace
 
+bool is_subdivided(const Basis& basis, const BakeOptions& options) {
+    return options.adaptive && !options.target && basis.can_be_subdivided();
+}
+
 std::string fitting_sampler(const std::string& chosen, const std::string& basis_choice, const Basis& basis) {
     const std::string demanded = basis.sampler();
     if (chosen.empty()) {
@@ -136,13 +158,14 @@ Choices make_choices(const Registry& registry, const BakeOptions& options) {
 
     const std::string sure = "normalized-radial", accurate = "moving-least-squares";
     const std::string basis = !options.basis.empty() ? options.basis : choices.pairwise ? sure : accurate;
-    choices.elements = make_elements(registry, basis, options.projection);
+    choices.elements = make_elements(registry, basis, options);
     if (options.basis.empty() && !choices.pairwise) {
-        choices.fallback = make_elements(registry, sure, options.projection);
+        choices.fallback = make_elements(registry, sure, options);
     }
     choices.sampler_name = fitting_sampler(options.sampler, basis, *choices.elements.basis);
     make(choices.sampler, choices.sampler_name);
-    check_grading(*choices.sampler, choices.sampler_name, options);
+    check_subdivision(choices, options);
+    check_grading(*choices.sampler, choices.sampler_name, *choices.elements.basis, options);
     choices.visibility = choose_visibility(registry, options.visibility, choices.notes);
     make(choices.engine, choices.visibility);
     make(choices.directions, options.directions);

@@ -56,6 +56,9 @@ struct Choices {
 /// Throws UsageError if the basis demands another than the chosen one. `basis_choice`: as typed.
 std::string fitting_sampler(const std::string& chosen, const std::string& basis_choice, const Basis& basis);
 
+/// Whether patches are divided into elements where it helps (bake/subdivided_patches.h).
+bool is_subdivided(const Basis& basis, const BakeOptions& options);
+
 /// Throws UsageError for anything unknown, contradictory or without effect.
 Choices make_choices(const Registry& registry, const BakeOptions& options);
 

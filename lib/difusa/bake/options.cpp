@@ -1,6 +1,7 @@
 #include <difusa/bake/options.h>
 
 #include <difusa/core/error.h>
+#include <difusa/discretisation/patch_elements.h>
 
 #include <cmath>
 #include <string>
@@ -61,6 +62,9 @@ void check_options(const BakeOptions& options) {
     }
     if (options.spacing > 0.0 && options.sites > 0) {
         refuse("--sites", "give either --spacing or --sites, not both");
+    }
+    if (options.levels && (*options.levels < 1 || *options.levels > PatchElements::most_levels)) {
+        refuse("--levels", "must be from 1 to " + std::to_string(PatchElements::most_levels));
     }
     if (options.neighbours < 1 || options.neighbours > 1000) {
         refuse("--neighbours", "must be from 1 to 1000");

@@ -19,6 +19,9 @@ namespace difusa {
 
 inline constexpr std::size_t default_sites = 5000;
 
+/// Quarterings of a patch in a row, if patches are divided.
+inline constexpr int default_levels = 4;
+
 /// A place where a user wants to know the light: with a normal what a sensor there measures, wherever it stands;
 /// without one the light at the nearest point of the surface.
 struct ListedPoint {
@@ -74,11 +77,13 @@ struct BakeOptions {
     /// these are few, or "operator", by the transport alone (FirstBounce in radiosity/system.h).
     std::string first_bounce = "live";
 
-    double spacing = 0.0;                                         ///< unit of the scene; 0: from `sites`
-    std::size_t sites = 0;                                        ///< wanted number; 0: default_sites
-    bool adaptive = false;                                        ///< as many sites, but where they help
-    int neighbours = 10;                                          ///< m
-    std::size_t rays = 512;                                       ///< a site
+    double spacing = 0.0;      ///< unit of the scene; 0: from `sites`
+    std::size_t sites = 0;     ///< wanted number; 0: default_sites
+    bool adaptive = false;     ///< as many sites, but where they help
+    std::optional<int> levels; ///< quarterings of a patch in a row, if patches are divided (bake/subdivided_patches.h);
+                               ///< absent: default_levels
+    int neighbours = 10;       ///< m
+    std::size_t rays = 512;    ///< a site
     std::optional<ErrorTarget> target;                            ///< determines sites and rays, and starts with few
     double most_memory = std::numeric_limits<double>::infinity(); ///< bytes for the whole process, as estimated before
                                                                   ///< each step that takes much

@@ -120,6 +120,7 @@ std::shared_ptr<SiteSet> site_set_of(const BakeResult& result, const LitSurface&
                                      double spacing, const Execution& execution, const SizeField* size) {
     auto sites = std::make_shared<SiteSet>(
         make_site_set(result.scene->mesh, std::move(points), spacing, result.options.neighbours, execution, size));
+    sites->graded = size != nullptr;
     if (lit.dark_area > 0.0) {
         sites->dark = lit.dark;
     }

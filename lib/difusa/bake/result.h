@@ -134,4 +134,9 @@ struct BakeResult {
     bool has_groups() const { return options.light_groups; }
 };
 
+/// How patches are divided, if they are; else null, and before there is a system.
+inline const Substructure* substructure_of(const BakeResult& result) {
+    return result.system ? result.system->discretisation().basis->substructure() : nullptr;
+}
+
 } // namespace difusa

@@ -24,7 +24,7 @@ namespace {
 /// How well a basis whose coefficients need a solve represents the function 1 between its sites, at random surface
 /// points: a basis that cannot do that will do no better on light.
 void check_constants(BakeResult& result, const Discretisation& discretisation, const Execution& execution) {
-    if (discretisation.projection->is_identity()) {
+    if (discretisation.projection->is_mean()) {
         return;
     }
     RandomStream stream(result.options.seed, "constants");

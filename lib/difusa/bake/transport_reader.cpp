@@ -142,6 +142,7 @@ class TransportReader {
         auto sites = std::make_shared<SiteSet>();
         sites->spacing = file_.number("/sites", "spacing");
         sites->neighbours = whole<int>("/sites", "neighbours", 1, 1000);
+        sites->graded = saved_.options.adaptive;
         sites->region = file_.array<std::uint32_t>("/sites/region", 1);
         const std::size_t n = sites->region.size();
         const std::vector<Index> face = file_.array<std::uint32_t>("/sites/face", 1, n);

@@ -5,6 +5,7 @@
 #include <difusa/discretisation/site_set.h>
 #include <difusa/mesh/mesh.h>
 
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -21,9 +22,24 @@ struct BasisRow {
     }
 };
 
+/// Elements that are parts of patches, which send light as a whole (substructuring, L 31): #elements each.
+struct Substructure {
+    std::vector<Index> patch; ///< that an element is part of; numbered from 0
+    std::vector<double> area; ///< of the element
+    int levels = 0;           ///< quarterings of a patch in a row, at most
+
+    std::size_t patches() const { return std::set<Index>(patch.begin(), patch.end()).size(); }
+};
+
 class Basis {
   public:
     virtual ~Basis() = default;
+
+    /// True if its sites may be at the centres of elements into which patches are divided (PatchElements).
+    virtual bool can_be_subdivided() const { return false; }
+
+    /// What it was bound to, if its sites are graded and it can be subdivided; else null.
+    virtual const Substructure* substructure() const { return nullptr; }
 
     /// Name of the sampler that places the only sites which the basis can be bound to; empty: any sites will do.
     virtual std::string sampler() const { return {}; }

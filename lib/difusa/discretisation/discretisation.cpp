@@ -44,7 +44,8 @@ Discretisation discretise(const Mesh& mesh, std::shared_ptr<SiteSet> sites, std:
     execution.phase("divide surface");
     result.surfels = std::make_shared<Surfels>(mesh, Discretisation::surfel_edge(sites->spacing), execution);
     result.averages = std::make_shared<BasisAverages>(*basis, *result.surfels, execution);
-    result.integrals = integrate(*result.surfels, *result.averages, execution);
+    const Substructure* const parts = basis->substructure(); // which surfels may be larger than
+    result.integrals = parts != nullptr ? parts->area : integrate(*result.surfels, *result.averages, execution);
     for (Index s = 0; s < result.surfels->size(); ++s) {
         result.uncovered += result.averages->is_empty(s) ? result.surfels->area(s) : 0.0;
     }
@@ -61,8 +62,12 @@ Discretisation discretise(const Mesh& mesh, std::shared_ptr<SiteSet> sites, std:
     if (projection.kind == ProjectionKind::corrected && !projection.in_equation) {
         equation.kind = ProjectionKind::natural;
     }
+    ProjectionChoice field = projection;
+    if (projection.kind == ProjectionKind::substructured) {
+        field.kind = ProjectionKind::natural;
+    }
     result.projection = project(equation);
-    result.evaluation = equation.kind == projection.kind ? result.projection : project(projection);
+    result.evaluation = equation.kind == field.kind ? result.projection : project(field);
     return result;
 }
 

@@ -109,6 +109,12 @@ SurfacePoint PatchMesh::centre(Index patch) const {
     return mesh_->at(parent(patch), p[0], p[1]);
 }
 
+SurfacePoint PatchMesh::point(Index patch, const std::array<double, 3>& weight) const {
+    const auto& c = flat_[patch];
+    const Flat p = weight[0] * c[0] + weight[1] * c[1] + weight[2] * c[2];
+    return mesh_->at(parent(patch), p[0], p[1]);
+}
+
 PatchMesh::Place PatchMesh::at(const SurfacePoint& x) const {
     const Grid& grid = grids_[x.face];
     const Flat p(x.u, x.v);

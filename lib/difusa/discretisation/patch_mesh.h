@@ -38,6 +38,9 @@ class PatchMesh {
     /// The centroid of a patch.
     SurfacePoint centre(Index patch) const;
 
+    /// The point with these barycentric coordinates in a patch.
+    SurfacePoint point(Index patch, const std::array<double, 3>& weight) const;
+
     double area(Index patch) const { return area_[patch]; }
 
     struct Place {

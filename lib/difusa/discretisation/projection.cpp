@@ -24,11 +24,13 @@ struct Projection::Map {
     virtual Values apply(const Values& values, const Execution& execution) const = 0;
     virtual Values transposed(const Values& coefficients) const = 0;
     virtual bool is_identity() const { return false; }
+    virtual bool is_mean() const { return false; }
     virtual double condition() const { return 1.0; }
     virtual std::optional<SparseRows> matrix() const { return {}; }
     virtual std::size_t entry_count() const = 0;
 
     struct Identity;
+    struct PatchMeans;
     struct Inverse;
     struct Correction;
     struct LeastSquares;
@@ -151,7 +153,80 @@ struct Projection::Map::Identity final : Map {
     Values apply(const Values& values, const Execution& /*execution*/) const override { return values; }
     Values transposed(const Values& coefficients) const override { return coefficients; }
     bool is_identity() const override { return true; }
+    bool is_mean() const override { return true; }
     std::size_t entry_count() const override { return 0; }
+};
+
+/// P_ij = A_j / A_p for elements i and j of one patch p, of area A_p, else 0.
+struct Projection::Map::PatchMeans final : Map {
+    std::vector<std::size_t> first; ///< #patches with elements + 1
+    std::vector<Index> member;      ///< elements, by patch, ascending
+    std::vector<double> share;      ///< of each member in its patch
+    explicit PatchMeans(const Substructure& of) : member(of.patch.size()) {
+        std::iota(member.begin(), member.end(), Index{0});
+        std::stable_sort(member.begin(), member.end(), [&](Index i, Index j) { return of.patch[i] < of.patch[j]; });
+        for (std::size_t k = 0; k < member.size(); ++k) {
+            if (k == 0 || of.patch[member[k]] != of.patch[member[k - 1]]) {
+                first.push_back(k);
+            }
+            share.push_back(of.area[member[k]]);
+        }
+        first.push_back(member.size());
+        for (std::size_t p = 0; p + 1 < first.size(); ++p) {
+            double area = 0.0;
+            for (std::size_t k = first[p]; k < first[p + 1]; ++k) {
+                area += share[k];
+            }
+            for (std::size_t k = first[p]; k < first[p + 1]; ++k) {
+                share[k] = first[p + 1] - first[p] == 1 ? 1.0 : share[k] / area;
+            }
+        }
+    }
+    Values apply(const Values& values, const Execution& execution) const override {
+        Values means(values.rows(), values.cols());
+        parallel_for(first.size() - 1, 1024, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
+            Eigen::RowVectorXd mean(values.cols());
+            for (std::size_t p = begin; p < end; ++p) {
+                mean.setZero();
+                for (std::size_t k = first[p]; k < first[p + 1]; ++k) {
+                    mean += share[k] * values.row(static_cast<Eigen::Index>(member[k]));
+                }
+                for (std::size_t k = first[p]; k < first[p + 1]; ++k) {
+                    means.row(static_cast<Eigen::Index>(member[k])) = mean;
+                }
+            }
+        });
+        return means;
+    }
+    Values transposed(const Values& coefficients) const override {
+        Values image(coefficients.rows(), coefficients.cols());
+        Eigen::RowVectorXd sum(coefficients.cols());
+        for (std::size_t p = 0; p + 1 < first.size(); ++p) {
+            sum.setZero();
+            for (std::size_t k = first[p]; k < first[p + 1]; ++k) {
+                sum += coefficients.row(static_cast<Eigen::Index>(member[k]));
+            }
+            for (std::size_t k = first[p]; k < first[p + 1]; ++k) {
+                image.row(static_cast<Eigen::Index>(member[k])) = share[k] * sum;
+            }
+        }
+        return image;
+    }
+    bool is_mean() const override { return true; }
+    std::optional<SparseRows> matrix() const override {
+        SparseRows rows(member.size(), member.size());
+        for (std::size_t p = 0; p + 1 < first.size(); ++p) {
+            for (std::size_t i = first[p]; i < first[p + 1]; ++i) {
+                SparseRows::Row& row = rows.row(member[i]);
+                for (std::size_t k = first[p]; k < first[p + 1]; ++k) {
+                    row.column.push_back(member[k]);
+                    row.value.push_back(share[k]);
+                }
+            }
+        }
+        return rows;
+    }
+    std::size_t entry_count() const override { return 2 * member.size(); }
 };
 
 /// P = Z⁻¹.
@@ -280,13 +355,16 @@ ProjectionChoice parse_projection(std::string_view choice, std::string& text) {
         "points", ParameterSpec::Type::real, "3", "points for each element at which light is gathered", 1.0, 64.0, {}};
     const Choice parsed = parse_choice("projection", choice,
                                        {{"natural", {}},
+                                        {"substructured", {}},
                                         {"interpolation", {}},
                                         {"corrected", {sweeps, where}},
                                         {"least-squares", {points}},
                                         {"galerkin", {points}}});
     text = parsed.text();
     ProjectionChoice result;
-    if (parsed.name == "interpolation") {
+    if (parsed.name == "substructured") {
+        result.kind = ProjectionKind::substructured;
+    } else if (parsed.name == "interpolation") {
         result.kind = ProjectionKind::interpolation;
     } else if (parsed.name == "corrected") {
         result.kind = ProjectionKind::corrected;
@@ -299,14 +377,19 @@ ProjectionChoice parse_projection(std::string_view choice, std::string& text) {
     return result;
 }
 
-ProjectionChoice projection_for(const Basis& basis, std::string_view choice, std::string& text) {
+ProjectionChoice projection_for(const Basis& basis, std::string_view choice, std::string& text, bool subdivided) {
     const bool smooths = basis.coefficients_are_values() && !basis.interpolates();
     // A partition of unity is sure to converge with its own coefficients: that is worth more than accuracy.
     const ProjectionChoice result = parse_projection(!choice.empty()              ? choice
+                                                     : subdivided                 ? "substructured"
                                                      : !smooths                   ? "natural"
                                                      : basis.partition_of_unity() ? "corrected"
                                                                                   : "corrected:in=equation",
                                                      text);
+    if (result.kind == ProjectionKind::substructured && !subdivided) {
+        throw UsageError("--projection substructured: is for elements that are parts of patches, and none is divided "
+                         "here; add --adaptive to --basis patch-constant, or use another projection");
+    }
     if (result.kind == ProjectionKind::corrected) {
         if (basis.interpolates()) {
             throw UsageError(
@@ -323,7 +406,7 @@ ProjectionChoice projection_for(const Basis& basis, std::string_view choice, std
 }
 
 bool is_local(const ProjectionChoice& choice, const Basis& basis) {
-    return choice.kind == ProjectionKind::corrected ||
+    return choice.kind == ProjectionKind::corrected || choice.kind == ProjectionKind::substructured ||
            (choice.kind == ProjectionKind::natural && basis.coefficients_are_values());
 }
 
@@ -349,6 +432,12 @@ Projection::Projection(const Basis& basis, const SiteSet& sites, const Projectio
         }
         kind = ProjectionKind::interpolation;
     }
+    if (kind == ProjectionKind::substructured) {
+        const Substructure* const substructure = basis.substructure();
+        DIFUSA_REQUIRE(substructure != nullptr);
+        map_ = std::make_unique<Map::PatchMeans>(*substructure);
+        return;
+    }
     RowMatrix Z = collocation(basis, points, execution);
     if (kind == ProjectionKind::interpolation) {
         map_ = std::make_unique<Map::Inverse>(Z);
@@ -368,6 +457,10 @@ Projection& Projection::operator=(Projection&&) noexcept = default;
 
 bool Projection::is_identity() const {
     return map_->is_identity();
+}
+
+bool Projection::is_mean() const {
+    return map_->is_mean();
 }
 
 Values Projection::coefficients(const Values& values, const Execution& execution) const {

@@ -21,6 +21,8 @@ enum class ProjectionKind {
     interpolation, ///< Z b = values at the sites (T 3.2, 3.3)
     corrected,     ///< b = sum_{k=0..sweeps} (I - Z)^k values: residual correction of a quasi-interpolant
     least_squares, ///< ZᵀZ b = Zᵀ values, values at the sites and at further points (T 3.2.3)
+    substructured, ///< in the equation, the mean of the values over the patch that an element is part of, weighted by
+                   ///< their areas (Basis::substructure, L 31); in the field, the values
     galerkin ///< ZᵀWZ b = ZᵀW values: the projection in L2 (T 3.2.6), inner products by quadrature at the same
              ///< points, weights W, so that functions of the basis are reproduced exactly
 };
@@ -37,9 +39,11 @@ struct ProjectionChoice {
 /// all parameters.
 ProjectionChoice parse_projection(std::string_view choice, std::string& text);
 
-/// The same for a basis; empty: `corrected` where it is a quasi-interpolant that does not interpolate, else `natural`.
-/// Throws UsageError for `corrected` where there is no residual to put back.
-ProjectionChoice projection_for(const Basis& basis, std::string_view choice, std::string& text);
+/// The same for a basis; empty: `corrected` where it is a quasi-interpolant that does not interpolate, `substructured`
+/// if its patches are to be subdivided, else `natural`. Throws UsageError for `corrected` where there is no residual to
+/// put back, and for `substructured` where nothing is to be subdivided.
+ProjectionChoice projection_for(const Basis& basis, std::string_view choice, std::string& text,
+                                bool subdivided = false);
 
 /// Whether each coefficient follows from a few values nearby; else all do from all, by the solution of a system.
 bool is_local(const ProjectionChoice& choice, const Basis& basis);
@@ -84,6 +88,10 @@ class Projection {
 
     /// True if coefficients are the values themselves.
     bool is_identity() const;
+
+    /// True if coefficients are weighted means of the values, as the values themselves are: constants are kept, and
+    /// nothing is amplified.
+    bool is_mean() const;
 
     /// values: #points by #channels; the coefficients: #S by #channels.
     Values coefficients(const Values& values, const Execution& execution = {}) const;

@@ -29,6 +29,7 @@ struct SiteSet {
     double spacing = 0.0;             ///< the distance enforced by the sampler, in the unit of the scene; of graded
                                       ///< sites, the one at which as many would cover the surface evenly
     int neighbours = 0;               ///< m
+    bool graded = false;              ///< denser where they help
     std::vector<char> dark;           ///< empty, or #regions: 1 where no light arrives; no sites or elements there
 
     bool is_dark(Index of_region) const { return !dark.empty() && dark[of_region] != 0; }

@@ -523,6 +523,10 @@ std::string summary_of(const BakeResult& result) {
     text << "sites: " << (result.estimate.predicted ? "about " : "") << result.estimate.sites
          << (result.options.adaptive ? ", graded, as many as at spacing " : " at spacing ") << result.options.spacing
          << "\n";
+    if (const Substructure* const parts = substructure_of(result)) {
+        text << "elements: parts of " << parts->patches() << " patches, quartered up to " << parts->levels
+             << " times in a row\n";
+    }
     if (result.dry_run) {
         const BakeEstimate& estimate = result.estimate;
         text << "rays: " << estimate.rays << ", visibility segments: at most " << estimate.segments << "\n"

@@ -340,6 +340,9 @@ std::string report_of(const BakeResult& result) {
 
     report["options"] = options_of(result);
     report["sites"] = {{"count", result.estimate.sites}, {"spacing", result.options.spacing}};
+    if (const Substructure* const parts = substructure_of(result)) {
+        report["sites"]["subdivision"] = {{"patches", parts->patches()}, {"levels", parts->levels}};
+    }
     report["transport"] = transport_of(result);
     const auto times = [](const std::vector<std::pair<std::string, double>>& phases) {
         Json list = Json::array();

@@ -135,7 +135,7 @@ class Solving {
     /// may still return numbers, but they are meaningless.
     void check_contraction() {
         const Values& rho = result_.light.reflectance;
-        if (discretisation_.projection->is_identity() && discretisation_.basis->partition_of_unity()) {
+        if (discretisation_.projection->is_mean() && discretisation_.basis->partition_of_unity()) {
             Values norms; // row sums of T, which bound the radius: neither Π nor P increases them
             transport_.gather(rho, {}, norms, execution_);
             result_.spectral_radius = norms.maxCoeff();
@@ -292,7 +292,7 @@ class Solving {
                                  text_of(result_.spectral_radius) + " (must be below 1; largest row sum of the " +
                                  "transport " + text_of(row_sum) + ", largest reflectance " +
                                  text_of(result_.light.reflectance.maxCoeff()) + "). ";
-        if (!discretisation_.projection->is_identity() || !discretisation_.basis->sums_to_one()) {
+        if (!discretisation_.projection->is_mean() || !discretisation_.basis->sums_to_one()) {
             return what + "The basis is not a partition of unity: use --basis normalized-radial or shepard, or give "
                           "this one a smaller width";
         }

@@ -1,7 +1,10 @@
 #include <difusa/study/classical_study.h>
 
 #include <difusa/core/text.h>
+#include <difusa/import/shapes.h>
 #include <difusa/io/chart.h>
+#include <difusa/study/reference_case.h>
+#include <difusa/study/references/ball_over_disc.h>
 
 #include <array>
 #include <cstdio>
@@ -9,17 +12,19 @@
 
 namespace difusa {
 
-namespace {
-
-double relative_error(const EstimateTrial& trial) {
-    return trial.reflected > 0.0 ? trial.total / trial.reflected : 0.0;
+std::optional<Scene> coarse_scene(const std::string& case_name) {
+    if (case_name != "ball-over-disc") {
+        return std::nullopt;
+    }
+    const BallOverDiscParameters p;
+    Scene scene = reference_case(case_name).scene;
+    Mesh ball = sphere(p.r, 2, Front::outside);
+    move(ball, Vec3(0, 0, p.h));
+    scene.mesh = {};
+    add(scene.mesh, ball, 0);
+    add(scene.mesh, disc(p.R, 6), 1);
+    return scene;
 }
-
-double field_seconds(const EstimateTrial& trial) {
-    return trial.seconds * (1.0 - trial.share_of_time);
-}
-
-} // namespace
 
 std::vector<ComparedMethod> compared_methods(const BakeOptions& common) {
     struct MethodChoice {
@@ -69,8 +74,8 @@ std::string method_header() {
 std::string method_row(const MethodTrial& t) {
     std::array<char, 96> numbers{};
     std::snprintf(numbers.data(), numbers.size(), "%zu | %.2f | %.2f | %.1f %%", t.trial.sites,
-                  1e-6 * static_cast<double>(t.trial.transport_bytes), field_seconds(t.trial),
-                  100.0 * relative_error(t.trial));
+                  1e-6 * static_cast<double>(t.trial.transport_bytes), t.trial.field_seconds(),
+                  100.0 * t.trial.relative_error());
     return "| " + t.scene + " | " + t.method + " | " + numbers.data() + " |\n";
 }
 
@@ -80,8 +85,8 @@ std::string method_csv_header() {
 
 std::string method_csv_row(const MethodTrial& t) {
     return csv_quoted(t.scene) + "," + csv_quoted(t.method) + "," + std::to_string(t.trial.sites) + "," +
-           std::to_string(t.trial.transport_bytes) + "," + text_of(field_seconds(t.trial)) + "," +
-           text_of(t.trial.total) + "," + text_of(t.trial.reflected) + "," + text_of(relative_error(t.trial)) + "\n";
+           std::to_string(t.trial.transport_bytes) + "," + text_of(t.trial.field_seconds()) + "," +
+           text_of(t.trial.total) + "," + text_of(t.trial.reflected) + "," + text_of(t.trial.relative_error()) + "\n";
 }
 
 std::string method_chart(const std::vector<MethodTrial>& trials) {
@@ -97,8 +102,8 @@ std::string method_chart(const std::vector<MethodTrial>& trials) {
             chart.series.back().markers = true;
             chart.series.back().colour = static_cast<int>(chart.series.size()) - 1;
         }
-        chart.series.back().x.push_back(field_seconds(t.trial));
-        chart.series.back().y.push_back(relative_error(t.trial));
+        chart.series.back().x.push_back(t.trial.field_seconds());
+        chart.series.back().y.push_back(t.trial.relative_error());
     }
     return svg_of(chart);
 }

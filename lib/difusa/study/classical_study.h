@@ -5,10 +5,15 @@
 #include <difusa/study/estimate_study.h>
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace difusa {
+
+/// A scene of a reference case's kind for methods whose patches are no larger than the mesh's triangles, if the case
+/// has a mesh too fine for them: ball-over-disc with 320 and 216 triangles. Its exact solution is that of other bodies.
+std::optional<Scene> coarse_scene(const std::string& case_name);
 
 /// A method of the comparison.
 struct ComparedMethod {

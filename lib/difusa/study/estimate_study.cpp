@@ -159,7 +159,7 @@ BakeOptions finer(const BakeOptions& options) {
 }
 
 KnownLight known_light(const BakeResult& result, const std::string& name, std::size_t places,
-                       const Execution& execution) {
+                       const Execution& execution, std::size_t rays) {
     KnownLight light;
     light.name = name;
     light.scene = *result.scene;
@@ -169,7 +169,6 @@ KnownLight known_light(const BakeResult& result, const std::string& name, std::s
     const ErrorPoints dense = draw_error_points(result.solution, places, result.options.seed + 1, execution);
     light.places.insert(light.places.end(), dense.place.begin(), dense.place.end());
     light.weight.insert(light.weight.end(), dense.weight.begin(), dense.weight.end());
-    constexpr std::size_t rays = 8192;
     const PointValues values = result.field().at(light.places, rays, result.options.seed, "known", execution);
     light.B = judged_of(light.scene, values, result.channels);
     for (std::size_t i = places; i < light.places.size(); ++i) {
@@ -199,6 +198,10 @@ std::vector<EstimateTrial> try_estimate(const Registry& registry, const KnownLig
         trials.back().seconds = clock.total;
         trials.back().sites = result.sites->size();
         trials.back().transport_bytes = result.system->transport().bytes;
+        trials.back().rays = result.journal.count_of("rays");
+        const bool as_a_whole = result.system->discretisation().projection->is_mean() &&
+                                !result.system->discretisation().projection->is_identity();
+        trials.back().unknowns = as_a_whole ? substructure_of(result)->patches() : result.sites->size();
         trials.back().above_target = own.target && trials.back().total > own.target->relative * trials.back().reflected;
         tell(trials.back());
     }

@@ -30,9 +30,9 @@ KnownLight known_light(const Judge& judge);
 /// Options of a bake that judges those with `options`: four times the sites and rays, and another seed.
 BakeOptions finer(const BakeOptions& options);
 
-/// Light according to a finer bake, at twice `places` points: 8192 rays gathered from each.
-KnownLight known_light(const BakeResult& finer, const std::string& name, std::size_t places,
-                       const Execution& execution);
+/// Light according to a finer bake, at twice `places` points: so many rays gathered from each.
+KnownLight known_light(const BakeResult& finer, const std::string& name, std::size_t places, const Execution& execution,
+                       std::size_t rays = 8192);
 
 /// One bake.
 struct EstimateTrial {
@@ -44,7 +44,14 @@ struct EstimateTrial {
     double share_of_time = 0.0;    ///< of `seconds`, for the estimate
     double seconds = 0.0;          ///< the bake's processor time up to the field and the estimate
     std::size_t sites = 0, transport_bytes = 0;
+    std::size_t rays = 0;      ///< of the transport, those of pilot bakes included
+    std::size_t unknowns = 0;  ///< of the linear system: the sites, or the patches that they are parts of
     bool above_target = false; ///< the true error exceeds BakeOptions::target
+
+    /// The error of the total light relative to the reflected light.
+    double relative_error() const { return reflected > 0.0 ? total / reflected : 0.0; }
+    /// Processor time up to the field.
+    double field_seconds() const { return seconds * (1.0 - share_of_time); }
 };
 
 /// Bakes with seeds options.seed, options.seed + 1, ... `tell` is called with each.

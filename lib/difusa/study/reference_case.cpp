@@ -1,6 +1,7 @@
 #include <difusa/study/reference_case.h>
 
 #include <difusa/core/error.h>
+#include <difusa/core/text.h>
 #include <difusa/import/shapes.h>
 #include <difusa/plugin/parameters.h>
 #include <difusa/study/references/ball_over_disc.h>
@@ -196,26 +197,7 @@ ReferenceCase plates() {
 }
 
 ReferenceCase infinite_shelf() {
-    ShelfParameters p;
-    p.E = {1.0, 0.5, 0.0};
-    const double length = 24.0, middle = 1.0;
-    const auto exact = std::make_shared<Shelf>(p);
-    ReferenceCase result;
-    result.about = "a shelf of depth and height 1 and length 24 (L 33), floor and back emitting, reflectance 0.5, "
-                   "assessed in the middle 2";
-    result.exact = exact;
-    Scene& scene = result.scene;
-    const double low = -0.5 * length;
-    scene.mesh = rectangle(Vec3(0, low, 0), Vec3(p.a, 0, 0), Vec3(0, length, 0), 1, 24);
-    add(scene.mesh, rectangle(Vec3(0, low, 0), Vec3(0, length, 0), Vec3(0, 0, p.b), 24, 1), 1);
-    add(scene.mesh, rectangle(Vec3(0, low, p.b), Vec3(0, length, 0), Vec3(p.a, 0, 0), 24, 1), 2);
-    scene.materials = {grey("floor", p.rho[0], p.E[0]), grey("back", p.rho[1], p.E[1]),
-                       grey("ceiling", p.rho[2], p.E[2])};
-    result.judged = [=](const Vec3& x) { return std::abs(x.y()) < middle; };
-    // The least radiosity is the ceiling's, in front; half of its mean is less.
-    result.mesh_error = exact->missing(0.5 * length - middle) / (0.5 * exact->mean_radiosity()[2]);
-    result.spacings = {0.4, 0.2, 0.1};
-    return result;
+    return shelf_of_length(24.0);
 }
 
 ReferenceCase inside_of_cylinder() {
@@ -272,6 +254,30 @@ void require_reference_case(const std::string& name) {
     }
     throw UsageError("--case " + name + ": unknown case" + (near.empty() ? "" : ", did you mean " + near + "?") +
                      " (known: " + all + ")");
+}
+
+ReferenceCase shelf_of_length(double length) {
+    ShelfParameters p;
+    p.E = {1.0, 0.5, 0.0};
+    const double middle = std::min(1.0, 0.125 * length);
+    const auto parts = static_cast<int>(std::max(1L, std::lround(length)));
+    const auto exact = std::make_shared<Shelf>(p);
+    ReferenceCase result;
+    result.about = "a shelf of depth and height 1 and length " + text_of(length) +
+                   " (L 33), floor and back emitting, reflectance 0.5, assessed in the middle " + text_of(2.0 * middle);
+    result.exact = exact;
+    Scene& scene = result.scene;
+    const double low = -0.5 * length;
+    scene.mesh = rectangle(Vec3(0, low, 0), Vec3(p.a, 0, 0), Vec3(0, length, 0), 1, parts);
+    add(scene.mesh, rectangle(Vec3(0, low, 0), Vec3(0, length, 0), Vec3(0, 0, p.b), parts, 1), 1);
+    add(scene.mesh, rectangle(Vec3(0, low, p.b), Vec3(0, length, 0), Vec3(p.a, 0, 0), parts, 1), 2);
+    scene.materials = {grey("floor", p.rho[0], p.E[0]), grey("back", p.rho[1], p.E[1]),
+                       grey("ceiling", p.rho[2], p.E[2])};
+    result.judged = [=](const Vec3& x) { return std::abs(x.y()) < middle; };
+    // The least radiosity is the ceiling's, in front; half of its mean is less.
+    result.mesh_error = exact->missing(0.5 * length - middle) / (0.5 * exact->mean_radiosity()[2]);
+    result.spacings = {0.4, 0.2, 0.1};
+    return result;
 }
 
 ReferenceCase reference_case(const std::string& name) {

@@ -41,4 +41,7 @@ void require_reference_case(const std::string& name);
 /// Makes the case; throws likewise.
 ReferenceCase reference_case(const std::string& name);
 
+/// "shelf" with another length than 24, judged by the infinite one: the middle 2, or a quarter of a short one.
+ReferenceCase shelf_of_length(double length);
+
 } // namespace difusa
