@@ -271,12 +271,12 @@ struct OpenBox {
 
 std::vector<OpenBox> open_boxes() {
     const Vec3 x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
-    return {{"half", {x}, {{plane(x)}, {}}},
-            {"quarter", {x, y}, {{plane(x), plane(y)}, {}}},
-            {"eighth", {x, y, z}, {{plane(x), plane(y), plane(z)}, {}}},
-            {"parallel", {x, -x}, {{plane(x), plane(-x, x)}, {}}},
-            {"periodic", {x, -x}, {{}, {x}}},
-            {"lattice", {x, -x, y, -y}, {{}, {x, y}}}};
+    return {{"half", {x}, test::repeated({plane(x)}, {})},
+            {"quarter", {x, y}, test::repeated({plane(x), plane(y)}, {})},
+            {"eighth", {x, y, z}, test::repeated({plane(x), plane(y), plane(z)}, {})},
+            {"parallel", {x, -x}, test::repeated({plane(x), plane(-x, x)}, {})},
+            {"periodic", {x, -x}, test::repeated({}, {x})},
+            {"lattice", {x, -x, y, -y}, test::repeated({}, {x, y})}};
 }
 
 /// Half a furnace, or one period of it, is as bright as the whole: every ray meets the surface.
@@ -443,9 +443,10 @@ TEST(Repetition, RelitResultsHaveTheBitsOfABake) {
         return relight(test::registry(), saved, other, "scene", again, Execution{});
     };
     EXPECT_THROW(relit_with({}), InputError);
-    EXPECT_THROW(relit_with({{plane({1, 0, 0})}, {Vec3(0, 1.25, 0)}}), InputError);
-    EXPECT_THROW(relit_with({{plane({1, 0, 0}, {-0.1, 0, 0})}, {Vec3(0, 1.5, 0)}}), InputError);
-    EXPECT_NO_THROW(relit_with({{plane({1, 0, 0}, {0, 7, 3})}, {Vec3(0, 1.5, 0)}})) << "another point of the plane";
+    EXPECT_THROW(relit_with(test::repeated({plane({1, 0, 0})}, {Vec3(0, 1.25, 0)})), InputError);
+    EXPECT_THROW(relit_with(test::repeated({plane({1, 0, 0}, {-0.1, 0, 0})}, {Vec3(0, 1.5, 0)})), InputError);
+    EXPECT_NO_THROW(relit_with(test::repeated({plane({1, 0, 0}, {0, 7, 3})}, {Vec3(0, 1.5, 0)})))
+        << "another point of the plane";
 }
 
 TEST(Repetition, ASavedTransportKnowsWhatStopsTheSolver) {

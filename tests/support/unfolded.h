@@ -6,11 +6,19 @@
 #include <difusa/scene/scene.h>
 
 #include <utility>
+#include <vector>
 
 namespace difusa::test {
 
 inline Repetition::Plane symmetry_plane(const Vec3& point, const Vec3& normal) {
     return {point, normal.normalized()};
+}
+
+inline Repetition repeated(std::vector<Repetition::Plane> planes, std::vector<Vec3> periods) {
+    Repetition repetition;
+    repetition.planes = std::move(planes);
+    repetition.periods = std::move(periods);
+    return repetition;
 }
 
 /// The image of a mesh. Its faces keep their fronts.
