@@ -16,7 +16,6 @@ Scene greenhouse_row() {
     const unsigned path = house.add({"path", {0.45, 0.44, 0.42}, {}});
     const unsigned metal = house.add({"metal", {0.62, 0.63, 0.64}, {}});
     const unsigned crop = house.add({"crop", {0.06, 0.16, 0.05}, {}});
-    const unsigned lamp = house.add({"lamp", {0.6, 0.6, 0.6}, {400, 260, 300}});
 
     const double span = 3.2, bay = 4.0;
     Blocks blocks({0.0, 0.0, -0.5}, {span, bay, 6.0});
@@ -36,8 +35,6 @@ Scene greenhouse_row() {
     blocks.fill({span - 0.12, 0.0, 4.0}, {span, bay, 4.18}, metal);
     blocks.fill({0.0, 0.0, 4.85}, {0.05, bay, 4.97}, metal);
     blocks.fill({0.0, 1.96, 3.86}, {span - 0.06, 2.04, 4.0}, metal);
-    blocks.fill({0.0, 0.4, 3.42}, {0.12, 1.6, 3.55}, metal);
-    blocks.fill({0.0, 0.4, 3.40}, {0.12, 1.6, 3.42}, lamp);
     blocks.add_to(house);
 
     scene.suns.push_back({{0.0, -0.8, 0.6}, {60, 54, 44}});
