@@ -181,6 +181,11 @@ void settle_thermal(const Arguments& a, const difusa::PolygonSoup& soup, difusa:
 Input read(const Arguments& a, const difusa::Registry& registry, const difusa::Execution& execution) {
     execution.phase("read");
     const difusa::PolygonSoup soup = difusa::read_apart_from({a.out, a.thermal}, registry, a.mesh);
+    if (!soup.repetition.planes.empty() || !soup.repetition.periods.empty()) {
+        throw difusa::InputError(a.mesh.string() +
+                                 ": has symmetry planes or periods, beyond which form factors are not computed: name "
+                                 "its mesh, or a scene of the whole surface");
+    }
     execution.phase("check mesh");
     difusa::DiagnosedMesh diagnosed = difusa::diagnose(soup, execution);
     Input input;

@@ -49,6 +49,7 @@ void fill_in(BakeOptions& options, const BakeOptions& saved, const BakeArguments
     as_saved("--visibility", options.visibility, saved.visibility);
     as_saved("--solver", options.solver, saved.solver);
     as_saved("--tolerance", options.solve.tolerance, saved.solve.tolerance);
+    as_saved("--stop", options.stop, saved.stop);
     as_saved("--max-iterations", options.solve.max_iterations, saved.solve.max_iterations);
 }
 

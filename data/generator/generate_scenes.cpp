@@ -43,6 +43,7 @@ const std::vector<Kept>& kept() {
              write_text(daylit_room_points(), d / "daylit_room_points.csv");
          }},
         {"furnace_box", [](const Directory& d) { write_obj(furnace_box(), d, "furnace_box"); }},
+        {"greenhouse_row", [](const Directory& d) { write_scene(greenhouse_row(), d, "greenhouse_row"); }},
         {"mirror_double", [](const Directory& d) { write_scene(mirror_double(), d, "mirror_double"); }},
         {"mirror_room", [](const Directory& d) { write_scene(mirror_room(), d, "mirror_room"); }},
         {"mirror_single", [](const Directory& d) { write_scene(mirror_single(), d, "mirror_single"); }},
@@ -58,6 +59,7 @@ const std::vector<Kept>& kept() {
         {"room_b", [](const Directory& d) { write_scene(room_b(), d, "room_b"); }},
         {"room_c", [](const Directory& d) { write_scene(room_c(), d, "room_c"); }},
         {"room_d", [](const Directory& d) { write_scene(room_d(), d, "room_d"); }},
+        {"street_canyon", [](const Directory& d) { write_scene(street_canyon(), d, "street_canyon"); }},
         {"ugly", [](const Directory& d) { write_text(ugly_off(), d / "ugly.off"); }},
     };
     return list;

@@ -28,12 +28,19 @@ struct Camera {
     double view_degrees = 40.0; ///< vertical
 };
 
+/// A plane of symmetry; the normal points to the side of the surface.
+struct SymmetryPlane {
+    Vector point, normal;
+};
+
 struct Scene {
     Surface surface;
     char up = 'z';
     std::vector<Sun> suns;
     std::vector<PointLight> points;
     std::optional<Sky> sky;
+    std::vector<SymmetryPlane> symmetry;
+    std::vector<Vector> periodic; ///< translations
     Camera camera;
 };
 

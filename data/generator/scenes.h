@@ -33,6 +33,11 @@ Scene mirror_double();
 Scene radiation_shield();
 Scene oven();
 
+/// One period of a row of houses along a street, in both directions; and a quarter of a bay of a greenhouse, of which
+/// symmetry planes and a period make the whole.
+Scene street_canyon();
+Scene greenhouse_row();
+
 /// A colonnaded hall of some 300,000 triangles, most of them in its sixteen fluted columns.
 Scene hall();
 

@@ -168,6 +168,19 @@ void write_scene(const Scene& scene, const std::filesystem::path& directory, con
         text += R"(  "sky": {"type": "gradient", )" + entry("zenith", scene.sky->zenith) + ", " +
                 entry("horizon", scene.sky->horizon) + ", " + entry("ground", scene.sky->ground) + "},\n";
     }
+    std::vector<std::string> planes, periods;
+    for (const SymmetryPlane& plane : scene.symmetry) {
+        planes.push_back("{" + entry("point", plane.point) + ", " + entry("normal", plane.normal) + "}");
+    }
+    for (const Vector& translation : scene.periodic) {
+        periods.push_back("{" + entry("translation", translation) + "}");
+    }
+    if (!planes.empty()) {
+        text += "  \"symmetry\": [" + lines(planes) + "],\n";
+    }
+    if (!periods.empty()) {
+        text += "  \"periodic\": [" + lines(periods) + "],\n";
+    }
     text += "  \"camera\": {" + entry("eye", scene.camera.eye) + ", " + entry("look_at", scene.camera.look_at) +
             ", \"view_degrees\": " + number(scene.camera.view_degrees) + "}\n}\n";
     write_text(text, directory / (name + ".json"));

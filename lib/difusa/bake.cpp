@@ -12,6 +12,7 @@
 #include <difusa/bake/subdivided_patches.h>
 #include <difusa/bake/trial.h>
 #include <difusa/core/error.h>
+#include <difusa/rays/unfolded_visibility.h>
 
 #include <memory>
 #include <optional>
@@ -41,17 +42,29 @@ void refuse_for_mirrors(const BakeResult& result, const Choices& choices) {
     }
 }
 
+/// Refuses what symmetry planes and periods cannot be combined with, if there are any.
+void refuse_for_repetition(const BakeResult& result, const Choices& choices) {
+    if (!result.scene->mesh.repetition.any()) {
+        return;
+    }
+    if (choices.pairwise) {
+        throw UsageError("--transport " + result.options.transport + ": " + result.file +
+                         " has symmetry planes or periods, over which pairwise transport does not see; use --transport "
+                         "gather");
+    }
+}
+
 /// Builds the engine, and settles which sides are fronts.
 void build_visibility(BakeResult& result, const Registry& registry, Choices& choices, const Execution& execution) {
     refuse_for_mirrors(result, choices);
+    refuse_for_repetition(result, choices);
     execution.phase("build ray tree");
-    choices.engine->build(result.scene->mesh);
+    choices.engine = built_over(result.scene->mesh, choices.engine);
     if (result.scene->thermal && choices.flip == Flip::certain) { // which side is warm does not tell fronts from backs
         choices.flip = Flip::nothing;
     }
     if (settle_fronts(result, choices, execution)) {
-        choices.engine = registry.create<Visibility>(choices.visibility);
-        choices.engine->build(result.scene->mesh);
+        choices.engine = built_over(result.scene->mesh, registry.create<Visibility>(choices.visibility));
     }
     if (result.options.when_visible) {
         result.options.when_visible(*result.scene, *choices.engine, result.camera, result.up);

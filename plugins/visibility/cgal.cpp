@@ -107,7 +107,7 @@ class FirstHitTraits {
         difusa::WatertightRay::Meeting m;
         if (watertight_.meets(mesh_.corner(f, 0), mesh_.corner(f, 1), mesh_.corner(f, 2), m) && m.t >= 0.0 &&
             m.t <= hit_.t + slack_ && !own_plane_.exempts(ray_.face, f, m.t * rise_)) {
-            const difusa::Hit hit{f, m.front, m.t, m.u, m.v};
+            const difusa::Hit hit{f, m.front, false, m.t, m.u, m.v};
             hit_ = difusa::comes_before(hit, hit_, slack_) ? hit : hit_;
         }
     }

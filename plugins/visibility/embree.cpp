@@ -150,7 +150,7 @@ struct FirstHit {
             surface.own_plane.exempts(ray.face, f, m.t * rise)) {
             return false;
         }
-        const Hit met{f, m.front, m.t, m.u, m.v};
+        const Hit met{f, m.front, false, m.t, m.u, m.v};
         if (!difusa::comes_before(met, hit, slack)) {
             return false;
         }

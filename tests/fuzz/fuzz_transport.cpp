@@ -261,8 +261,8 @@ void check(const difusa::SavedTransport& saved) {
 } // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    static const std::array<Content, 3> seeds{content_of("transports/gathered"), content_of("transports/mirrored"),
-                                              content_of("transports/pairwise")};
+    static const std::array<Content, 4> seeds{content_of("transports/gathered"), content_of("transports/mirrored"),
+                                              content_of("transports/pairwise"), content_of("transports/periodic")};
     if (size == 0) {
         return 0;
     }

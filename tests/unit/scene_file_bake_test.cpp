@@ -83,6 +83,21 @@ TEST_F(SceneFile, ATextureOfEvenPixelsIsAsManyColours) {
     expect_same_bake(a, b, 1e-12);
 }
 
+TEST_F(SceneFile, AFaceBehindASymmetryPlaneIsNamed) {
+    const auto bake_with = [&](const std::string& x) {
+        write("scene.json",
+              "{\"difusa_scene\": 1, \"meshes\": [{\"file\": \"square.off\"}], \"symmetry\": [{\"point\": [" + x +
+                  ", 0, 0], \"normal\": [1, 0, 0]}]}");
+        return bake(registry_, folder_ / "scene.json", coarse(), Execution{});
+    };
+    EXPECT_NO_THROW(bake_with("0"));
+    const std::string message = refusal([&] { bake_with("0.25"); });
+    for (const char* part : {"scene.json: face 0 (line 7) of ", "square.off reaches (0, 0, 0), 0.25 m behind symmetry "
+                                                                "plane 1, through (0.25, 0, 0)"}) {
+        EXPECT_NE(message.find(part), std::string::npos) << message;
+    }
+}
+
 TEST_F(SceneFile, ADoubleSidedSheetIsTwoFaces) {
     // A sheet between a lamp above and a floor below.
     const std::string points = "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\nv 1 1 1\nv 3 1 1\nv 3 3 1\nv 1 3 1\nv 0 0 2\nv 4 0 "

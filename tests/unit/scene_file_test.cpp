@@ -168,6 +168,21 @@ TEST_F(SceneFile, Materials) {
 
 // ---- what is refused ------------------------------------------------------------------------------------------
 
+TEST_F(SceneFile, SymmetryPlanesAndPeriods) {
+    const PolygonSoup soup = with("\"unit\": \"cm\", \"symmetry\": [{\"point\": [1, 2, 3], \"normal\": [0, 0, 2]}], "
+                                  "\"periodic\": [{\"translation\": [300, 0, 0]}]");
+    ASSERT_EQ(soup.repetition.planes.size(), 1U);
+    EXPECT_LT((soup.repetition.planes[0].point - Vec3(0.01, 0.02, 0.03)).norm(), 1e-15);
+    EXPECT_EQ(soup.repetition.planes[0].normal, Vec3::UnitZ());
+    EXPECT_THAT(soup.repetition.periods, ElementsAre(Vec3(3, 0, 0)));
+    EXPECT_THAT(refused_with("\"symmetry\": [{\"point\": [1, 2, 3]}]"), HasSubstr("normal"));
+    EXPECT_THAT(refused_with("\"symmetry\": [{\"point\": [1, 2, 3], \"normal\": [0, 0, 0]}]"), HasSubstr("zero"));
+    EXPECT_THAT(refused_with("\"symmetry\": {\"point\": [1, 2, 3]}"), HasSubstr("list"));
+    EXPECT_THAT(refused_with("\"periodic\": [{\"translation\": [0, 0, 0]}]"),
+                AllOf(HasSubstr("scene.json:3"), HasSubstr("zero")));
+    EXPECT_THAT(refused_with("\"periodic\": [{\"shift\": [1, 0, 0]}]"), HasSubstr("shift"));
+}
+
 TEST_F(SceneFile, UnknownNamesAreRefusedWithTheirLine) {
     EXPECT_THAT(refused_with("\"ligths\": []"),
                 AllOf(HasSubstr("scene.json:3: "), HasSubstr("has no 'ligths'; did you mean 'lights'?")));

@@ -102,6 +102,11 @@ DaylightMatrix daylight_matrix(BakeResult& result, const DaylightRequest& reques
     if (result.scene->thermal) {
         throw UsageError("daylight coefficients are those of light: a thermal scene has none");
     }
+    if (!result.scene->mesh.repetition.planes.empty()) {
+        throw UsageError("--daylight: " + result.file +
+                         " has symmetry planes, and each part of the sky by itself is not symmetric: bake the whole "
+                         "scene (periods can stay)");
+    }
     DaylightMatrix matrix{SkyDivision(request.factor, result.up, request.north.value_or(default_north(result.up))),
                           daylight_points(result, execution),
                           {}};

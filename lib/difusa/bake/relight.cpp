@@ -6,6 +6,7 @@
 #include <difusa/core/error.h>
 #include <difusa/core/memory.h>
 #include <difusa/io/same_file.h>
+#include <difusa/rays/unfolded_visibility.h>
 #include <difusa/transport/pairwise.h>
 #include <difusa/transport/recast.h>
 
@@ -114,7 +115,7 @@ class Relighting {
         check_sites();
         const Placed placed = move_objects();
         execution_.phase("build ray tree");
-        choices_.engine->build(result_.scene->mesh);
+        choices_.engine = built_over(result_.scene->mesh, choices_.engine);
         if (result_.options.when_visible) {
             result_.options.when_visible(*result_.scene, *choices_.engine, result_.camera, result_.up);
         }
@@ -274,8 +275,7 @@ class Relighting {
     /// Casts the rays again that may meet what has moved.
     LightTransport moved_transport(const Discretisation& discretisation, const Execution& execution) {
         execution.phase("transport");
-        const auto engine = registry_.create<Visibility>(choices_.visibility);
-        engine->build(*before_);
+        const auto engine = built_over(*before_, registry_.create<Visibility>(choices_.visibility));
         std::vector<SurfacePoint> points = moved_points(discretisation.points, *before_, marked_);
         std::copy(saved_.sites->points.begin(), saved_.sites->points.end(), points.begin());
         const Surfels surfels(*before_, discretisation.surfels->edge(), execution);
@@ -346,6 +346,7 @@ BakeOptions relight_defaults(const SavedTransport& saved) {
     BakeOptions options;
     options.solver = saved.options.solver;
     options.solve = saved.options.solve;
+    options.stop = saved.options.stop;
     options.direct = saved.options.direct;
     options.visibility = saved.options.visibility;
     return options;

@@ -37,8 +37,8 @@ struct RelightOptions {
     std::vector<ObjectMove> moves = {};
 };
 
-/// The choices of the bake that a relit one may make differently: solver, tolerance, iterations, direct light,
-/// visibility. To start from; everything else is as by default.
+/// The choices of the bake that a relit one may make differently: solver, tolerance, what it limits, iterations,
+/// direct light, visibility. To start from; everything else is as by default.
 BakeOptions relight_defaults(const SavedTransport& saved);
 
 /// The result has the same bits as a bake of the scene in this light by the options of the saved transport and

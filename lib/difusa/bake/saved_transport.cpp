@@ -182,6 +182,11 @@ void put_transport(const SavedTransport& transport, Hdf5Writer& file) {
     file.attribute(path, "discretisation_fingerprint", transport.discretisation);
     put(file, path + "/sky", gathered.sky, 1, "share of the hemisphere of each gather point that is sky");
     put(file, path + "/back", gathered.back, 1, "share that backs of faces take");
+    if (gathered.cut_off.rows() > 0 && part_in_mirrors(*gathered.W) == nullptr) {
+        put(file, path + "/cut_off",
+            std::vector<double>(gathered.cut_off.data(), gathered.cut_off.data() + gathered.cut_off.size()), 1,
+            "share that is cut off in an infinite series of periods or parallel symmetry planes");
+    }
     const LinearOperator& plain = plain_part(*gathered.W);
     if (const auto* const lists = dynamic_cast<const HitLists*>(&plain)) {
         put_lists(*lists, path + "/lists", file);
@@ -244,6 +249,15 @@ std::uint64_t geometry_fingerprint(const Mesh& mesh) {
         }
         fingerprint.add(static_cast<std::uint64_t>(mesh.mirrors.most));
     }
+    for (const Repetition::Plane& plane : mesh.repetition.planes) {
+        fingerprint.add(std::uint64_t{1});
+        add_vector(fingerprint, plane.normal);
+        fingerprint.add(plane.normal.dot(plane.point)); // any point on it will do
+    }
+    for (const Vec3& period : mesh.repetition.periods) {
+        fingerprint.add(std::uint64_t{2});
+        add_vector(fingerprint, period);
+    }
     return fingerprint.value();
 }
 
@@ -301,6 +315,7 @@ SavedTransport saved_transport_of(const BakeResult& result) {
     saved.turned_over = result.turned_over;
     saved.moved = result.moved;
     saved.options = result.requested;
+    saved.options.sampler = result.options.sampler; // where none was named, that of the basis
     saved.options.spacing = result.sites->spacing;
     saved.options.sites = result.options.sites;
     saved.options.rays = result.options.rays; // these, too, where an accuracy was ordered

@@ -36,7 +36,7 @@ struct SavedTransport {
     double bytes_per_site() const;
 };
 
-/// Of points, triangles and regions.
+/// Of points, triangles, regions, mirrors, symmetry planes and periods.
 std::uint64_t geometry_fingerprint(const Mesh& mesh);
 
 /// Of what the numbers of rows and columns of a transport stand for: gather points and surfels.

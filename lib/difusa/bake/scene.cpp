@@ -7,7 +7,9 @@
 #include <difusa/io/same_file.h>
 #include <difusa/mesh/floor_share.h>
 #include <difusa/repair/diagnosis.h>
+#include <difusa/repair/findings.h>
 #include <difusa/repair/texture_coordinates.h>
+#include <difusa/scene/light_symmetry.h>
 #include <difusa/scene/sky_dome.h>
 
 #include <algorithm>
@@ -134,8 +136,28 @@ void add_lights(BakeResult& result, const Execution& execution) {
             execution.note("nothing emits light: a uniform sky of irradiance 1 W/m^2 is assumed (--sky)");
         }
     }
+    try {
+        check_light_symmetry(scene);
+    } catch (const InputError& error) {
+        throw InputError(result.file + ": " + error.what());
+    }
     options.sky = scene.sky;
     result.channels = scene.is_grey() ? 1 : 3;
+}
+
+/// Settles what of the surface follows from the scene as a whole.
+void settle_surface(BakeResult& result) {
+    Scene& scene = *result.scene;
+    settle_mirrors(scene, result.options.mirror_depth);
+    try {
+        settle_repetition(scene.mesh, [&](Index face) { return face_name(result.diagnosis, face); });
+    } catch (const InputError& error) {
+        throw InputError(result.file + ": " + error.what());
+    }
+    if (scene.mesh.repetition.any() && scene.mesh.mirrors.any()) {
+        throw InputError(result.file + ": has mirrors, and symmetry planes or periods: what is seen in mirrors is not "
+                                       "followed beyond these; remove one of them");
+    }
 }
 
 /// Upwards: what the file says; else the axis along which the scene has a floor, if there is just one among y and z;
@@ -234,10 +256,11 @@ void read_into(BakeResult& result, const Registry& registry, const std::filesyst
         result.options.reflectance = soup.default_reflectance;
     }
     add_default_material(result, soup, execution);
+    scene.mesh.repetition = soup.repetition;
     if (change) {
         change(scene);
     }
-    settle_mirrors(*result.scene, result.options.mirror_depth);
+    settle_surface(result);
     add_lights(result, execution);
 }
 
@@ -251,7 +274,7 @@ void adopt_into(BakeResult& result, Scene scene, const std::string& name, const 
     if (change) {
         change(*result.scene);
     }
-    settle_mirrors(*result.scene, result.options.mirror_depth);
+    settle_surface(result);
     add_lights(result, execution);
 }
 

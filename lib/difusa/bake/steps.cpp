@@ -10,6 +10,7 @@
 #include <difusa/core/text.h>
 #include <difusa/discretisation/evaluate.h>
 #include <difusa/mesh/surface_sampling.h>
+#include <difusa/rays/unfolded_visibility.h>
 #include <difusa/transport/gathered.h>
 #include <difusa/transport/pairwise.h>
 
@@ -69,10 +70,17 @@ void check_coverage(BakeResult& result, const Discretisation& discretisation, co
         result.mean_back += transport.back_in_mirrors.mean();
         result.mean_cut_off = transport.cut_off.mean();
         if (result.mean_cut_off > 1e-3) {
-            execution.note(
-                text_of(std::round(1000.0 * result.mean_cut_off) / 10.0) +
-                " % of the light that leaves the surface is lost between mirrors: it is followed over at most " +
-                std::to_string(result.options.mirror_depth) + " reflections in a row (--mirror-depth)");
+            const std::string share = text_of(std::round(1000.0 * result.mean_cut_off) / 10.0);
+            execution.note(result.scene->mesh.repetition.any()
+                               ? share +
+                                     " % of the light that leaves the surface is lost in the distance: it is "
+                                     "followed through at most " +
+                                     std::to_string(UnfoldedVisibility::most_walls) + " periods or symmetry planes"
+                               : share +
+                                     " % of the light that leaves the surface is lost between mirrors: it is "
+                                     "followed over at most " +
+                                     std::to_string(result.options.mirror_depth) +
+                                     " reflections in a row (--mirror-depth)");
         }
     }
     if (result.scene->thermal) {

@@ -7,7 +7,7 @@
 namespace difusa {
 
 inline const SealKind& transport_seal() {
-    static const SealKind kind{"difusa transport", 2, "make it anew: bake_radiosity SCENE OUT --save-transport FILE"};
+    static const SealKind kind{"difusa transport", 3, "make it anew: bake_radiosity SCENE OUT --save-transport FILE"};
     return kind;
 }
 
@@ -30,6 +30,7 @@ template <class Options, class Visit> void for_saved_choices(Options& options, c
     visit("seed", options.seed);
     visit("visibility", options.visibility);
     visit("solver", options.solver);
+    visit("stop", options.stop);
     visit("direct", options.direct);
     visit("mirror_depth", options.mirror_depth);
     visit("tolerance", options.solve.tolerance);

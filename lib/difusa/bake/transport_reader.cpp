@@ -198,6 +198,14 @@ class TransportReader {
         }
         gathered.sky = shares(path + "/sky", points);
         gathered.back = shares(path + "/back", points);
+        if (const std::string cut_off = path + "/cut_off"; file_.has(cut_off)) {
+            if (gathered.cut_off.rows() > 0) {
+                file_.refuse(cut_off, "is given with that of mirrors");
+            }
+            const auto rows = static_cast<Eigen::Index>(points);
+            gathered.cut_off = Eigen::Map<const Values>(shares(cut_off, points).data(), rows, 1);
+            gathered.back_in_mirrors.setZero(rows, 1);
+        }
         if (file_.has(path + "/form_factors")) {
             saved_.form_factors = read_rows(path + "/form_factors");
             gathered.bytes += saved_.form_factors->bytes();

@@ -1,6 +1,8 @@
 // Numbers in messages, names in files.
 #pragma once
 
+#include <difusa/core/types.h>
+
 #include <array>
 #include <charconv>
 #include <cstdio>
@@ -14,6 +16,13 @@ inline std::string text_of(double value) {
     char text[32];
     std::snprintf(text, sizeof text, "%g", value);
     return text;
+}
+
+/// "(x, y, z)" with nine significant digits.
+inline std::string coordinates(const Vec3& position) {
+    std::array<char, 96> text{};
+    std::snprintf(text.data(), text.size(), "(%.9g, %.9g, %.9g)", position.x(), position.y(), position.z());
+    return text.data();
 }
 
 /// As many digits as it takes to read the same number back.

@@ -7,6 +7,7 @@
 #include <difusa/import/reader.h>
 #include <difusa/import/scene_checks.h>
 #include <difusa/import/scene_lights.h>
+#include <difusa/import/scene_repetition.h>
 #include <difusa/import/scene_thermal.h>
 #include <difusa/import/text_scanner.h>
 #include <difusa/import/texture_files.h>
@@ -41,7 +42,7 @@ class SceneFile {
         }
         checks_.members(root, "a scene",
                         {"difusa_scene", "unit", "up", "meshes", "materials", "lights", "sky", "surroundings", "camera",
-                         "defaults"});
+                         "symmetry", "periodic", "defaults"});
         checks_.read_conventions(root);
         soup_.up = checks_.up();
         soup_.says_up = true;
@@ -64,6 +65,12 @@ class SceneFile {
         }
         if (const JsonValue* surroundings = root.find("surroundings")) {
             soup_.surroundings = scene_surroundings(checks_, *surroundings);
+        }
+        if (const JsonValue* symmetry = root.find("symmetry")) {
+            soup_.repetition.planes = scene_symmetry(checks_, *symmetry);
+        }
+        if (const JsonValue* periodic = root.find("periodic")) {
+            soup_.repetition.periods = scene_periods(checks_, *periodic);
         }
         if (const JsonValue* camera = root.find("camera")) {
             soup_.camera = scene_camera(checks_, *camera);

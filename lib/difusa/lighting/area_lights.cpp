@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <utility>
 
 namespace difusa {
@@ -75,24 +76,32 @@ std::vector<char> area_light_materials(const Scene& scene) {
 
 AreaLights::AreaLights(const Scene& scene, std::vector<Index> triangles, const Tracer& tracer,
                        std::shared_ptr<const Shafts> shafts)
-    : scene_(scene), tracer_(tracer), triangles_(std::move(triangles)), shafts_(std::move(shafts)) {
+    : scene_(scene), tracer_(tracer), count_(triangles.size()), triangles_(std::move(triangles)),
+      shafts_(std::move(shafts)) {
     if (triangles_.empty()) {
         return;
+    }
+    if (const LampImages images = LampImages::of(scene.mesh, count_); !images.images.empty()) {
+        depth_ = images.depth;
+        images_ = with_images(triangles_, images, scene.mesh);
+        originals_ = std::move(triangles_);
+        triangles_.resize(images_->triangles.size());
+        std::iota(triangles_.begin(), triangles_.end(), Index{0});
     }
     std::vector<double> power;
     power.reserve(triangles_.size());
     for (const Index t : triangles_) {
-        power.push_back(scene.mesh.areas[t] * strength(t));
+        power.push_back(lamps().areas[t] * strength(t));
     }
-    tree_.emplace(scene.mesh, triangles_, power);
+    tree_.emplace(lamps(), triangles_, power);
 }
 
 /// 0 if within the rounding of the angles it is summed from.
 double AreaLights::form_factor(const SurfacePoint& x, Index t) const {
-    if (t == x.face) {
+    if (!is_image(t) && original(t) == x.face) {
         return 0.0;
     }
-    const Mesh& mesh = scene_.mesh;
+    const Mesh& mesh = lamps();
     const double F = lambert_form_factor(x.position, x.normal, mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2));
     return F > 0x1p-48 ? F : 0.0;
 }
@@ -106,7 +115,7 @@ void AreaLights::collect(const SurfacePoint& x, RandomStream& stream, Worker& wo
         const double F = form_factor(x, triangle);
         if (F > 0.0) {
             mean += weight * F * strength(triangle);
-            const Index material = scene_.mesh.material[triangle];
+            const Index material = lamps().material[triangle];
             const auto known = std::find_if(worker.shares.begin(), worker.shares.end(),
                                             [&](const Worker::Share& share) { return share.material == material; });
             const auto share = static_cast<std::size_t>(known - worker.shares.begin());
@@ -137,7 +146,7 @@ bool AreaLights::may_be_hidden(const SurfacePoint& x, const Worker& worker) cons
     }
     return worker.parts.size() > few_shafts ||
            std::any_of(worker.parts.begin(), worker.parts.end(),
-                       [&](const Worker::Part& part) { return shafts_->may_be_blocked(x, part.triangle); });
+                       [&](const Worker::Part& part) { return may_be_blocked(x, part.triangle); });
 }
 
 /// Sample s goes to the light that holds the share (s + shift) / samples of the irradiance, to an evenly distributed
@@ -157,14 +166,14 @@ double AreaLights::cast_round(const SurfacePoint& x, std::size_t samples, std::s
             ++part;
         }
         const auto [u, v] = even_point<2>(round * samples + s, {start[1], start[2]});
-        const SurfacePoint y = uniform_point(scene_.mesh, part->triangle, u, v);
+        const SurfacePoint y = uniform_point(lamps(), part->triangle, u, v);
         const Vec3 way = y.position - x.position;
         const double cosine = x.normal.dot(way), cosines = cosine * -y.normal.dot(way);
         const double r2 = way.squaredNorm();
         if (cosine > 0.0 && cosines > 0.0) {
             // Lights are chosen by mean irradiance, points on them by area; the kernel varies over the light.
-            const double kernel = cosines / (r2 * r2) * scene_.mesh.areas[y.face] / part->form_factor;
-            worker.segments.push_back({x.position, y.position, x.face, y.face});
+            const double kernel = cosines / (r2 * r2) * lamps().areas[y.face] / part->form_factor;
+            worker.segments.push_back({x.position, y.position, x.face, original(y.face)});
             worker.light.emplace_back(kernel / strength(y.face) * emission(y.face));
             worker.owner.push_back(part->share);
         }
@@ -264,20 +273,20 @@ AreaLights::Sample AreaLights::sample(const SurfacePoint& x, const std::array<do
         return {};
     }
     const auto sample_of = [&](double seen) {
-        return Sample{scene_.mesh.material[choice.triangle], choice.weight * seen * emission(choice.triangle)};
+        return Sample{lamps().material[choice.triangle], choice.weight * seen * emission(choice.triangle)};
     };
     if (!shafts_) {
         return sample_of(choice.form_factor);
     }
     const SurfacePoint from = inset(scene_.mesh, x);
-    if (!shafts_->may_be_blocked(from, choice.triangle)) {
+    if (!may_be_blocked(from, choice.triangle)) {
         return sample_of(choice.form_factor);
     }
     const Target target = target_on(from, choice.triangle, {u[1], u[2], u[3]});
     if (!(target.form_factor > 0.0)) {
         return {};
     }
-    const Segment segment{from.position, target.position, from.face, choice.triangle};
+    const Segment segment{from.position, target.position, from.face, original(choice.triangle)};
     std::uint8_t blocked = 0;
     worker.cast += tracer_.occluded({&segment, 1}, {&blocked, 1});
     return blocked != 0 ? Sample{} : sample_of(target.form_factor);
@@ -287,7 +296,7 @@ AreaLights::Sample AreaLights::sample(const SurfacePoint& x, const std::array<do
 /// the mean over them: their product with the visibility of the chosen point has the visible form factor as its
 /// expectation.
 AreaLights::Target AreaLights::target_on(const SurfacePoint& x, Index triangle, const std::array<double, 3>& u) const {
-    const Mesh& mesh = scene_.mesh;
+    const Mesh& mesh = lamps();
     std::array<Vec3, candidates> place;
     std::array<double, candidates> below{};
     double sum = 0.0;

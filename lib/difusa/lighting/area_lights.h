@@ -5,6 +5,7 @@
 #pragma once
 
 #include <difusa/core/random.h>
+#include <difusa/lighting/lamp_images.h>
 #include <difusa/lighting/light_tree.h>
 #include <difusa/lighting/shaft.h>
 #include <difusa/rays/tracer.h>
@@ -26,14 +27,18 @@ namespace difusa {
 /// of the emission counts; there are none besides mirrors, nor materials whose temperature is to be found.
 std::vector<char> area_light_materials(const Scene& scene);
 
-/// The area lights of a scene, and the light they send to a point. Keeps references to scene and mesh.
+/// The area lights of a scene, and the light they send to a point: also from images beyond symmetry planes and periods,
+/// which are area lights of their own here. Keeps references to scene and mesh.
 class AreaLights {
   public:
     /// `shafts`: of the scene's mesh; null if no face can block (Mesh::convex).
     AreaLights(const Scene& scene, std::vector<Index> triangles, const Tracer& tracer,
                std::shared_ptr<const Shafts> shafts);
 
-    std::size_t count() const { return triangles_.size(); }
+    std::size_t count() const { return count_; } ///< without images
+
+    /// Periods, or reflections in a row, over which images are found (LampImages::depth).
+    std::size_t depth() const { return depth_; }
 
     /// Per-thread scratch and statistics.
     struct Worker {
@@ -101,7 +106,17 @@ class AreaLights {
     };
     Target target_on(const SurfacePoint& x, Index triangle, const std::array<double, 3>& u) const;
     double form_factor(const SurfacePoint& x, Index triangle) const;
-    const Rgb& emission(Index triangle) const { return scene_.materials[scene_.mesh.material[triangle]].emission; }
+    /// The mesh of the lights, which has their images, too.
+    const Mesh& lamps() const { return images_ ? *images_ : scene_.mesh; }
+    /// The scene's triangle that a light is, or is an image of.
+    Index original(Index light) const { return images_ ? originals_[light % count_] : light; }
+    bool is_image(Index light) const { return images_ && light >= count_; }
+    bool may_be_blocked(const SurfacePoint& x, Index light) const {
+        // From elsewhere in the unfolded surface, even the way to the light itself may lead through images.
+        const bool elsewhere = images_ && x.face == none;
+        return is_image(light) || elsewhere || shafts_->may_be_blocked(x, original(light));
+    }
+    const Rgb& emission(Index triangle) const { return scene_.materials[lamps().material[triangle]].emission; }
     /// By which lights are chosen: in thermal scenes they may emit less than nothing.
     double strength(Index triangle) const { return std::abs(emission(triangle).mean()); }
     void collect(const SurfacePoint& x, RandomStream& stream, Worker& worker) const;
@@ -111,7 +126,10 @@ class AreaLights {
 
     const Scene& scene_;
     Tracer tracer_;
-    std::vector<Index> triangles_;
+    std::size_t count_ = 0, depth_ = 0;
+    std::vector<Index> triangles_; ///< of `lamps`
+    std::shared_ptr<const Mesh> images_;
+    std::vector<Index> originals_; ///< if there are images
     std::optional<LightTree> tree_;
     std::shared_ptr<const Shafts> shafts_;
 };

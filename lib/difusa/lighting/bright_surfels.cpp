@@ -38,7 +38,7 @@ BrightSurfels::BrightSurfels(const Scene& scene, const Tracer& tracer, const Sur
         return;
     }
     bright_share_ = below.back() * below.back() / (squares * scene.mesh.area);
-    if (bright_share_ > broad) {
+    if (bright_share_ > broad || scene.mesh.repetition.any()) { // bins do not tell in which image a ray ended
         return;
     }
     below_ = std::move(below);

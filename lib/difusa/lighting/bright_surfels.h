@@ -26,7 +26,7 @@ class BrightSurfels {
     double bright_share() const { return bright_share_; }
 
     /// Samples on bright surfels for a point with this many rays: half as many, or none if more than `broad` of the
-    /// surface is bright.
+    /// surface is bright, or if the surface goes on beyond its mesh.
     std::size_t places(std::size_t rays) const { return below_.empty() ? 0 : (rays + 1) / 2; }
     static constexpr double broad = 0.25;
 

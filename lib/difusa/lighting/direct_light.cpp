@@ -2,7 +2,9 @@
 
 #include <difusa/core/even_sequence.h>
 #include <difusa/core/parallel.h>
+#include <difusa/lighting/lamp_images.h>
 #include <difusa/mesh/surface_sampling.h>
+#include <difusa/scene/light_symmetry.h>
 
 #include <algorithm>
 #include <array>
@@ -54,10 +56,11 @@ template <class Act> void draw(const std::vector<double>& below, RandomStream& s
 } // namespace
 
 DirectLight::DirectLight(const Scene& scene, const Tracer& tracer, LightSets sets)
-    : scene_(scene), tracer_(tracer), sets_(std::move(sets)), reach_(2.0 * scene.mesh.diameter()),
+    : scene_(scene), tracer_(tracer), sets_(std::move(sets)), reach_(reach_out_of(scene.mesh)),
       rounding_(0x1p-44 * scene.mesh.magnitude()), area_light_materials_(difusa::area_light_materials(scene)),
       shafts_(shafts_for(scene, area_light_materials_)),
       area_lights_(scene, triangles_of(scene, area_light_materials_), tracer, shafts_) {
+    check_light_symmetry(scene);
     for (std::size_t i = 0; i < scene_.suns.size(); ++i) {
         if ((scene_.suns[i].irradiance > 0.0).any()) {
             suns_.emplace_back(scene_.suns[i], sets_.sun[i]);
@@ -65,12 +68,19 @@ DirectLight::DirectLight(const Scene& scene, const Tracer& tracer, LightSets set
             suns_below_.push_back(scene_.suns[i].irradiance.sum() + (suns_below_.empty() ? 0.0 : suns_below_.back()));
         }
     }
+    const auto shines = [](const PointLight& light) { return (light.intensity > 0.0).any(); };
+    const LampImages beyond = LampImages::of(
+        scene.mesh,
+        static_cast<std::size_t>(std::count_if(scene_.point_lights.begin(), scene_.point_lights.end(), shines)));
+    depth_ = beyond.depth;
     for (std::size_t i = 0; i < scene_.point_lights.size(); ++i) {
-        if ((scene_.point_lights[i].intensity > 0.0).any()) {
-            points_.emplace_back(scene_.point_lights[i], sets_.point[i]);
-            extended_ += scene_.point_lights[i].is_extended() ? 1 : 0;
-            points_below_.push_back(scene_.point_lights[i].intensity.sum() +
-                                    (points_below_.empty() ? 0.0 : points_below_.back()));
+        if (!shines(scene_.point_lights[i])) {
+            continue;
+        }
+        for (const PointLight& light : with_images(scene_.point_lights[i], beyond, scene.mesh)) {
+            points_.emplace_back(light, sets_.point[i]);
+            extended_ += light.is_extended() ? 1 : 0;
+            points_below_.push_back(light.intensity.sum() + (points_below_.empty() ? 0.0 : points_below_.back()));
         }
     }
     if (scene_.mesh.mirrors.any()) {
@@ -79,6 +89,15 @@ DirectLight::DirectLight(const Scene& scene, const Tracer& tracer, LightSets set
             images_.reset();
         }
     }
+}
+
+std::size_t DirectLight::depth_of_images() const {
+    if (scene_.mesh.repetition.endless.empty() || (points_.empty() && area_lights_.count() == 0)) {
+        return 0;
+    }
+    return points_.empty()             ? area_lights_.depth()
+           : area_lights_.count() == 0 ? depth_
+                                       : std::min(depth_, area_lights_.depth());
 }
 
 Segment DirectLight::shadow_ray(const SurfacePoint& from, const Vec3& direction, double length) const {

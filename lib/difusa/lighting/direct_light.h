@@ -23,7 +23,8 @@ class DirectLight {
   public:
     static constexpr std::size_t most_sampled = 256; ///< suns, and point lights, that `sample` looks at
 
-    /// Keeps references to the scene and what the tracer refers to.
+    /// Keeps references to the scene and what the tracer refers to. Throws InputError if the light is not as symmetric
+    /// as the surface (scene/light_symmetry.h).
     DirectLight(const Scene& scene, const Tracer& tracer, LightSets sets);
 
     /// All lights in one set.
@@ -50,6 +51,10 @@ class DirectLight {
         return std::min(suns_.size(), most_sampled) + std::min(points_.size(), most_sampled) +
                (area_lights_.count() > 0 ? 1 : 0) + (images_ ? images_->rays_per_sample() : 0);
     }
+
+    /// Of an infinite series of images beyond symmetry planes and periods: how many periods, or reflections in a row,
+    /// away light of lamps is looked for; 0: there are none, or no such lamps.
+    std::size_t depth_of_images() const;
 
     /// What mirrors show of the sources; null if they show none.
     const MirrorImages* images() const { return images_ ? &*images_ : nullptr; }
@@ -122,9 +127,10 @@ class DirectLight {
     Tracer tracer_;
     LightSets sets_;
     std::vector<std::pair<Sun, Index>> suns_;          ///< those that shine, and their sets
-    std::vector<std::pair<PointLight, Index>> points_; ///< likewise
+    std::vector<std::pair<PointLight, Index>> points_; ///< likewise, with their images (lighting/lamp_images.h)
     std::vector<double> suns_below_, points_below_;    ///< strengths up to and including each one
     std::size_t extended_ = 0;                         ///< of both, with a disc or an opening
+    std::size_t depth_ = 0;                            ///< of the images of point lights
     double reach_;                                     ///< a length that leads out of the scene from any of its points
     double rounding_;                                  ///< of a position computed from scene coordinates
     std::vector<char> area_light_materials_;

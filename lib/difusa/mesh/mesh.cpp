@@ -102,7 +102,7 @@ void Mesh::derive() {
         const Index root = sets.find(static_cast<Index>(t));
         region[t] = root == t ? region_count++ : region[root];
     }
-    convex = is_convex(*this);
+    convex = !repetition.any() && is_convex(*this);
 }
 
 } // namespace difusa

@@ -3,6 +3,7 @@
 
 #include <difusa/core/types.h>
 #include <difusa/mesh/mirrors.h>
+#include <difusa/mesh/repetition.h>
 
 #include <array>
 #include <vector>
@@ -35,7 +36,8 @@ struct Mesh {
     std::vector<Index> material;                                   ///< #T, number in the scene's materials
     std::vector<std::array<Rgb, 3>> corner_reflectance;            ///< empty, or #T (see Material::vertex_colours)
     std::vector<std::array<TextureCoordinates, 3>> corner_texture; ///< empty, or #T: where textures are looked up
-    Mirrors mirrors; ///< of the scene's materials (scene/scene.h, settle_mirrors)
+    Mirrors mirrors;       ///< of the scene's materials (scene/scene.h, settle_mirrors)
+    Repetition repetition; ///< beyond these triangles
 
     // Derived by `derive`:
     std::vector<Vec3> normals; ///< #T, unit

@@ -63,6 +63,7 @@ Mesh moved_mesh(const Mesh& mesh, std::span<const char> marked, const RigidMotio
         }
     }
     result.derive();
+    settle_repetition(result);
     if (result.region != mesh.region) {
         throw InputError("after the motion the surface would fall into other smooth parts than before: bake the moved "
                          "scene");

@@ -32,7 +32,7 @@ inline bool is_rigid(const RigidMotion& motion) {
 /// apart: what is moved up against something touches it, and is not joined to it. The identity changes no bit.
 ///
 /// Throws InputError if part of a region would be moved and part would stay, which would tear the surface, or if what
-/// is moved would leave the range of coordinates.
+/// is moved would leave the range of coordinates, or the cell of symmetry planes and periods.
 Mesh moved_mesh(const Mesh& mesh, std::span<const char> marked, const RigidMotion& motion);
 
 /// Points of the surface in their places on a mesh with the same triangles: those on marked triangles, with the normals

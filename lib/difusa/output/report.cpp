@@ -222,7 +222,7 @@ Json transport_of(const BakeResult& result) {
         transport["bytes_of_averages"] = result.system->discretisation().averages->bytes();
         transport["largest_row_sum"] = result.system->transport().largest_row_sum({});
         transport["mean_share_on_backs"] = result.mean_back;
-        if (result.scene->mesh.mirrors.any()) {
+        if (result.scene->mesh.mirrors.any() || !result.scene->mesh.repetition.endless.empty()) {
             transport["mirror_depth"] = result.options.mirror_depth;
             transport["mean_share_cut_off_in_mirrors"] = result.mean_cut_off;
         }

@@ -1,5 +1,6 @@
 #include <difusa/radiosity/moved_system.h>
 
+#include <difusa/rays/unfolded_visibility.h>
 #include <difusa/transport/pairwise.h>
 
 #include <utility>
@@ -24,12 +25,12 @@ std::shared_ptr<const RadiositySystem> moved_system(const RadiositySystem& syste
     Discretisation discretisation = discretise(mesh, sites, fresh.basis, fresh.projection, fresh.neighbour_areas,
                                                moved_points(old.discretisation.points, mesh, moved), execution);
     execution.phase("transport");
-    fresh.engine->build(mesh);
+    const std::shared_ptr<Visibility> engine = built_over(mesh, fresh.engine);
     LightTransport transport =
         recast(old.transport, {system.tracer(), old.discretisation.points, *old.discretisation.surfels},
-               {Tracer(mesh, *fresh.engine), discretisation.points, *discretisation.surfels}, moved, *old.directions,
-               rays, old.seed, count, execution);
-    return std::make_shared<RadiositySystem>(SystemParts{std::move(scene), fresh.engine, old.directions, old.solver,
+               {Tracer(mesh, *engine), discretisation.points, *discretisation.surfels}, moved, *old.directions, rays,
+               old.seed, count, execution);
+    return std::make_shared<RadiositySystem>(SystemParts{std::move(scene), engine, old.directions, old.solver,
                                                          std::move(discretisation), std::move(transport), old.seed});
 }
 

@@ -224,6 +224,10 @@ class Solving {
                             " mirrors in a row: there would be too many of longer chains, and their light is left "
                             "out");
         }
+        if (const std::size_t depth = sources_->depth_of_images(); depth > 0) {
+            execution_.note("lamps light the scene from up to " + std::to_string(depth) +
+                            " periods, or reflections in parallel symmetry planes in a row, away (--mirror-depth)");
+        }
         Values sky = Values::Zero(SkyParts::count, columns());
         if (scene_->has_sky()) {
             sky.middleCols(static_cast<Eigen::Index>(options_.sets.sky) * channels_, channels_) =

@@ -22,7 +22,7 @@ void BruteForceVisibility::first_hits(std::span<const Ray> rays, std::span<Hit> 
             WatertightRay::Meeting m;
             if (watertight.meets(mesh_->corner(f, 0), mesh_->corner(f, 1), mesh_->corner(f, 2), m) && m.t >= 0.0 &&
                 !own_plane_->exempts(ray.face, f, m.t * rise)) {
-                const Hit hit{f, m.front, m.t, m.u, m.v};
+                const Hit hit{f, m.front, false, m.t, m.u, m.v};
                 best = comes_before(hit, best, slack) ? hit : best;
             }
         }

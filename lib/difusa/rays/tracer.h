@@ -70,16 +70,27 @@ class Sight {
   public:
     std::size_t count() const { return rays_.size(); }
 
-    /// For each ray calls `on_front(hit, weight)`, `on_sky(direction, weight)` or, if it hits the back of a face,
-    /// neither.
+    /// For each ray calls `on_front(hit, weight)`, `on_sky(direction, weight)` or, if it hits the back of a face or is
+    /// cut off, neither.
     template <class OnFront, class OnSky> void for_each(const OnFront& on_front, const OnSky& on_sky) const {
         for (std::size_t d = 0; d < hits_.size(); ++d) {
             if (hits_[d].face == none) {
-                on_sky(rays_[d].direction, weights_[d]);
+                if (!hits_[d].cut_off) {
+                    on_sky(rays_[d].direction, weights_[d]);
+                }
             } else if (hits_[d].front) {
                 on_front(hits_[d], weights_[d]);
             }
         }
+    }
+
+    /// Total weight of the rays that are cut off in an infinite series of cells (Hit::cut_off).
+    double cut_off() const {
+        double sum = 0.0;
+        for (std::size_t d = 0; d < hits_.size(); ++d) {
+            sum += hits_[d].cut_off ? weights_[d] : 0.0;
+        }
+        return sum;
     }
 
     /// For each hit after a mirror calls `on_front(hit, weight, colour)`, `on_sky(direction, weight, colour)` or

@@ -17,10 +17,12 @@ struct Ray {
     Index face = none; ///< the face it starts on, or none
 };
 
-/// The first hit of a ray on the surface, from either side.
+/// The first hit of a ray on the surface, from either side. Where the surface goes on beyond its mesh
+/// (mesh/repetition.h), t is along the ray in the unfolded surface, and face, u and v are those of the original.
 struct Hit {
     Index face = none;                                  ///< none: the ray escapes
     bool front = false;                                 ///< hit on the side that receives and sends light
+    bool cut_off = false;                               ///< it does not escape, but was not followed to its end
     double t = std::numeric_limits<double>::infinity(); ///< position = origin + t direction
     double u = 0.0, v = 0.0;                            ///< as SurfacePoint
 };

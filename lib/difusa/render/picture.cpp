@@ -85,6 +85,12 @@ Hit follow(const Mesh& mesh, const Visibility& visibility, Ray ray, bool cull_ba
             return hit;
         }
         before += hit.t;
+        if (mesh.repetition.any()) { // the face may be that of an image: past it by more than rounding
+            const double step = hit.t + 0x1p-30 * (hit.t + mesh.diameter() / ray.direction.norm());
+            before += step - hit.t;
+            ray.origin += step * ray.direction;
+            continue;
+        }
         ray.origin = mesh.at(hit.face, hit.u, hit.v).position;
         ray.face = hit.face;
     }

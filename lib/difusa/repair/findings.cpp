@@ -109,14 +109,6 @@ std::string point_name(const PolygonSoup& soup, std::size_t point) {
                         point < soup.point_line.size() ? soup.point_line[point] : 0);
 }
 
-std::string coordinates(const Vec3& position) {
-    std::ostringstream text;
-    text.imbue(std::locale::classic());
-    text.precision(9);
-    text << '(' << position.x() << ", " << position.y() << ", " << position.z() << ')';
-    return text.str();
-}
-
 std::vector<std::string>* FindingList::add(Defect defect) {
     Entry& entry = entries_[static_cast<std::size_t>(defect)];
     ++entry.count;

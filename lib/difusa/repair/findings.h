@@ -53,9 +53,6 @@ std::string face_name(const Diagnosis& diagnosis, std::size_t face);
 /// "point 7 (line 9)".
 std::string point_name(const PolygonSoup& soup, std::size_t point);
 
-/// "(1, 2, 3)".
-std::string coordinates(const Vec3& position);
-
 /// Line of a face in the file, 0 if unknown.
 std::uint32_t line_of_face(const PolygonSoup& soup, std::size_t face);
 

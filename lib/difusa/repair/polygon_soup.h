@@ -2,6 +2,7 @@
 #pragma once
 
 #include <difusa/core/types.h>
+#include <difusa/mesh/repetition.h>
 #include <difusa/scene/camera.h>
 #include <difusa/scene/lights.h>
 #include <difusa/scene/material.h>
@@ -48,6 +49,8 @@ struct PolygonSoup {
     bool photometric = false;               ///< lights are measured in lumens, candelas, lux, or cd/m²
     std::optional<Rgb> default_reflectance; ///< for faces without a material; absent: the caller's
     std::optional<double> surroundings;     ///< temperature in K of what a thermal scene is in
+
+    Repetition repetition; ///< symmetry planes and periods, as the scene file gives them
 
     /// Positions in the file, for messages: line numbers from 1 (0 = unknown: binary files).
     std::vector<std::uint32_t> point_line; ///< empty, or #P

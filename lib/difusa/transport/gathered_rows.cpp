@@ -52,6 +52,9 @@ GatheredRows::GatheredRows(const Tracer& tracer, const Surfels& surfels, const S
         const auto count = static_cast<Eigen::Index>(points);
         transport_.back_in_mirrors.setZero(count, in_mirrors_->channels());
         transport_.cut_off.setZero(count, in_mirrors_->channels());
+    } else if (!tracer.mesh().repetition.endless.empty()) {
+        transport_.back_in_mirrors.setZero(static_cast<Eigen::Index>(points), 1);
+        transport_.cut_off.setZero(static_cast<Eigen::Index>(points), 1);
     }
 }
 
@@ -81,6 +84,10 @@ void GatheredRows::set(std::size_t j, const Sight& around, Scratch& scratch) {
     }
     if (in_mirrors_) {
         set_in_mirrors(j, around, scratch);
+    } else if (transport_.cut_off.rows() > 0) {
+        const double cut_off = around.cut_off();
+        transport_.cut_off(static_cast<Eigen::Index>(j), 0) = cut_off;
+        transport_.back[j] = std::max(0.0, transport_.back[j] - cut_off);
     }
 }
 

@@ -20,8 +20,9 @@ struct LightTransport {
     std::size_t surfels = 0;
     std::vector<double> sky;  ///< #points: cosine-weighted share of the hemisphere that escapes
     std::vector<double> back; ///< #points: the share that hits the back of a face, which sends no light
-    /// #points by #channels of the mirrors: the share that, after a mirror, hits the back of a face, and the share that
-    /// is cut off (Mirrors::most). No rows: there are no mirrors.
+    /// #points by #channels of the mirrors, or 1: the share that, after a mirror, hits the back of a face, and the
+    /// share that is cut off, between mirrors (Mirrors::most) or in an infinite series of cells (Hit::cut_off). No
+    /// rows: there are neither.
     Values back_in_mirrors, cut_off;
     std::size_t rays = 0;     ///< first-hit rays cast, not counting those that go on from mirrors
     std::size_t segments = 0; ///< visibility segments cast, and rays to mirror patches and on from them

@@ -295,7 +295,7 @@ LightTransport recast(const LightTransport& transport, const GatherScene& before
     if (!fits) {
         throw InputError("the transport is not that of these points, rays and surfels");
     }
-    if (mesh.magnitude() != old_mesh.magnitude()) {
+    if (mesh.magnitude() != old_mesh.magnitude() || mesh.repetition.any()) {
         count.anew += all;
         count.cast += all;
         return gathered(after.tracer, after.points, after.surfels, directions, rays, seed, execution);

@@ -33,7 +33,7 @@ struct RecastCount {
 /// of such a ray's point loses the surfel that the ray ended on before, and gains the one it ends on after. What is
 /// seen in mirrors is built from all rays that pass through a box around a mirror. Where directions have different
 /// weights, a row with such rays is gathered anew. All rays are cast anew if the largest coordinate has changed, which
-/// rounding is relative to.
+/// rounding is relative to, and where the surface goes on beyond its mesh.
 ///
 /// Throws InputError if the lists do not belong to the surface `before`.
 LightTransport recast(const LightTransport& transport, const GatherScene& before, const GatherScene& after,

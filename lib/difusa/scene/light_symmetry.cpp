@@ -1,0 +1,108 @@
+#include <difusa/scene/light_symmetry.h>
+
+#include <difusa/core/error.h>
+#include <difusa/core/text.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace difusa {
+
+namespace {
+
+constexpr double same_direction = 1e-5;
+constexpr double same_light = 1e-4; ///< of the largest
+constexpr std::size_t directions = 256;
+
+/// Spread evenly over the sphere.
+Vec3 even_direction(std::size_t i) {
+    constexpr double golden_angle = 2.399963229728653;
+    const double z = 1.0 - (2.0 * static_cast<double>(i) + 1.0) / static_cast<double>(directions);
+    const double azimuth = golden_angle * static_cast<double>(i), r = std::sqrt(1.0 - z * z);
+    return {r * std::cos(azimuth), r * std::sin(azimuth), z};
+}
+
+/// Whether a function of direction is the same in each direction and its reflection.
+template <class Of> bool is_symmetric(const Repetition::Wall& wall, const Of& of) {
+    double largest = 0.0, difference = 0.0;
+    for (std::size_t i = 0; i < directions; ++i) {
+        const Vec3 there = even_direction(i);
+        const double value = of(there);
+        largest = std::max(largest, std::abs(value));
+        difference = std::max(difference, std::abs(value - of(wall.turned(there))));
+    }
+    return difference <= same_light * largest;
+}
+
+/// The suns of the light group of one that are in a direction, together: the groups are symmetric each.
+Rgb irradiance_from(const Scene& scene, const Sun& one, const Vec3& towards) {
+    Rgb sum = Rgb::Zero();
+    for (const Sun& sun : scene.suns) {
+        if (sun.name == one.name && (sun.towards - towards).norm() <= same_direction &&
+            std::abs(sun.disc - one.disc) <= same_light * one.disc) {
+            sum += sun.irradiance;
+        }
+    }
+    return sum;
+}
+
+void check_suns(const Scene& scene, const Repetition::Wall& wall, const std::string& plane) {
+    for (const Sun& sun : scene.suns) {
+        const Vec3 there = wall.turned(sun.towards);
+        const Rgb here = irradiance_from(scene, sun, sun.towards);
+        if (((here - irradiance_from(scene, sun, there)).abs() > same_light * here.maxCoeff()).any()) {
+            throw InputError("the sun towards " + coordinates(sun.towards) + " is not in " + plane +
+                             ": the light has to be symmetric; add its mirror image, a sun of the same name towards " +
+                             coordinates(there) + ", or bake the whole scene");
+        }
+    }
+}
+
+void check_point_light(const PointLight& light, const Repetition::Wall& wall, double touching,
+                       const std::string& plane) {
+    const std::string name = "the light at " + coordinates(light.position);
+    const double height = wall.height(light.position);
+    if (height < -touching) {
+        throw InputError(name + " is " + text_of(-height) + " m behind " + plane +
+                         ": give its mirror image, which shines from there as well");
+    }
+    if (height > touching) {
+        if (light.is_extended() && light.radius() > height + touching) {
+            throw InputError(name + " has an opening that may reach behind " + plane +
+                             ": move it away, or into the plane");
+        }
+        return;
+    }
+    const auto along = [&](const Vec3& axis) { return std::abs(wall.normal.dot(axis)); };
+    const bool lies_askew =
+        light.is_extended() && !(along(light.c0) <= same_direction || along(light.c90) <= same_direction ||
+                                 (light.is_round && light.half_length == light.half_width));
+    if (lies_askew || !is_symmetric(wall, [&](const Vec3& away) { return light.falloff(away); })) {
+        throw InputError(name + " is on " + plane +
+                         " and does not send the same light to both sides: turn it, or move it off the plane");
+    }
+}
+
+} // namespace
+
+void check_light_symmetry(const Scene& scene) {
+    const auto& walls = scene.mesh.repetition.walls;
+    const double touching = 1e-6 * scene.mesh.diameter();
+    for (std::size_t i = 0; i < walls.size() && walls[i].reflects; ++i) { // planes come before periods
+        const std::string plane = "symmetry plane " + std::to_string(i + 1);
+        check_suns(scene, walls[i], plane);
+        if (scene.dome &&
+            !is_symmetric(walls[i], [&](const Vec3& towards) { return scene.dome->radiance(towards).sum(); })) {
+            throw InputError("the sky is not symmetric about " + plane +
+                             ": give a uniform sky, or one whose sun is in the plane, or bake the whole scene");
+        }
+        for (const PointLight& light : scene.point_lights) {
+            if ((light.intensity > 0.0).any()) {
+                check_point_light(light, walls[i], touching, plane);
+            }
+        }
+    }
+}
+
+} // namespace difusa
