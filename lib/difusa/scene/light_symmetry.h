@@ -6,8 +6,8 @@
 namespace difusa {
 
 /// Throws InputError, with the remedy, unless the light is that of a symmetric scene about each symmetry plane of the
-/// surface: each sun lies in the plane, or has its mirror image, of the same name, beside it; the sky is symmetric; no point light is
-/// behind the plane, and one on it sends the same light to both sides. Periods ask nothing of light.
+/// surface: each sun lies in the plane, or has its mirror image, of the same name, beside it; the sky is symmetric; no
+/// point light is behind the plane, and one on it sends the same light to both sides. Periods ask nothing of light.
 void check_light_symmetry(const Scene& scene);
 
 } // namespace difusa
