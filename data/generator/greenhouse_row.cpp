@@ -8,9 +8,8 @@ Scene greenhouse_row() {
     Surface& house = scene.surface;
     house.remarks = {
         "Half a bay of a greenhouse of many spans, from the ridge to the gutter: planes of symmetry stand under both,",
-        "and the bay repeats along the ridge. The lamp hangs under the ridge, so that the plane halves it. The glass "
-        "is",
-        "left out. Lengths are in metres, z is up. Made up for this project by data/generator/greenhouse_row.cpp.",
+        "and the bay repeats along the ridge. The glass is left out. Lengths are in metres, z is up.",
+        "Made up for this project by data/generator/greenhouse_row.cpp.",
     };
     const unsigned soil = house.add({"soil", {0.16, 0.11, 0.07}, {}});
     const unsigned path = house.add({"path", {0.45, 0.44, 0.42}, {}});
