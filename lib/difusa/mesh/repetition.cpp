@@ -12,9 +12,9 @@ namespace difusa {
 
 namespace {
 
-constexpr double fitting = 1e-5;  ///< of angles and unit vectors
-constexpr double touching = 1e-6; ///< of lengths, over the diameter
-constexpr double series = 4096.0; ///< cells that a length leads through which is to leave an infinite series of them
+constexpr double fitting = 1e-5;        ///< of angles and unit vectors
+constexpr double fitting_length = 1e-6; ///< of lengths, over the diameter
+constexpr double series = 4096.0;       ///< cells that a length which leads out of an infinite series of them passes
 
 std::string plane_name(std::size_t i) {
     return "symmetry plane " + std::to_string(i + 1);
@@ -185,7 +185,7 @@ void add_plane(const Mesh& mesh, std::size_t i, const NameOfFace& name, Repetiti
     const double offset = plane.normal.dot(plane.point);
     const Extreme behind = farthest(mesh, -plane.normal);
     const double depth = behind.along + offset;
-    if (depth > touching * mesh.diameter()) {
+    if (depth > fitting_length * mesh.diameter()) {
         throw InputError(name(behind.face) + " reaches " + coordinates(behind.corner) + ", " + text_of(depth) +
                          " m behind " + plane_name(i) + ", through " + coordinates(plane.point) + " with the normal " +
                          coordinates(plane.normal) +
@@ -200,7 +200,7 @@ void add_period(const Mesh& mesh, std::size_t k, const NameOfFace& name, Repetit
     const Vec3 along = period / length;
     const Extreme last = farthest(mesh, along), first = farthest(mesh, -along);
     const double low = -first.along, extent = last.along - low;
-    if (extent > length + touching * mesh.diameter()) {
+    if (extent > length + fitting_length * mesh.diameter()) {
         throw InputError(name(last.face) + " reaches " + coordinates(last.corner) + ", " + text_of(extent) +
                          " m from " + coordinates(first.corner) + " of " + name(first.face) + " along period " +
                          std::to_string(k + 1) + ", which is " + text_of(length) +
