@@ -254,7 +254,8 @@ void declare(CLI::App& app, Arguments& a) {
         ->capture_default_str();
     add_direct_arguments(app, options, transport);
     add_solver_arguments(app, options, transport);
-    for (const char* const kept : {"--direct", "--visibility", "--solver", "--tolerance", "--max-iterations"}) {
+    for (const char* const kept :
+         {"--direct", "--visibility", "--solver", "--stop", "--tolerance", "--max-iterations"}) {
         app.get_option(kept)->default_str("as in the bake");
     }
     add_result_arguments(app, a.bake, "each output vertex");

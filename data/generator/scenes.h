@@ -33,7 +33,7 @@ Scene mirror_double();
 Scene radiation_shield();
 Scene oven();
 
-/// One period of a row of houses along a street, in both directions; and a quarter of a bay of a greenhouse, of which
+/// One period of a row of houses along a street, in both directions; and half a bay of a greenhouse, of which
 /// symmetry planes and a period make the whole.
 Scene street_canyon();
 Scene greenhouse_row();

@@ -27,17 +27,11 @@
 namespace difusa::repetition_invariants_test {
 namespace {
 
+using test::at_angle;
+using test::plane;
 using testing::HasSubstr;
 
 constexpr double pi = std::numbers::pi;
-
-Repetition::Plane plane(const Vec3& normal, const Vec3& point = Vec3::Zero()) {
-    return test::symmetry_plane(point, normal);
-}
-
-Vec3 at_angle(double angle) {
-    return {std::sin(angle), -std::cos(angle), 0.0};
-}
 
 /// The triangles of a mesh whose normal does not point that way.
 Mesh without(const Mesh& mesh, const std::vector<Vec3>& normals) {
@@ -429,13 +423,8 @@ TEST(Repetition, RelitResultsHaveTheBitsOfABake) {
     EXPECT_EQ(saved.gathered.cut_off.rows(), static_cast<Eigen::Index>(saved.gathered.points()));
     EXPECT_EQ(saved.options.sampler, "poisson-disk");
     scene.materials[0].reflectance = Rgb(0.2, 0.6, 0.8);
-    const BakeResult fresh = bake(test::registry(), scene, "scene", options, Execution{});
-    RelightOptions again;
-    again.bake = relight_defaults(saved);
-    again.bake.error_points = 0;
-    const BakeResult relit = relight(test::registry(), saved, scene, "scene", again, Execution{});
-    EXPECT_TRUE((fresh.solution.h.array() == relit.solution.h.array()).all());
-    EXPECT_TRUE((fresh.solution.energy.imbalance == relit.solution.energy.imbalance).all());
+    test::expect_bits_of_a_bake(saved, scene, options);
+    const RelightOptions again = test::as_baked(saved);
     // Planes and periods are geometry.
     const auto relit_with = [&](const Repetition& repetition) {
         Scene other = scene;

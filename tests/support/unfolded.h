@@ -5,13 +5,19 @@
 #include <difusa/mesh/repetition.h>
 #include <difusa/scene/scene.h>
 
+#include <cmath>
 #include <utility>
 #include <vector>
 
 namespace difusa::test {
 
-inline Repetition::Plane symmetry_plane(const Vec3& point, const Vec3& normal) {
+inline Repetition::Plane plane(const Vec3& normal, const Vec3& point = Vec3::Zero()) {
     return {point, normal.normalized()};
+}
+
+/// The normal of the second plane of a wedge at the z axis whose first is y = 0.
+inline Vec3 at_angle(double angle) {
+    return {std::sin(angle), -std::cos(angle), 0.0};
 }
 
 inline Repetition repeated(std::vector<Repetition::Plane> planes, std::vector<Vec3> periods) {

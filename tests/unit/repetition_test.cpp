@@ -18,19 +18,12 @@
 namespace difusa::repetition_test {
 namespace {
 
+using test::at_angle;
+using test::plane;
 using testing::AllOf;
 using testing::HasSubstr;
 
 constexpr double pi = std::numbers::pi;
-
-Repetition::Plane plane(const Vec3& normal, const Vec3& point = Vec3::Zero()) {
-    return test::symmetry_plane(point, normal);
-}
-
-/// The normal of the second plane of a wedge at the z axis whose first is y = 0.
-Vec3 at_angle(double angle) {
-    return {std::sin(angle), -std::cos(angle), 0.0};
-}
 
 /// A small square at (x, y), between 0.5 and 0.6 high.
 Mesh square_at(double x, double y) {

@@ -1,9 +1,8 @@
 #include <difusa/bake/adaptive_sites.h>
 
-#include <difusa/bake/steps.h>
+#include <difusa/bake/pilot.h>
 #include <difusa/discretisation/grading.h>
 #include <difusa/discretisation/poisson_disk.h>
-#include <difusa/radiosity/error_points.h>
 
 #include <algorithm>
 #include <array>
@@ -38,14 +37,11 @@ BakeOptions pilot_options(const BakeOptions& options) {
 std::vector<double> errors_of(const BakeResult& pilot, const Execution& execution) {
     const Discretisation& discretisation = pilot.system->discretisation();
     const SiteSet& sites = *discretisation.sites;
-    const Values residual =
-        leave_one_out(*discretisation.basis, sites, sum_of_parts(pilot.solution.h, pilot.channels), execution);
-    const Values weights = judged_weights(pilot.solution);
+    const Values residual = reflected_at_sites(
+        pilot, leave_one_out(*discretisation.basis, sites, sum_of_parts(pilot.solution.h, pilot.channels), execution));
     std::vector<double> error(sites.size());
     for (std::size_t i = 0; i < sites.size(); ++i) {
-        const SurfacePoint& x = sites.points[i];
-        const auto surfel = static_cast<Eigen::Index>(discretisation.surfels->at(x.face, x.u, x.v));
-        error[i] = residual.row(static_cast<Eigen::Index>(i)).cwiseProduct(weights.row(surfel)).norm();
+        error[i] = residual.row(static_cast<Eigen::Index>(i)).norm();
     }
     return error;
 }
@@ -71,25 +67,18 @@ std::shared_ptr<SiteSet> place_adaptively(BakeResult& result, const Registry& re
     };
     for (std::size_t k = 0; k < pilot_shares.size(); ++k) {
         execution.phase("pilot bake");
-        SubordinateProgress unreported(execution.progress);
-        Journal journal; // of what is noted in pilots nothing is reported
-        const Execution own{execution.threads, &unreported, &journal};
-        BakeResult pilot = result;
-        pilot.options = pilot_options(result.options);
-        Choices rough = make_choices(registry, pilot.options);
-        rough.engine = choices.engine;
         const std::shared_ptr<SiteSet> sites = sites_for(pilot_shares[k]);
-        solve_placed(pilot, rough, {sites, lit.dark_area}, transport_by_rays(pilot, rough, tracer), own);
-        std::vector<double> spacing(sites->size(), largest);
-        for (std::size_t i = 0; size && i < spacing.size(); ++i) {
-            spacing[i] = size->placed_at(sites->points[i].position, sites->region[i]);
-        }
-        const double next = k + 1 < pilot_shares.size() ? pilot_shares[k + 1] : 1.0;
-        const double wanted = next / pilot_shares.front() * static_cast<double>(even.size());
-        size = graded_spacing(*sites, spacing, errors_of(pilot, own), largest, wanted, mesh.region_count, own);
-        if (execution.journal != nullptr) {
-            execution.journal->append_counts(journal);
-        }
+        bake_pilot(result, pilot_options(result.options), registry, choices, {sites, lit.dark_area}, tracer, execution,
+                   [&](const BakeResult& pilot, const Execution& own) {
+                       std::vector<double> spacing(sites->size(), largest);
+                       for (std::size_t i = 0; size && i < spacing.size(); ++i) {
+                           spacing[i] = size->placed_at(sites->points[i].position, sites->region[i]);
+                       }
+                       const double next = k + 1 < pilot_shares.size() ? pilot_shares[k + 1] : 1.0;
+                       const double wanted = next / pilot_shares.front() * static_cast<double>(even.size());
+                       size = graded_spacing(*sites, spacing, errors_of(pilot, own), largest, wanted, mesh.region_count,
+                                             own);
+                   });
     }
     execution.phase("place sites");
     return sites_for(1.0);

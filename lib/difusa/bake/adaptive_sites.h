@@ -4,17 +4,12 @@
 #include <difusa/bake/placing.h>
 #include <difusa/plugin/registry.h>
 
-#include <algorithm>
-#include <cstddef>
 #include <memory>
 
 namespace difusa {
 
-/// What the pilots take: together these shares of the sites, and each so many of the rays of the bake.
+/// The share of the sites that the pilots take together.
 inline constexpr double pilot_sites = 0.75;
-inline std::size_t pilot_rays(std::size_t rays) {
-    return std::max<std::size_t>(64, rays / 4);
-}
 
 /// As many sites as `place_sites` would place, graded by pilot bakes of the lights that the scene has: a quarter of the
 /// sites, evenly spaced, and then half of them, graded. How far a pilot's light at a site differs from what the other

@@ -2,6 +2,7 @@
 
 #include <difusa/algebra/sparse_rows.h>
 #include <difusa/bake/adaptive_sites.h>
+#include <difusa/bake/pilot.h>
 #include <difusa/core/memory.h>
 #include <difusa/discretisation/discretisation.h>
 #include <difusa/lighting/surfel_light.h>

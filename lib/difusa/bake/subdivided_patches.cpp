@@ -1,9 +1,7 @@
 #include <difusa/bake/subdivided_patches.h>
 
-#include <difusa/bake/adaptive_sites.h>
-#include <difusa/bake/steps.h>
+#include <difusa/bake/pilot.h>
 #include <difusa/discretisation/subdivision.h>
-#include <difusa/radiosity/error_points.h>
 
 #include <algorithm>
 #include <cmath>
@@ -28,21 +26,6 @@ BakeOptions pilot_options(const BakeOptions& options) {
     own.light_groups = false;
     own.keep_iterates = false;
     return own;
-}
-
-/// What the sites of a pilot send back of the light that they gather, W/m².
-Values reflected_light(const BakeResult& pilot) {
-    const Discretisation& discretisation = pilot.system->discretisation();
-    const SiteSet& sites = *discretisation.sites;
-    Values light = sum_of_parts(pilot.solution.h, pilot.channels).topRows(static_cast<Eigen::Index>(sites.size()));
-    const Values weights = judged_weights(pilot.solution);
-    for (std::size_t i = 0; i < sites.size(); ++i) {
-        const SurfacePoint& x = sites.points[i];
-        const auto surfel = static_cast<Eigen::Index>(discretisation.surfels->at(x.face, x.u, x.v));
-        const auto row = static_cast<Eigen::Index>(i);
-        light.row(row) = light.row(row).cwiseProduct(weights.row(surfel)).eval();
-    }
-    return light;
 }
 
 } // namespace
@@ -86,24 +69,16 @@ std::shared_ptr<SiteSet> place_elements(BakeResult& result, const Registry& regi
     };
     for (const std::size_t target : {between, wanted}) {
         execution.phase("pilot bake");
-        SubordinateProgress unreported(execution.progress);
-        Journal journal; // of what is noted in pilots nothing is reported
-        const Execution own{execution.threads, &unreported, &journal};
-        BakeResult pilot = result;
-        pilot.options = pilot_options(options);
-        Choices rough = make_choices(registry, pilot.options);
-        rough.engine = choices.engine;
         const std::shared_ptr<SiteSet> sites = sites_now();
-        solve_placed(pilot, rough, {sites, lit.dark_area}, transport_by_rays(pilot, rough, tracer), own);
-        const Values light = reflected_light(pilot);
-        elements = PatchElements(patches, sites->points);
-        const double rms = std::sqrt(light.squaredNorm() / static_cast<double>(sites->size()));
-        const SubdivisionLimits limits{target + without_sites, options.levels.value_or(default_levels),
-                                       std::pow(least_miss * rms, 2)};
-        quarter_worst(elements, squared_misses(elements, *sites, light, own), limits);
-        if (execution.journal != nullptr) {
-            execution.journal->append_counts(journal);
-        }
+        bake_pilot(result, pilot_options(options), registry, choices, {sites, lit.dark_area}, tracer, execution,
+                   [&](const BakeResult& pilot, const Execution& own) {
+                       const Values light = reflected_at_sites(pilot, sum_of_parts(pilot.solution.h, pilot.channels));
+                       elements = PatchElements(patches, sites->points);
+                       const double rms = std::sqrt(light.squaredNorm() / static_cast<double>(sites->size()));
+                       const SubdivisionLimits limits{target + without_sites, options.levels.value_or(default_levels),
+                                                      std::pow(least_miss * rms, 2)};
+                       quarter_worst(elements, squared_misses(elements, *sites, light, own), limits);
+                   });
     }
     execution.phase("place sites");
     return sites_now();

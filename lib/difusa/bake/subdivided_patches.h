@@ -10,7 +10,7 @@ namespace difusa {
 
 /// Sites at the centres of the elements: no more than BakeOptions::sites, or than the patches with BakeOptions::spacing
 /// would be. The patches have edges twice as long, which makes them a quarter as many. Pilot bakes with a part of the
-/// rays (bake/adaptive_sites.h) on these, and on elements as many as the geometric mean of both numbers, tell how much
+/// rays (bake/pilot.h) on these, and on elements as many as the geometric mean of both numbers, tell how much
 /// of the reflected light a constant on each element misses (discretisation/subdivision.h): the worst elements are
 /// quartered. What misses less than a millionth of the rms of that light is left whole, so that constant light divides
 /// nothing. Phases "place sites", "pilot bake"; throws what a bake does.

@@ -119,6 +119,18 @@ std::string stroke(const ChartSeries& series) {
 
 } // namespace
 
+void Chart::add(const std::string& name, double x, double y) {
+    if (series.empty() || series.back().name != name) {
+        ChartSeries next;
+        next.name = name;
+        next.markers = true;
+        next.colour = static_cast<int>(series.size());
+        series.push_back(std::move(next));
+    }
+    series.back().x.push_back(x);
+    series.back().y.push_back(y);
+}
+
 std::string svg_of(const Chart& chart) {
     std::size_t longest = 0, named = 0;
     for (const ChartSeries& series : chart.series) {

@@ -24,6 +24,9 @@ struct Chart {
     bool x_log = false, y_log = false; ///< if set, only positive values are drawn
     std::vector<ChartSeries> series;
     int width = 720, height = 480; ///< pixels
+
+    /// Adds a point to the last series if that has this name; else begins one, with markers, in the next colour.
+    void add(const std::string& name, double x, double y);
 };
 
 /// The chart as an SVG document: axes with ticks at round values (powers of ten, with their halves and doubles, on log

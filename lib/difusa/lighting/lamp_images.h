@@ -12,7 +12,7 @@ namespace difusa {
 
 /// Images in which lamps are looked for. Of infinite series they are those at most `depth` periods, or reflections in a
 /// row, away: Mirrors::most, or fewer, but at least one, so that a lamp has at most `most_of_one` images and all lamps
-/// together have at most `most_of_all`.
+/// together have at most `most_of_all`, if those at a depth of one are not more already.
 struct LampImages {
     static constexpr std::size_t most_of_one = 1024, most_of_all = 8192;
 

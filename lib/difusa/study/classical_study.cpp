@@ -96,14 +96,7 @@ std::string method_chart(const std::vector<MethodTrial>& trials) {
     chart.y_title = "rms error relative to the reflected light";
     chart.x_log = chart.y_log = true;
     for (const MethodTrial& t : trials) {
-        if (chart.series.empty() || chart.series.back().name != t.method) {
-            chart.series.emplace_back();
-            chart.series.back().name = t.method;
-            chart.series.back().markers = true;
-            chart.series.back().colour = static_cast<int>(chart.series.size()) - 1;
-        }
-        chart.series.back().x.push_back(t.trial.field_seconds());
-        chart.series.back().y.push_back(t.trial.relative_error());
+        chart.add(t.method, t.trial.field_seconds(), t.trial.relative_error());
     }
     return svg_of(chart);
 }

@@ -103,14 +103,7 @@ std::string subdivision_chart(const std::vector<SubdivisionTrial>& trials) {
     chart.y_title = "rms error relative to the reflected light";
     chart.x_log = chart.y_log = true;
     for (const SubdivisionTrial& t : trials) {
-        if (chart.series.empty() || chart.series.back().name != t.method) {
-            chart.series.emplace_back();
-            chart.series.back().name = t.method;
-            chart.series.back().markers = true;
-            chart.series.back().colour = static_cast<int>(chart.series.size()) - 1;
-        }
-        chart.series.back().x.push_back(static_cast<double>(t.trial.sites));
-        chart.series.back().y.push_back(t.trial.relative_error());
+        chart.add(t.method, static_cast<double>(t.trial.sites), t.trial.relative_error());
     }
     return svg_of(chart);
 }
