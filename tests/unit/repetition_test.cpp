@@ -85,6 +85,11 @@ TEST(Repetition, RefusesWhatDoesNotFitTogether) {
     };
     EXPECT_THAT(refusal(test::repeated({plane({0, 1, 0}), plane(at_angle(0.4 * pi))}, {})), HasSubstr("72 degrees"));
     EXPECT_THAT(refusal(test::repeated({plane({0, 1, 0}), plane(at_angle(0.7 * pi))}, {})), HasSubstr("126 degrees"));
+    for (const double off : {2e-5, 1e-4, 1e-2}) {
+        EXPECT_THAT(refusal(test::repeated({plane({0, 1, 0}), plane({off, -1, 0}, {0, 2, 0})}, {})),
+                    HasSubstr("nearly parallel"));
+    }
+    EXPECT_NO_THROW(settled(square_at(3.0, 0.13), test::repeated({plane({0, 1, 0}), plane(at_angle(pi / 36))}, {})));
     EXPECT_THAT(refusal(test::repeated({plane({0, 1, 0}), plane({0, 1, 0}, {0, 0.1, 0})}, {})),
                 HasSubstr("face the same way"));
     EXPECT_THAT(refusal(test::repeated({plane({0, 1, 0}), plane({0, -1, 0}, {0, -1, 0})}, {})), HasSubstr("face away"));

@@ -14,6 +14,7 @@ namespace {
 
 constexpr double fitting = 1e-5;        ///< of angles and unit vectors
 constexpr double fitting_length = 1e-6; ///< of lengths, over the diameter
+constexpr double most_at_edge = 36;     ///< planes of a wedge: each image of a lamp takes memory
 constexpr double series = 4096.0;       ///< cells that a length which leads out of an infinite series of them passes
 
 std::string plane_name(std::size_t i) {
@@ -100,6 +101,11 @@ class Fitting {
             return;
         }
         const double n = planes_at_edge(a.normal.dot(b.normal)), angle = std::numbers::pi / n;
+        if (n > most_at_edge + 0.5) { // any large n is near a whole number
+            throw InputError(both + " are nearly parallel, at an angle of " +
+                             text_of(180.0 * std::numbers::inv_pi * angle) +
+                             " degrees: make them parallel, or let them meet at 5 degrees at least");
+        }
         if (!(n > 1.5 && std::abs(angle - std::numbers::pi / std::round(n)) <= fitting)) {
             throw InputError(both + " meet at an angle of " + text_of(180.0 * std::numbers::inv_pi * angle) +
                              " degrees: images fit together at 180 degrees divided by a whole number only (90, 60, "
