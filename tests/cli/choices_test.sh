@@ -110,4 +110,6 @@ expect_text stdout "elements: parts of " " patches, quartered up to 2 times in a
 expect_text report.json '"subdivision": {' '"levels": 2' '"projection": "substructured"' '"pilot bake"'
 expect_refusal 1 "patch-constant, shown flat" "$bake" "$box" out.vtp --basis patch-constant:display=gouraud --adaptive
 expect_refusal 1 "--levels: limits how finely patches are divided" "$bake" "$box" out.vtp --levels 2 --adaptive
+expect_refusal 1 "--levels: limits how finely --adaptive divides patches, and --error adds sites instead" \
+    "$bake" "$box" out.vtp --levels 2 --error 50%
 expect_refusal 1 "--levels: must be from 1 to 8" "$bake" "$box" out.vtp --basis patch-constant --adaptive --levels 9

@@ -125,6 +125,8 @@ usage "takes LATITUDE,LONGITUDE,YEAR-MONTH-DAY[,MINUTES]" box.difusa out.pvd --s
 usage "takes LATITUDE,LONGITUDE,YEAR-MONTH-DAY[,MINUTES]" box.difusa out.pvd --sun-path 48,11,2026-06-21,
 usage "there is no such day" box.difusa out.pvd --sun-path 48,11,2026-02-30
 usage "below the horizon" box.difusa out.pvd --sun-path 48,11,2026-06-21 --hours 0,1
+expect_exit 0 "$bake" "$DIFUSA_DATA/greenhouse_row.json" row.vtp --sites 100 --rays 16 --error-points 0 --save-transport row.difusa
+usage "the sun is not in symmetry plane 1 at 10 h" row.difusa out.pvd --sun-path 48.14,11.58,2026-06-21,120 --hours 10,12
 usage "must not be vertical" box.difusa out.pvd --sun-path 48,11,2026-06-21 --north 0,1,0
 usage "would overwrite the transport" box.difusa box.difusa.pvd --sun-path 48,11,2026-06-21 --at-output box.difusa $places
 

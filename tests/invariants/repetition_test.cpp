@@ -217,6 +217,12 @@ TEST(Periodic, TheSunIsHiddenByTheBuildingOfTheNeighbour) {
     }
 }
 
+/// As bright on one side of the plane y = 0 as on the other, but of another colour.
+struct RedAndBlueSky final : SkyDome {
+    Rgb radiance(const Vec3& towards) const override { return towards.y() > 0.0 ? Rgb(1, 0, 0) : Rgb(0, 0, 1); }
+    bool is_grey() const override { return false; }
+};
+
 TEST(Symmetry, LightThatIsNotSymmetricIsRefused) {
     Scene scene;
     scene.mesh = rectangle(Vec3(0, 0, 0), Vec3(4, 0, 0), Vec3(0, 10, 0));
@@ -246,11 +252,17 @@ TEST(Symmetry, LightThatIsNotSymmetricIsRefused) {
     EXPECT_NO_THROW(lit::baked(scene, lit::quick(1.0, 16)));
     scene.point_lights[0].direction = Vec3(0, 0.6, -0.8);
     EXPECT_THAT(refusal(scene), HasSubstr("does not send the same light to both sides"));
+    // A beam of a tenth of a degree, which hardly leaves the plane.
+    scene.point_lights[0].direction = Vec3(0, 0.01, -1).normalized();
+    scene.point_lights[0].cos_outer = scene.point_lights[0].cos_inner = std::cos(0.0017);
+    EXPECT_THAT(refusal(scene), HasSubstr("does not send the same light to both sides"));
     scene.point_lights.clear();
 
     scene.dome = std::make_shared<GradientSky>(Rgb::Ones(), Rgb::Zero(), Rgb::Zero(), Vec3::UnitZ());
     EXPECT_NO_THROW(lit::baked(scene, lit::quick(1.0, 16)));
     scene.dome = std::make_shared<GradientSky>(Rgb::Ones(), Rgb::Zero(), Rgb::Zero(), Vec3(0, 0.6, 0.8));
+    EXPECT_THAT(refusal(scene), HasSubstr("the sky is not symmetric"));
+    scene.dome = std::make_shared<RedAndBlueSky>();
     EXPECT_THAT(refusal(scene), HasSubstr("the sky is not symmetric"));
 }
 

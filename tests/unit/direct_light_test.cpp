@@ -153,6 +153,30 @@ TEST(DirectLight, SamplesOfManyLightsAreUnbiased) {
     EXPECT_LT(deviation * std::sqrt(draws), 0.3 * exact);
 }
 
+/// A street of equal lamps, of which the few near ones give nearly all of the light. At the foot of the first, lights
+/// in their order give less and less for each share of the draws, at most 4/3 of all light, and the sum of a falling
+/// function at 256 even places is off by at most the first of the steps, whatever they begin with.
+TEST(DirectLight, SamplesOfManyLightsAreDrawnWhereTheyAreNear) {
+    Lit lit(rectangle(Vec3(-1, -1, 0), Vec3(2, 0, 0), Vec3(0, 2, 0)));
+    for (int i = 0; i < 3000; ++i) {
+        PointLight light;
+        light.position = Vec3(2.0 * i, 0.0, 3.0);
+        light.intensity = Rgb::Ones();
+        lit.scene.point_lights.push_back(light);
+    }
+    const DirectLight light(lit.scene, lit.tracer());
+    SurfacePoint x = lit.scene.mesh.at(0, 0.3, 0.3);
+    x.position = Vec3::Zero();
+    const double exact = light_at(light, x)[0];
+    DirectLight::Worker worker;
+    RandomStream stream(1, "draws");
+    for (int i = 0; i < 100; ++i) {
+        Rgb H = Rgb::Zero();
+        light.sample({&x, 1}, stream, {&H, 1}, worker);
+        EXPECT_NEAR(H[0], exact, 4.0 / 3.0 / DirectLight::most_sampled * exact * (1.0 + 1e-12));
+    }
+}
+
 TEST(DirectLight, SameBitsForAnyNumberOfThreads) {
     Lit lit(floor_with_screen(), {{Vec3(0.1, 0, 1).normalized(), Rgb(1, 2, 3)}});
     lit.scene.materials.resize(2);

@@ -463,44 +463,31 @@ TEST(FieldReader, DamagedVtpIsRefusedOrReadAndNothingIsPrinted) {
     EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
 }
 
-TEST(FieldReader, PackedSizesBeyondTheFileAreRefusedBeforeMemoryIsTaken) {
-    // One block of 12 bytes that claims to be packed into 2 GiB.
-    const ScratchDirectory scratch;
-    EXPECT_THAT(
-        [&] {
-            read_text(
-                scratch, "packed.vtp",
-                "<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt32\" "
-                "compressor=\"vtkZLibDataCompressor\"><PolyData><Piece NumberOfPoints=\"1\" NumberOfVerts=\"0\" "
-                "NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"0\"><Points><DataArray type=\"Float32\" "
-                "NumberOfComponents=\"3\" format=\"binary\">AQAAAAwAAAAMAAAAAAAAfw==</DataArray></Points>"
-                "</Piece></PolyData></VTKFile>\n");
-        },
-        ThrowsMessage<InputError>(HasSubstr("the size of a compressed array is not possible in a file of this size")));
+/// A file with one point whose coordinates are the packed array `data`, in base64.
+std::string packed_point(const std::string& data) {
+    return "<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt32\" "
+           "compressor=\"vtkZLibDataCompressor\"><PolyData><Piece NumberOfPoints=\"1\" NumberOfVerts=\"0\" "
+           "NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"0\"><Points><DataArray type=\"Float32\" "
+           "NumberOfComponents=\"3\" format=\"binary\">" +
+           data + "</DataArray></Points></Piece></PolyData></VTKFile>\n";
 }
 
-TEST(FieldReader, ALastBlockWithoutBlocksIsRefused) {
+TEST(FieldReader, HeadersOfPackedArraysThatCannotBeTrueAreRefused) {
+    // The header counts blocks, bytes of each block unpacked, bytes of the last, and bytes of each packed.
     const ScratchDirectory scratch;
-    EXPECT_THAT(
-        [&] {
-            read_text(scratch, "packed.vtp",
-                      "<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" "
-                      "header_type=\"UInt32\" compressor=\"vtkZLibDataCompressor\"><PolyData><Piece "
-                      "NumberOfPoints=\"1\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" "
-                      "NumberOfPolys=\"0\"><Points><DataArray type=\"Float32\" NumberOfComponents=\"3\" "
-                      "format=\"binary\">AAAAAACAAAAMAAAA</DataArray></Points></Piece></PolyData></VTKFile>\n");
-        },
-        ThrowsMessage<InputError>(HasSubstr("a compressed array has a last block, but no blocks")));
-    EXPECT_THAT(
-        [&] {
-            read_text(scratch, "packed.vtp",
-                      "<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" "
-                      "header_type=\"UInt32\" compressor=\"vtkZLibDataCompressor\"><PolyData><Piece "
-                      "NumberOfPoints=\"1\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" "
-                      "NumberOfPolys=\"0\"><Points><DataArray type=\"Float32\" NumberOfComponents=\"3\" "
-                      "format=\"binary\">AQAAAACAAAAMAAAAD=AAQAA=</DataArray></Points></Piece></PolyData></VTKFile>\n");
-        },
-        ThrowsMessage<InputError>(HasSubstr("the header of a compressed array is cut short")));
+    const auto refused = [&](const std::string& data, const std::string& why) {
+        EXPECT_THAT([&] { read_text(scratch, "packed.vtp", packed_point(data)); },
+                    ThrowsMessage<InputError>(HasSubstr(why)));
+    };
+    // 1, 12, 12, 2 GiB: refused before memory is taken.
+    refused("AQAAAAwAAAAMAAAAAAAAfw==", "the size of a compressed array is not possible in a file of this size");
+    // 0, 32768, 12
+    refused("AAAAAACAAAAMAAAA", "a compressed array has a last block, but no blocks");
+    refused("AQAAAACAAAAMAAAAD=AAQAA=", "the header of a compressed array is cut short");
+    // VTK divides by the size of a block: 1, 0, 12, 12; 2, 0, 12, 12, 12; 0, 0, 0.
+    refused("AQAAAAAAAAAMAAAADAAAAA==", "the blocks of a compressed array have no size");
+    refused("AgAAAAAAAAAMAAAADAAAAAwAAAA=", "the blocks of a compressed array have no size");
+    refused("AAAAAAAAAAAAAAAA", "the blocks of a compressed array have no size");
 }
 
 /// VTK writes as many texts as the data hold, whatever the array says, and takes the encoding in either quotes.

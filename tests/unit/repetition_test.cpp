@@ -167,11 +167,13 @@ Mesh cell(const Repetition& repetition) {
                    repetition);
 }
 
-TEST(UnfoldedVisibility, FindsWhatAMeshOfAllImagesFinds) {
+class UnfoldedEngines : public testing::TestWithParam<std::string> {};
+
+TEST_P(UnfoldedEngines, FindWhatAMeshOfAllImagesFinds) {
     for (const Case& c : cases()) {
         SCOPED_TRACE(c.name);
         const Mesh mesh = cell(c.repetition), whole = test::unfolded(mesh, c.depth), near = test::unfolded(mesh, 2);
-        const auto folded = built_over(mesh, test::plugin<Visibility>("cgal"));
+        const auto folded = built_over(mesh, test::plugin<Visibility>(GetParam()));
         BruteForceVisibility twin;
         twin.build(whole);
         RandomStream random(5, c.name);
@@ -214,6 +216,8 @@ TEST(UnfoldedVisibility, FindsWhatAMeshOfAllImagesFinds) {
         EXPECT_GT(beyond, 50U) << "of 400 rays";
     }
 }
+
+INSTANTIATE_TEST_SUITE_P(Engines, UnfoldedEngines, testing::ValuesIn(test::plugin_names<Visibility>()));
 
 TEST(UnfoldedVisibility, SegmentsEndOnImagesOfFaces) {
     for (const Case& c : cases()) {
@@ -266,6 +270,33 @@ TEST(UnfoldedVisibility, AFaceSeesItsOwnImage) {
         engine->first_hits({&ray, 1}, {&hit, 1});
         EXPECT_EQ(hit.face == none, !to_image);
         EXPECT_TRUE(!to_image || std::abs(hit.t - 1.0) < 1e-12);
+    }
+}
+
+/// A face in an oblique symmetry plane is not hidden by itself, on whichever side of the plane rounding leaves its
+/// points.
+TEST(UnfoldedVisibility, AFaceInAPlaneDoesNotHideItself) {
+    RandomStream random(7, "planes");
+    for (int i = 0; i < 200; ++i) {
+        const Vec3 normal = at_angle(2.0 * pi * random.uniform());
+        const Vec3 along = normal.cross(Vec3::UnitZ()), origin(random.uniform(), random.uniform(), 0.0);
+        Mesh mesh = rectangle(origin, along, Vec3::UnitZ());
+        if (mesh.normals[0].dot(normal) < 0.0) {
+            mesh = rectangle(origin + along, -along, Vec3::UnitZ());
+        }
+        add(mesh, rectangle(origin + normal, along, Vec3::UnitZ()), 0); // opposite
+        mesh = settled(mesh, test::repeated({plane(normal, origin)}, {}));
+        const auto opposite = static_cast<Index>(2 + random.below(2));
+        for (const std::string& name : test::plugin_names<Visibility>()) {
+            const auto engine = built_over(mesh, test::plugin<Visibility>(name));
+            for (int k = 0; k < 20; ++k) {
+                const Segment segment{mesh.at(opposite, 0.3, 0.3).position,
+                                      mesh.at(0, 0.5 * random.uniform(), 0.5 * random.uniform()).position, opposite, 0};
+                std::uint8_t blocked = 1;
+                engine->occluded({&segment, 1}, {&blocked, 1});
+                EXPECT_EQ(blocked, 0) << name;
+            }
+        }
     }
 }
 

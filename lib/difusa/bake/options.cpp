@@ -34,6 +34,10 @@ void check_target(const BakeOptions& options, const ErrorTarget& target) {
     if (options.adaptive) {
         refuse("--error", "places sites where they help in any case: omit --adaptive");
     }
+    if (options.levels) {
+        refuse("--levels", "limits how finely --adaptive divides patches, and --error adds sites instead: omit one of "
+                           "them");
+    }
     if (options.final_gather > 0) {
         refuse("--error", "is that of the field as the basis represents it: omit --final-gather");
     }

@@ -5,12 +5,14 @@
 #include <difusa/bake/steps.h>
 #include <difusa/core/error.h>
 #include <difusa/core/memory.h>
+#include <difusa/core/text.h>
 #include <difusa/io/same_file.h>
 #include <difusa/rays/unfolded_visibility.h>
 #include <difusa/transport/pairwise.h>
 #include <difusa/transport/recast.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <memory>
 #include <span>
@@ -43,6 +45,20 @@ BakeOptions complete_options(BakeOptions options, const BakeOptions& saved) {
     options.reflectance = options.reflectance ? options.reflectance : saved.reflectance;
     options.every_surface = true;
     return options;
+}
+
+/// Throws UsageError if the sun leaves a symmetry plane of the surface.
+void check_symmetry(const std::vector<SunStep>& steps, const std::vector<Repetition::Plane>& planes) {
+    for (std::size_t i = 0; i < planes.size(); ++i) {
+        for (const SunStep& step : steps) {
+            if (std::abs(planes[i].normal.dot(step.sun.towards)) > 1e-5 * planes[i].normal.norm()) {
+                throw UsageError("--sun-path: the sun is not in symmetry plane " + std::to_string(i + 1) + " at " +
+                                 text_of(step.hours) +
+                                 " h, and a part of a scene stands for the whole only in light that is symmetric, too: "
+                                 "bake and save the whole scene, without \"symmetry\"");
+            }
+        }
+    }
 }
 
 /// One call of `relight`.
@@ -82,6 +98,7 @@ class Relighting {
             change_light(how_.change, scene);
             if (path_ != nullptr) {
                 steps_ = sun_steps(*path_, result_.up);
+                check_symmetry(steps_, scene.mesh.repetition.planes);
                 moving_ = scene.suns.size();
                 scene.suns.push_back(steps_.front().sun);
             }

@@ -132,7 +132,7 @@ class QuietReader : public vtkXMLPolyDataReader {
     }
     int ReadArrayValues(vtkXMLDataElement* element, vtkIdType index, vtkAbstractArray* array, vtkIdType start,
                         vtkIdType count, FieldType type) override {
-        if (XMLParser->GetCompressor() != nullptr && !check_blocks(*element)) {
+        if (XMLParser->GetCompressor() != nullptr && !check_blocks(*element, count)) {
             return 0;
         }
         if (auto* texts = vtkStringArray::SafeDownCast(array); texts != nullptr && !make_room(*element, *texts)) {
@@ -288,8 +288,8 @@ class QuietReader : public vtkXMLPolyDataReader {
     }
 
     /// The header of a compressed array: number of blocks, unpacked size of each but the last, and of the last; then
-    /// their packed sizes.
-    bool check_blocks(vtkXMLDataElement& array) {
+    /// their packed sizes. `count`: of the values that are read from it.
+    bool check_blocks(vtkXMLDataElement& array, vtkIdType count) {
         if (is_ascii(array)) {
             return true;
         }
@@ -318,6 +318,10 @@ class QuietReader : public vtkXMLPolyDataReader {
         }
         if (blocks == 0.0 && bytes.size() >= 3 * size && number(bytes, 2 * size, size) > 0.0) {
             return complain("a compressed array has a last block, but no blocks"); // which VTK reads all the same
+        }
+        const bool sized = bytes.size() >= 2 * size && number(bytes, size, size) > 0.0;
+        if (!sized && (blocks > 0.0 || count > 0)) {
+            return complain("the blocks of a compressed array have no size"); // VTK divides by it
         }
         return true;
     }

@@ -33,16 +33,10 @@ std::shared_ptr<const Shafts> shafts_for(const Scene& scene, const std::vector<c
                : std::make_shared<Shafts>(scene.mesh);
 }
 
-/// Calls `act(i, factor)` for all lights, or for DirectLight::most_sampled of them, drawn by their strength; `factor`
-/// is what makes the sum unbiased. `below`: strengths up to and including each light.
+/// Calls `act(i, factor)` for DirectLight::most_sampled lights, drawn by their weight; `factor` is what makes the sum
+/// unbiased. `below`: weights up to and including each light.
 template <class Act> void draw(const std::vector<double>& below, RandomStream& stream, const Act& act) {
     constexpr std::size_t most = DirectLight::most_sampled;
-    if (below.size() <= most) {
-        for (std::size_t i = 0; i < below.size(); ++i) {
-            act(i, 1.0);
-        }
-        return;
-    }
     const double along = stream.uniform(), share = below.back() / static_cast<double>(most);
     for (std::size_t k = 0; k < most; ++k) {
         const double target =
@@ -50,6 +44,28 @@ template <class Act> void draw(const std::vector<double>& below, RandomStream& s
         const auto i =
             static_cast<std::size_t>(std::upper_bound(below.begin(), below.end() - 1, target) - below.begin());
         act(i, share / (below[i] - (i == 0 ? 0.0 : below[i - 1])));
+    }
+}
+
+/// Writes weights up to and including each light: three quarters of the sum by what the light would give at x if it
+/// shone evenly and nothing were in its way, so that near ones count most, and a quarter by its strength, so that no
+/// weight is 0 whose light is not.
+void weigh(const std::vector<std::pair<PointLight, Index>>& lights, const SurfacePoint& x, std::vector<double>& below) {
+    below.resize(lights.size());
+    double strength = 0.0, kernel = 0.0;
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+        const PointLight& light = lights[i].first;
+        const Vec3 way = light.position - x.position;
+        const double squared = way.squaredNorm(), own = light.intensity.sum();
+        below[i] = squared > 0.0 ? own * std::max(0.0, x.normal.dot(way)) / (squared * std::sqrt(squared)) : 0.0;
+        strength += own;
+        kernel += below[i];
+    }
+    const double near = kernel > 0.0 ? 0.75 / kernel : 0.0, even = 0.25 / strength;
+    double sum = 0.0;
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+        sum += near * below[i] + even * lights[i].first.intensity.sum();
+        below[i] = sum;
     }
 }
 
@@ -80,7 +96,6 @@ DirectLight::DirectLight(const Scene& scene, const Tracer& tracer, LightSets set
         for (const PointLight& light : with_images(scene_.point_lights[i], beyond, scene.mesh)) {
             points_.emplace_back(light, sets_.point[i]);
             extended_ += light.is_extended() ? 1 : 0;
-            points_below_.push_back(light.intensity.sum() + (points_below_.empty() ? 0.0 : points_below_.back()));
         }
     }
     if (scene_.mesh.mirrors.any()) {
@@ -160,9 +175,23 @@ void DirectLight::add_outside(const SurfacePoint& x, std::size_t first, Worker& 
 void DirectLight::add_drawn(const SurfacePoint& x, std::size_t first, const Place& place, RandomStream& stream,
                             Worker& worker) const {
     const SurfacePoint from = inset(scene_.mesh, x);
-    draw(suns_below_, stream, [&](std::size_t i, double factor) { add_sun(x, from, i, factor, place, first, worker); });
-    draw(points_below_, stream,
-         [&](std::size_t i, double factor) { add_point(x, from, i, factor, place, first, worker); });
+    const auto sun = [&](std::size_t i, double factor) { add_sun(x, from, i, factor, place, first, worker); };
+    const auto point = [&](std::size_t i, double factor) { add_point(x, from, i, factor, place, first, worker); };
+    if (suns_.size() > most_sampled) {
+        draw(suns_below_, stream, sun);
+    } else {
+        for (std::size_t i = 0; i < suns_.size(); ++i) {
+            sun(i, 1.0);
+        }
+    }
+    if (points_.size() > most_sampled) {
+        weigh(points_, x, worker.below);
+        draw(worker.below, stream, point);
+    } else {
+        for (std::size_t i = 0; i < points_.size(); ++i) {
+            point(i, 1.0);
+        }
+    }
 }
 
 /// Casts the collected shadow rays; the results are in `blocked`.

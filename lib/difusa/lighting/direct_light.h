@@ -66,7 +66,8 @@ class DirectLight {
         std::vector<std::uint8_t> blocked;
         std::vector<std::size_t> owner; ///< index into H
         std::vector<Rgb> light;
-        std::size_t cast = 0; ///< segments, excluding those of the area lights and images
+        std::vector<double> below; ///< weights up to and including each point light
+        std::size_t cast = 0;      ///< segments, excluding those of the area lights and images
         std::size_t total_cast() const { return cast + area_lights.cast + images.cast; }
     };
 
@@ -98,7 +99,8 @@ class DirectLight {
     /// Estimates with one shadow ray for each sun and point light and one for all area lights together: for x[i] from
     /// H[i #sets] on. Exact except for area lights (AreaLights::sample) and extended suns and luminaires, which are
     /// unbiased, and for more than
-    /// `most_sampled` suns or point lights, of which that many are drawn by their strength, likewise unbiased.
+    /// `most_sampled` suns, or point lights with their images, of which that many are drawn, likewise unbiased: suns by
+    /// their strength, point lights by their strength, direction and distance from x[i].
     /// `from_outside`, if not null, is increased by the contribution of suns and point lights to all points.
     void sample(std::span<const SurfacePoint> x, RandomStream& stream, std::span<Rgb> H, Worker& worker,
                 Rgb* from_outside = nullptr) const;
@@ -128,7 +130,7 @@ class DirectLight {
     LightSets sets_;
     std::vector<std::pair<Sun, Index>> suns_;          ///< those that shine, and their sets
     std::vector<std::pair<PointLight, Index>> points_; ///< likewise, with their images (lighting/lamp_images.h)
-    std::vector<double> suns_below_, points_below_;    ///< strengths up to and including each one
+    std::vector<double> suns_below_;                   ///< strengths up to and including each one
     std::size_t extended_ = 0;                         ///< of both, with a disc or an opening
     std::size_t depth_ = 0;                            ///< of the images of point lights
     double reach_;                                     ///< a length that leads out of the scene from any of its points

@@ -226,7 +226,8 @@ class Solving {
         }
         if (const std::size_t depth = sources_->depth_of_images(); depth > 0) {
             execution_.note("lamps light the scene from up to " + std::to_string(depth) +
-                            " periods, or reflections in parallel symmetry planes in a row, away (--mirror-depth)");
+                            " periods, or reflections in parallel symmetry planes in a row, away" +
+                            (depth == scene_->mesh.mirrors.most ? " (--mirror-depth)" : ""));
         }
         Values sky = Values::Zero(SkyParts::count, columns());
         if (scene_->has_sky()) {

@@ -144,9 +144,12 @@ void UnfoldedVisibility::first_hits(std::span<const Ray> rays, std::span<Hit> hi
 
 bool UnfoldedVisibility::is_blocked(const Segment& segment) const {
     std::uint8_t blocked = 0;
-    const Way start = way_from(segment.from, segment.to - segment.from, segment.from_face != none);
+    const Vec3 direction = segment.to - segment.from;
+    const Way start = way_from(segment.from, direction, segment.from_face != none);
+    // A face in a wall ends the segments to it in either of the cells that it bounds.
+    const double end = 1.0 - 4.0 * rounding_ / std::max(direction.norm(), 4.0 * rounding_);
     const bool ends = walk(start, [&](const Way& way, std::size_t cell, double until) {
-        const bool last = !(until < 1.0);
+        const bool last = !(until < end);
         const Segment part{way.origin, way.origin + way.direction, cell == 0 ? segment.from_face : none,
                            last ? segment.to_face : none};
         engine_->occluded({&part, 1}, {&blocked, 1});
