@@ -8,6 +8,7 @@
 #include <difusa/form_factors/closure.h>
 #include <difusa/form_factors/enclosure.h>
 #include <difusa/form_factors/form_factors.h>
+#include <difusa/form_factors/grouped.h>
 #include <difusa/io/whole_file.h>
 #include <difusa/output/enclosure_files.h>
 #include <difusa/output/form_factor_files.h>
@@ -39,6 +40,8 @@ Examples:
       between materials: a matrix with areas, row sums and what escapes; small ones are printed, too
   form_factors furnace.obj factors.npz --tolerance 1e-8 --close
       for scipy.sparse.load_npz; row sums of a closed surface made exactly 1 by the smallest change of the factors
+  form_factors building.obj factors.npz --tolerance 1e-3 --layout grouped
+      far triangles in groups, for large meshes: a number for a pair of groups instead of one for each pair of triangles
   form_factors radiation_shield.json factors.csv --surfaces material --thermal heat.csv
       and the temperatures, net fluxes and radiosities of a thermal scene's surfaces
   form_factors furnace.obj factors.mtx --method rays --rays 4096 --points 4
@@ -103,9 +106,11 @@ void declare(CLI::App& app, Arguments& a) {
                  "make all row sums of a closed surface 1, keeping reciprocity and factors of at least 0, by the "
                  "smallest change in least squares")
         ->group(what);
-    add_parsed(app, "--layout", a.layout, "sparse: what is not 0; dense: the whole matrix",
+    add_parsed(app, "--layout", a.layout,
+               "sparse: what is not 0; dense: the whole matrix; grouped: one for each pair of groups of triangles, "
+               "which are the larger the farther apart they are",
                [](const std::string& option, const std::string& text) {
-                   return one_of(option, text, {"sparse", "dense"});
+                   return one_of(option, text, {"sparse", "dense", "grouped"});
                })
         ->group(what)
         ->type_name("NAME")
@@ -148,6 +153,14 @@ void check(const Arguments& a) {
     if (a.method != "exact" && a.tolerance) {
         throw UsageError("--tolerance belongs to --method exact: the number of rays and points decides the error of "
                          "others");
+    }
+    if (a.layout == "grouped") {
+        if (a.method != "exact" || a.surfaces != "face" || a.close || !a.thermal.empty()) {
+            throw UsageError(
+                "--layout grouped: is for the triangles of the mesh by --method exact, without --surfaces, "
+                "--close and --thermal");
+        }
+        difusa::check_grouped_file(a.out);
     }
     difusa::check_form_factor_file(a.out);
     if (!a.thermal.empty()) {
@@ -251,17 +264,22 @@ difusa::FormFactors by_rays(const Arguments& a, const difusa::Registry& registry
                                         execution);
 }
 
+void print_sums(double least, double largest, bool has_borders) {
+    using difusa::text_of;
+    std::cout << "row sums: 1 " << (least < 1.0 ? "- " : "+ ") << text_of(std::abs(least - 1)) << " to 1 "
+              << (largest < 1.0 ? "- " : "+ ") << text_of(std::abs(largest - 1))
+              << (has_borders ? " (the surface has borders: the rest escapes)" : "") << "\n";
+}
+
 void print(const Arguments& a, const Input& input, const difusa::FormFactors& F, const difusa::Surfaces& surfaces,
            double seconds) {
     using difusa::text_of;
     const double tolerance = a.tolerance.value_or(difusa::FormFactorOptions().tolerance);
     const difusa::FormFactorLaws laws = difusa::check_laws(F, tolerance);
     std::cout << table_of(F, surfaces) << "surfaces: " << F.size() << " (" << input.scene.mesh.triangles.size()
-              << " triangles), " << F.nonzeros() << " form factors above 0\n"
-              << "row sums: 1 " << (laws.least_row_sum < 1.0 ? "- " : "+ ") << text_of(std::abs(laws.least_row_sum - 1))
-              << " to 1 " << (laws.largest_row_sum < 1.0 ? "- " : "+ ") << text_of(std::abs(laws.largest_row_sum - 1))
-              << (input.has_borders ? " (the surface has borders: the rest escapes)" : "") << "\n"
-              << "reciprocity: A_i F_ij and A_j F_ji differ by at most " << text_of(laws.reciprocity)
+              << " triangles), " << F.nonzeros() << " form factors above 0\n";
+    print_sums(laws.least_row_sum, laws.largest_row_sum, input.has_borders);
+    std::cout << "reciprocity: A_i F_ij and A_j F_ji differ by at most " << text_of(laws.reciprocity)
               << " of the smaller area\n"
               << "estimated errors: at most " << text_of(laws.largest_error);
     if (a.method == "exact") {
@@ -270,10 +288,42 @@ void print(const Arguments& a, const Input& input, const difusa::FormFactors& F,
     std::cout << "\ntime: " << text_of(seconds) << " s for the form factors\nwritten: " << a.out.string() << "\n";
 }
 
+/// Links between groups of triangles.
+void compute_grouped(const Arguments& a, const Input& input, const difusa::Execution& execution,
+                     difusa::TerminalProgress& progress) {
+    difusa::FormFactorOptions options;
+    options.tolerance = a.tolerance.value_or(options.tolerance);
+    const auto began = std::chrono::steady_clock::now();
+    const difusa::GroupedFormFactors F = difusa::grouped_form_factors(input.scene.mesh, options, execution);
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began;
+    execution.phase("write");
+    difusa::write_form_factors(F, surfaces_of(a, input), a.out);
+    if (a.run.quiet) {
+        return;
+    }
+    progress.print_remarks();
+    const std::vector<double> sums = F.row_sums();
+    float largest = 0.0F;
+    for (const difusa::GroupedFormFactors::Link& link : F.links) {
+        largest = std::max(largest, link.error);
+    }
+    std::cout << "triangles: " << sums.size() << ", in " << F.groups.size() << " groups with " << F.links.size()
+              << " links\n";
+    print_sums(*std::min_element(sums.begin(), sums.end()), *std::max_element(sums.begin(), sums.end()),
+               input.has_borders);
+    std::cout << "estimated errors: at most " << difusa::text_of(largest)
+              << ", of the factor from a triangle to a group\ntime: " << difusa::text_of(took.count())
+              << " s for the form factors\nwritten: " << a.out.string() << "\n";
+}
+
 void compute(const Arguments& a, difusa::TerminalProgress& progress) {
     const difusa::Registry registry = difusa::Registry::load(a.run.plugin_path);
     const difusa::Execution execution{a.run.threads, &progress};
     const Input input = read(a, registry, execution);
+    if (a.layout == "grouped") {
+        compute_grouped(a, input, execution, progress);
+        return;
+    }
     const difusa::Surfaces surfaces = surfaces_of(a, input);
     const auto began = std::chrono::steady_clock::now();
     difusa::FormFactors F;

@@ -1,57 +1,83 @@
 // form_factors_bench [N [TOLERANCE...]]: time and row sums of the form factors between the triangles of the box [-1,1]³
 // around the cube [-1/2,1/2]³, 24 n² triangles for n = 4, 8, ... up to N (16), on one core, as a table. The surface is
-// closed, so that row sums tell the error: nothing is normalised.
+// closed, so that row sums tell the error: nothing is normalised. With "grouped" before N, those with far triangles in
+// groups; "numbers" are the factors above 0, or the links between groups.
 #include "../meshes.h"
 
 #include <difusa/form_factors/form_factors.h>
+#include <difusa/form_factors/grouped.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <string_view>
 #include <vector>
 
 namespace form_factors_bench {
 
 using difusa::Vec3;
 
-void measure(int n, double tolerance) {
+struct Outcome {
+    std::vector<double> row_sums;
+    std::size_t numbers = 0;
+};
+
+Outcome compute(const difusa::Mesh& mesh, double tolerance, bool grouped, difusa::FormFactorCounts& counts) {
+    Outcome outcome;
+    if (grouped) {
+        const auto F = difusa::grouped_form_factors(mesh, {tolerance}, difusa::Execution{1}, &counts);
+        outcome = {F.row_sums(), F.links.size()};
+    } else {
+        const auto F =
+            difusa::form_factors(mesh, difusa::surfaces_by_face(mesh), {tolerance}, difusa::Execution{1}, &counts);
+        for (std::size_t i = 0; i < F.size(); ++i) {
+            outcome.row_sums.push_back(F.row_sum(i));
+        }
+        outcome.numbers = F.nonzeros();
+    }
+    return outcome;
+}
+
+void measure(int n, double tolerance, bool grouped) {
     const difusa::Mesh mesh = difusa::test::together(
         difusa::test::moved(difusa::test::box(Vec3(2, 2, 2), n, true), 1.0, Vec3::Constant(-1.0)),
         difusa::test::moved(difusa::test::box(Vec3(1, 1, 1), n), 1.0, Vec3::Constant(-0.5)));
     difusa::FormFactorCounts counts;
     const auto began = std::chrono::steady_clock::now();
-    const difusa::FormFactors F =
-        difusa::form_factors(mesh, difusa::surfaces_by_face(mesh), {tolerance}, difusa::Execution{1}, &counts);
+    const Outcome outcome = compute(mesh, tolerance, grouped, counts);
     const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began;
     double largest = 0.0, squares = 0.0;
-    for (std::size_t i = 0; i < F.size(); ++i) {
-        const double error = F.row_sum(i) - 1.0;
-        largest = std::max(largest, std::abs(error));
-        squares += error * error;
+    for (const double sum : outcome.row_sums) {
+        largest = std::max(largest, std::abs(sum - 1.0));
+        squares += (sum - 1.0) * (sum - 1.0);
     }
-    std::printf("| %zu | %g | %.2f | %.1e | %.1e | %zu | %zu |\n", F.size(), tolerance, took.count(), largest,
-                std::sqrt(squares / static_cast<double>(F.size())), counts.clear, counts.partial);
+    std::printf("| %zu | %g | %.2f | %.1e | %.1e | %zu | %zu | %zu |\n", mesh.triangles.size(), tolerance, took.count(),
+                largest, std::sqrt(squares / static_cast<double>(outcome.row_sums.size())), counts.clear,
+                counts.partial, outcome.numbers);
     std::fflush(stdout);
 }
 
 } // namespace form_factors_bench
 
 int main(int count, char** words) {
-    const int largest = count > 1 ? std::atoi(words[1]) : 16; // NOLINT: a benchmark's own argument
+    const bool grouped = count > 1 && std::string_view(words[1]) == "grouped"; // NOLINT: a benchmark's own argument
+    const int first = grouped ? 2 : 1;
+    const int largest = count > first ? std::atoi(words[first]) : 16; // NOLINT: likewise
     std::vector<double> tolerances;
-    for (int k = 2; k < count; ++k) {
+    for (int k = first + 1; k < count; ++k) {
         tolerances.push_back(std::atof(words[k])); // NOLINT: likewise
     }
     if (tolerances.empty()) {
         tolerances = {1e-3, 1e-5, 5e-6, 1e-6};
     }
-    std::printf("| triangles | tolerance | seconds | row sums off by at most | rms | clear pairs | partly hidden |\n"
-                "|---|---|---|---|---|---|---|\n");
+    std::printf(
+        "| triangles | tolerance | seconds | row sums off by at most | rms | clear pairs | partly hidden | numbers "
+        "|\n|---|---|---|---|---|---|---|---|\n");
     for (const double tolerance : tolerances) {
         for (int n = 4; n <= largest; n *= 2) {
-            form_factors_bench::measure(n, tolerance);
+            form_factors_bench::measure(n, tolerance, grouped);
         }
     }
     return 0;

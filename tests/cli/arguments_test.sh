@@ -43,16 +43,17 @@ usage "must be a number from" "$box" out.vtp --basis shepard:k=many
 usage "/nowhere" "$box" out.vtp --plugin-path /nowhere
 usage "/nowhere" "$box" out.vtp --plugin-path . --plugin-path /nowhere
 
-# Values. Under the sanitizers one of a kind: the others take the same way through the program.
+# Values: all kinds of bad ones for one option, and one for the others of its kind, which are parsed by the same
+# function. Under the sanitizers one of a kind: the others take the same way through the program.
 one_is_enough() {
     [ $sanitized = yes ]
 }
 for bad in abc -5 0 1e3 2.5 12x; do
     usage "--rays $bad: must be a whole number of at least 1" "$box" out.vtp "--rays=$bad"
-    usage "--sites $bad: must be a whole number of at least 1" "$box" out.vtp "--sites=$bad"
-    usage "--neighbours $bad: must be a whole number of at least 1" "$box" out.vtp "--neighbours=$bad"
-    usage "--threads $bad: must be a whole number of at least 1" "$box" out.vtp "--threads=$bad"
     one_is_enough && break
+done
+for option in --sites --neighbours --threads; do
+    usage "$option 0: must be a whole number of at least 1" "$box" out.vtp $option=0
 done
 usage "--rays -5: must be" "$box" out.vtp --rays -5
 usage "must be at most 18446744073709551615" "$box" out.vtp --rays 99999999999999999999999
@@ -79,18 +80,18 @@ usage "a dry run cannot tell what --error will take" "$box" --dry-run --error 1%
 usage "--max-iterations -1: must be" "$box" out.vtp --max-iterations -1
 for bad in nan inf 0 -1 1e400 1e-400 "0.1 m"; do
     usage "--spacing $bad: must be a positive number" "$box" out.vtp "--spacing=$bad"
-    usage "--output-spacing $bad: must be a positive number" "$box" out.vtp "--output-spacing=$bad"
-    usage "--tolerance $bad: must be a positive number" "$box" out.vtp "--tolerance=$bad"
     one_is_enough && break
 done
+usage "--output-spacing nan: must be a positive number" "$box" out.vtp --output-spacing nan
+usage "--tolerance 0: must be a positive number" "$box" out.vtp --tolerance 0
 usage "--tolerance: must be above 0 and below 1" "$box" out.vtp --tolerance 1
 usage "either --spacing or --sites" "$box" out.vtp --spacing 0.1 --sites 10
 usage "--rays: 1 required" "$box" out.vtp --rays
 for bad in , 1, 1,2 1,2,3, 1,2,3,4 1,,3 garbage -1 1,-1,1 nan inf 1e400 "1 2 3" " 1"; do
     usage "--sky $bad: takes one number, or three R,G,B" "$box" out.vtp "--sky=$bad"
-    usage "--reflectance $bad: takes one number, or three R,G,B" "$box" out.vtp "--reflectance=$bad"
     one_is_enough && break
 done
+usage "--reflectance 1,,3: takes one number, or three R,G,B" "$box" out.vtp --reflectance 1,,3
 usage "--sky -1: takes" "$box" out.vtp --sky -1
 usage "--reflectance: must be from 0 to 1" "$box" out.vtp --reflectance 0.5,1.5,0.5
 

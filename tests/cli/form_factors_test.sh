@@ -53,7 +53,9 @@ refuse 1 "\`third\` is one argument too many" cube.off out.csv third
 refuse 1 "unknown option --tolerence, did you mean --tolerance?" cube.off out.csv --tolerence 1
 refuse 1 "must be a positive number" cube.off out.csv --tolerance 0
 refuse 1 "--surfaces wall: must be one of face, material, group" cube.off out.csv --surfaces wall
-refuse 1 "--layout full: must be one of sparse, dense" cube.off out.csv --layout full
+refuse 1 "--layout full: must be one of sparse, dense, grouped" cube.off out.csv --layout full
+refuse 1 "--layout grouped: is for the triangles of the mesh" cube.off out.npz --layout grouped --close
+refuse 1 "the name must end in .npz" cube.off out.csv --layout grouped
 refuse 1 "--method magic: must be one of exact, rays" cube.off out.csv --method magic
 refuse 1 "belong to --method rays" cube.off out.csv --rays 100
 refuse 1 "--tolerance belongs to --method exact" cube.off out.csv --method rays --tolerance 1e-3
@@ -112,6 +114,37 @@ else:
 PYTHON
     fi
 done
+
+# Links between groups of triangles, from which the row sums follow.
+expect_exit 0 "$factors" cube.off grouped.npz --layout grouped --tolerance 1e-4
+expect_text stdout "triangles: 12, in 23 groups with " " links" "row sums: 1 " "written: grouped.npz"
+if command -v python3 >/dev/null; then
+    python3 - <<'PYTHON' || fail "the file of groups is not what it should be"
+import ast, struct, zipfile
+archive = zipfile.ZipFile("grouped.npz")
+def array(name):
+    data = archive.read(name + ".npy")
+    start = 10 + struct.unpack("<H", data[8:10])[0]
+    header, body = ast.literal_eval(data[10:start].decode()), data[start:]
+    code = {"<f8": "d", "<f4": "f", "<i4": "i"}[header["descr"]]
+    numbers = struct.unpack("<%d%s" % (len(body) // struct.calcsize(code), code), body)
+    columns = header["shape"][1] if len(header["shape"]) > 1 else 0
+    return [numbers[k:k + columns] for k in range(0, len(numbers), columns)] if columns else numbers
+order, first, last, area, centroid = (array(n) for n in ("order", "group_first", "group_last", "area", "centroid"))
+members = lambda g: [order[k] for k in range(first[g], last[g])]
+at = lambda g, slope, t: 1 + sum(s * (c - o) for s, c, o in zip(slope, centroid[t], array("group_centroid")[g]))
+sums = [0.0] * 12
+for a, b, k, slope_a, slope_b in zip(*(array(n) for n in ("link_a", "link_b", "kernel", "gradient_a", "gradient_b"))):
+    for i in members(a):
+        for j in members(b):
+            kernel = k * at(a, slope_a, i) * at(b, slope_b, j)
+            sums[i] += area[j] * kernel
+            sums[j] += area[i] * kernel
+assert all(abs(s - r) < 1e-12 and abs(s - 1) < 1e-4 for s, r in zip(sums, array("row_sum")))
+assert all(abs(r + e - 1) < 1e-15 for r, e in zip(array("row_sum"), array("escapes")))
+assert array("surface") == tuple(t // 2 for t in range(12)) and len(array("error")) == len(array("kernel"))
+PYTHON
+fi
 
 # Materials of a room, closed by least squares; the same bits for any number of threads.
 expect_exit 0 "$factors" "$box" one.csv --surfaces material --layout dense --tolerance 1e-2 --threads 1

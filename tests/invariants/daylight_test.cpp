@@ -1,5 +1,6 @@
 // Daylight coefficients: exact where nothing is in the way, conserving where nothing absorbs, equal to a naive
 // computation, and in agreement with a scene under the same sky.
+#include <difusa/algebra/dense.h>
 #include <difusa/bake/daylight.h>
 #include <difusa/bake/relight.h>
 #include <difusa/core/error.h>
@@ -177,8 +178,8 @@ TEST(Daylight, IsWhatANaiveComputationGives) {
     for (int c = 0; c < 3; ++c) {
         const Eigen::VectorXd rho = result.solution.light.reflectance.col(c);
         const Eigen::MatrixXd T = W.leftCols(m) * rho.asDiagonal() * P * Pi;
-        const Eigen::MatrixXd h = test::solve_dense(Eigen::MatrixXd::Identity(n, n) - T,
-                                                    pi * W.rightCols(static_cast<Eigen::Index>(sky.count())));
+        const Eigen::MatrixXd h =
+            solve_dense(Eigen::MatrixXd::Identity(n, n) - T, pi * W.rightCols(static_cast<Eigen::Index>(sky.count())));
         const Eigen::MatrixXd b = rho.asDiagonal() * P * Pi_field * h;
         for (std::size_t i = 0; i < x.size(); ++i) {
             RandomStream stream(1, "daylight", i);

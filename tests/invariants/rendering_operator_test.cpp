@@ -1,4 +1,5 @@
 // The rendering operator against solutions of the equation, and its stated errors against those that it has.
+#include <difusa/algebra/dense.h>
 #include <difusa/core/error.h>
 #include <difusa/radiosity/light_responses.h>
 #include <difusa/radiosity/rendering_operator.h>
@@ -6,8 +7,6 @@
 
 #include <support/furnace.h>
 #include <support/lightings.h>
-
-#include <Eigen/SVD>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -84,7 +83,7 @@ TEST_F(Rendering, OfLowRankLeavesOutNoMoreThanStated) {
     const AreaNorms norms(system->discretisation());
     for (const int bounces : {0, 1}) {
         const Eigen::MatrixXd L = later_light(bounces);
-        const Eigen::VectorXd sigma = Eigen::BDCSVD<Eigen::MatrixXd>(L).singularValues();
+        const Eigen::VectorXd sigma = singular_values(L).sigma;
         for (const std::size_t rank : {4U, 24U}) {
             LowRankOptions options;
             options.rank = rank;
@@ -93,7 +92,7 @@ TEST_F(Rendering, OfLowRankLeavesOutNoMoreThanStated) {
             const LowRankLight light = low_rank_light(*system, rho, options, Execution{}).front();
             const Eigen::MatrixXd near = norms.points().asDiagonal() * Eigen::MatrixXd(light.U * light.V.transpose()) *
                                          norms.surfels().cwiseInverse().asDiagonal();
-            const double error = Eigen::BDCSVD<Eigen::MatrixXd>(L - near).singularValues()[0];
+            const double error = singular_values(L - near).sigma[0];
             EXPECT_GE(error, sigma[static_cast<Eigen::Index>(rank)] * (1.0 - 1e-9));
             EXPECT_GE(light.error, error * (1.0 - 1e-9));
             const double gauss = std::sqrt(static_cast<double>(surfels())) + 7.0;

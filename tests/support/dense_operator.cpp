@@ -2,9 +2,6 @@
 
 #include <difusa/algebra/factors.h>
 
-#include <Eigen/Eigenvalues> // these take long to compile: here once
-#include <Eigen/LU>
-
 namespace difusa::test {
 
 std::shared_ptr<const Factors> DenseOperator::factors(const Execution& /*execution*/) const {
@@ -39,14 +36,6 @@ Eigen::MatrixXd random_nonnegative(Eigen::Index n, double density, RandomStream&
         entry = random.uniform() < density ? random.uniform() : 0.0;
     }
     return K;
-}
-
-Eigen::MatrixXd solve_dense(const Eigen::MatrixXd& A, const Eigen::MatrixXd& b) {
-    return A.partialPivLu().solve(b);
-}
-
-double exact_spectral_radius(const Eigen::MatrixXd& K) {
-    return Eigen::EigenSolver<Eigen::MatrixXd>(K, false).eigenvalues().cwiseAbs().maxCoeff();
 }
 
 } // namespace difusa::test

@@ -49,10 +49,4 @@ class DenseOperator final : public LinearOperator {
 /// Entries uniform in [0,1), with the share `density` of them not zero.
 Eigen::MatrixXd random_nonnegative(Eigen::Index n, double density, RandomStream& random);
 
-/// A^-1 b by elimination with partial pivoting.
-Eigen::MatrixXd solve_dense(const Eigen::MatrixXd& A, const Eigen::MatrixXd& b);
-
-/// From all eigenvalues of K.
-double exact_spectral_radius(const Eigen::MatrixXd& K);
-
 } // namespace difusa::test

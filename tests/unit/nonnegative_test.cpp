@@ -1,8 +1,7 @@
 // Least squares with unknowns that are not negative.
+#include <difusa/algebra/dense.h>
 #include <difusa/algebra/nonnegative.h>
 #include <difusa/core/random.h>
-
-#include <Eigen/QR>
 
 #include <gtest/gtest.h>
 
@@ -32,7 +31,7 @@ Eigen::VectorXd by_brute_force(const Eigen::MatrixXd& A, const Eigen::VectorXd& 
             }
         }
         const Eigen::MatrixXd columns = A(Eigen::all, free);
-        const Eigen::VectorXd x = columns.colPivHouseholderQr().solve(b);
+        const Eigen::VectorXd x = least_squares(columns, b);
         const double miss = (columns * x - b).norm();
         if (x.minCoeff() >= 0.0 && miss < least) {
             least = miss;

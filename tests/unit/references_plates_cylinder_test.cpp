@@ -1,3 +1,4 @@
+#include <difusa/algebra/dense.h>
 #include <difusa/algebra/quadrature.h>
 #include <difusa/study/references/cylinder.h>
 #include <difusa/study/references/form_factors.h>
@@ -76,7 +77,7 @@ double middle_of_squares(const PlatesParameters& p, double side, std::size_t n) 
     // B2 = E2 + rho2 K (E1 + rho1 K B2)
     const Eigen::VectorXd one = Eigen::VectorXd::Ones(size);
     const Eigen::MatrixXd A = Eigen::MatrixXd::Identity(size, size) - p.rho1 * p.rho2 * K * K;
-    const Eigen::VectorXd B2 = test::solve_dense(A, p.E2 * one + p.rho2 * p.E1 * K * one);
+    const Eigen::VectorXd B2 = solve_dense(A, p.E2 * one + p.rho2 * p.E1 * K * one);
     return p.E1 + p.rho1 * to_middle.dot(B2);
 }
 
@@ -174,7 +175,7 @@ double middle_of_tube(double R, double rho, double length, int rings) {
             A(i, j) -= rho * (to_section(to) - to_section(from));
         }
     }
-    return test::solve_dense(A, Eigen::VectorXd::Ones(rings))(rings / 2, 0);
+    return solve_dense(A, Eigen::VectorXd::Ones(rings))(rings / 2, 0);
 }
 
 TEST(InsideOfCylinder, WhatAFiniteOneMissesIsBounded) {

@@ -1,4 +1,5 @@
 // Methods that relax one unknown after the other, each against a naive implementation on a dense matrix.
+#include <difusa/algebra/dense.h>
 #include <difusa/algebra/factors.h>
 #include <difusa/algebra/solver.h>
 #include <difusa/core/error.h>
@@ -157,7 +158,7 @@ TEST(Progressive, ShootsTheMostUnshotPowerAndShowsTheAmbientTerm) {
 
 TEST(Progressive, ReachesTheSolutionFromBelowAndTheAmbientTermIsWithdrawn) {
     const Room room(0.95);
-    const Eigen::VectorXd exact = test::solve_dense(Eigen::MatrixXd::Identity(n, n) - room.dense(), room.g.col(0));
+    const Eigen::VectorXd exact = solve_dense(Eigen::MatrixXd::Identity(n, n) - room.dense(), room.g.col(0));
     Shown without, with;
     const SolveSummary summary = solve("progressive:ambient=no", room, without.in(patient(1e-10)));
     ASSERT_TRUE(summary.converged());

@@ -1,8 +1,7 @@
 #include <difusa/algebra/nonnegative.h>
 
+#include <difusa/algebra/dense.h>
 #include <difusa/core/error.h>
-
-#include <Eigen/QR>
 
 #include <algorithm>
 #include <limits>
@@ -17,7 +16,7 @@ Eigen::VectorXd unconstrained(const Eigen::MatrixXd& A, const Eigen::VectorXd& b
                               const std::vector<Eigen::Index>& free) {
     Eigen::VectorXd x = Eigen::VectorXd::Zero(A.cols());
     const Eigen::MatrixXd columns = A(Eigen::all, free);
-    const Eigen::VectorXd values = columns.completeOrthogonalDecomposition().solve(b);
+    const Eigen::VectorXd values = least_squares(columns, b);
     x(free) = values;
     return x;
 }

@@ -1,9 +1,8 @@
 #include <difusa/algebra/spectral_radius.h>
 
+#include <difusa/algebra/dense.h>
 #include <difusa/algebra/vector_blocks.h>
 #include <difusa/core/error.h>
-
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
@@ -14,11 +13,6 @@ namespace difusa {
 namespace {
 
 constexpr Eigen::Index agreeing = 3; ///< further steps that must confirm an estimate
-
-double largest_eigenvalue(const Eigen::MatrixXd& H, Eigen::Index size) {
-    const Eigen::VectorXcd values = H.topLeftCorner(size, size).eigenvalues();
-    return values.cwiseAbs().maxCoeff();
-}
 
 } // namespace
 
@@ -39,7 +33,7 @@ double spectral_radius(const LinearOperator& T, int steps, double tolerance, con
         H.col(k).head(k + 1) = orthogonalise(V, w, execution);
         H(k + 1, k) = norm(w, execution);
         const double previous = radius;
-        radius = largest_eigenvalue(H, k + 1);
+        radius = largest_eigenvalue(H.topLeftCorner(k + 1, k + 1));
         agreed = std::abs(radius - previous) <= tolerance * radius ? agreed + 1 : 0;
         if (agreed == agreeing) {
             break;

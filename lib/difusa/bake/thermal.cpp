@@ -1,10 +1,9 @@
 #include <difusa/bake/thermal.h>
 
+#include <difusa/algebra/dense.h>
 #include <difusa/core/error.h>
 #include <difusa/core/text.h>
 #include <difusa/mesh/triangle_area.h>
-
-#include <Eigen/Dense>
 
 #include <algorithm>
 #include <cmath>
@@ -333,8 +332,7 @@ void find_temperatures(BakeResult& result, const LightingOptions& options, const
     }
     // By the heat that each would emit into the open.
     const Eigen::MatrixXd exchange = size.cwiseInverse().asDiagonal() * bodies.exchange;
-    const Eigen::JacobiSVD<Eigen::MatrixXd> solver(exchange, Eigen::ComputeThinU | Eigen::ComputeThinV);
-    const double exchanged = solver.singularValues().minCoeff();
+    const double exchanged = singular_values(exchange).sigma.minCoeff();
     // Losses count as exchange with the surroundings, which are there or not.
     const double lost =
         scene.thermal->surroundings ? 0.0 : result.mean_back + sky_share(result.system->transport(), execution);
@@ -345,7 +343,7 @@ void find_temperatures(BakeResult& result, const LightingOptions& options, const
                          " of what they emit with others, which cannot be told from errors below " + text_of(least) +
                          "; fix the temperature of one, or give a smaller --tolerance");
     }
-    const Eigen::VectorXd power = solver.solve(heat.cwiseQuotient(size));
+    const Eigen::VectorXd power = solve_dense(exchange, heat.cwiseQuotient(size));
     for (Eigen::Index k = 0; k < power.size(); ++k) {
         const Index m = bodies.material[static_cast<std::size_t>(k)];
         const std::optional<double> temperature = temperature_of(power[k], scene.thermal->reference);

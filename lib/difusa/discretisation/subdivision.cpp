@@ -1,10 +1,9 @@
 #include <difusa/discretisation/subdivision.h>
 
+#include <difusa/algebra/dense.h>
 #include <difusa/core/error.h>
 #include <difusa/core/parallel.h>
 #include <difusa/mesh/point_tree.h>
-
-#include <Eigen/Dense>
 
 #include <map>
 #include <queue>
@@ -15,7 +14,7 @@ namespace difusa {
 namespace {
 
 constexpr std::size_t neighbours = 8; ///< of a site, that its gradient is fitted to
-constexpr std::size_t sites_at_once = 64;
+constexpr std::size_t gradients_at_once = 64;
 
 /// Two unit vectors along a plane.
 std::pair<Vec3, Vec3> along(const Vec3& normal) {
@@ -47,7 +46,7 @@ Values gradients_at(const SiteSet& sites, const Values& values, const Execution&
         trees.emplace(region, PointTree(sites.points, std::move(own)));
     }
     Values gradients = Values::Zero(static_cast<Eigen::Index>(sites.size()), 3 * columns);
-    parallel_for(sites.size(), sites_at_once, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
+    parallel_for(sites.size(), gradients_at_once, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
         std::array<Index, neighbours + 1> found{};
         std::array<double, neighbours + 1> squared{};
         for (std::size_t i = begin; i < end; ++i) {
@@ -72,8 +71,8 @@ Values gradients_at(const SiteSet& sites, const Values& values, const Execution&
             if (rows == 0) {
                 continue;
             }
-            const Eigen::MatrixXd fit = steps.topRows(rows).completeOrthogonalDecomposition().solve(
-                changes.topRows(rows)); // of least norm where the sites are in a line
+            const Eigen::MatrixXd fit = least_squares(
+                steps.topRows(rows), changes.topRows(rows)); // of least norm where the sites are in a line
             for (Eigen::Index c = 0; c < columns; ++c) {
                 gradients.row(static_cast<Eigen::Index>(i)).segment<3>(3 * c) =
                     (fit(0, c) * s + fit(1, c) * t).transpose();

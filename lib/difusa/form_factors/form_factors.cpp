@@ -3,10 +3,8 @@
 #include <difusa/core/error.h>
 #include <difusa/core/parallel.h>
 #include <difusa/core/text.h>
-#include <difusa/form_factors/blocked.h>
-#include <difusa/form_factors/blockers.h>
+#include <difusa/form_factors/pair_exchange.h>
 #include <difusa/form_factors/target_tree.h>
-#include <difusa/form_factors/unblocked.h>
 
 #include <algorithm>
 #include <cmath>
@@ -16,9 +14,6 @@
 namespace difusa {
 
 namespace {
-
-/// Exact integrals are computed to this share of the tolerance: it costs little.
-constexpr double clear_share = 1e-3;
 
 /// Triangles of a large surface that one task computes.
 constexpr std::size_t triangles_in_task = 16;
@@ -60,7 +55,8 @@ struct ExchangeProblem {
 class ExchangeWorker {
   public:
     explicit ExchangeWorker(const ExchangeProblem& problem)
-        : problem_(problem), sum_(problem.surfaces.size()), seen_(problem.surfaces.size(), 0) {}
+        : problem_(problem), pair_(problem.ends, problem.rounding), sum_(problem.surfaces.size()),
+          seen_(problem.surfaces.size(), 0) {}
 
     void run(const Task& task, ExchangeRow& row) {
         for (std::size_t k = task.first; k < task.last; ++k) {
@@ -77,50 +73,24 @@ class ExchangeWorker {
         touched_.clear();
     }
 
-    FormFactorCounts counts;
+    const FormFactorCounts& counts() const { return pair_.counts; }
 
   private:
     void add_triangle(Index p) {
         p_ = p;
         const PolygonEnd& P = problem_.ends[p];
-        between_.clear();
+        pair_.between.clear();
         for (const Blocker& blocker : problem_.blockers) {
             const std::span<const Vec3> corners = blocker.polygon.corners();
             if (std::any_of(corners.begin(), corners.end(),
                             [&](const Vec3& c) { return P.plane.height(c) > problem_.rounding; })) {
-                between_.push_back(&blocker);
+                pair_.between.push_back(&blocker);
             }
         }
-        visit(0, 0, between_.size());
+        visit(0, 0, pair_.between.size());
     }
 
-    /// Adds to the end of `between_` those of [first, last) that may come between triangle p and these points. False if
-    /// one of them hides all.
-    bool narrow(std::span<const Vec3> from, std::span<const Vec3> to, std::size_t first, std::size_t last) {
-        Vec3 low = from[0], high = from[0];
-        for (const std::span<const Vec3> points : {from, to}) {
-            for (const Vec3& p : points) {
-                low = low.cwiseMin(p);
-                high = high.cwiseMax(p);
-            }
-        }
-        for (std::size_t k = first; k < last; ++k) {
-            const Blocker* blocker = between_[k];
-            if ((blocker->low.array() > high.array()).any() || (blocker->high.array() < low.array()).any()) {
-                continue;
-            }
-            const Obstruction what = obstruction(*blocker, from, to, problem_.rounding);
-            if (what == Obstruction::complete) {
-                return false;
-            }
-            if (what == Obstruction::partial) {
-                between_.push_back(blocker);
-            }
-        }
-        return true;
-    }
-
-    /// The triangles under a node; [first, last) of `between_` may come between.
+    /// The triangles under a node; blockers [first, last) may come between.
     void visit(Index number, std::size_t first, std::size_t last) {
         const TargetTree::Node& node = problem_.tree.node(number);
         const PolygonEnd& P = problem_.ends[p_];
@@ -135,13 +105,13 @@ class ExchangeWorker {
             std::all_of(own.begin(), own.end(), [&](const Vec3& c) { return node.plane.height(c) <= rounding; })) {
             return;
         }
-        const std::size_t before = between_.size();
-        if (!narrow(own, node.corner, first, last)) {
-            ++counts.hidden;
-            between_.resize(before);
+        const std::size_t before = pair_.between.size();
+        if (!pair_.narrow(own, node.corner, first, last)) {
+            ++pair_.counts.hidden;
+            pair_.between.resize(before);
             return;
         }
-        const std::size_t after = between_.size();
+        const std::size_t after = pair_.between.size();
         if (node.right != none) {
             visit(number + 1, before, after);
             visit(node.right, before, after);
@@ -153,52 +123,11 @@ class ExchangeWorker {
                 }
             }
         }
-        between_.resize(before);
+        pair_.between.resize(before);
     }
 
     void add_pair(Index q, std::size_t first, std::size_t last) {
-        const double rounding = problem_.rounding;
-        const PolygonEnd *P = &problem_.ends[p_], *Q = &problem_.ends[q];
-        const auto in_front = [&](const PolygonEnd& A, const Plane& plane) {
-            double low = plane.height(A.polygon[0]), high = low;
-            for (const Vec3& c : A.polygon.corners()) {
-                low = std::min(low, plane.height(c));
-                high = std::max(high, plane.height(c));
-            }
-            return high <= rounding ? -1 : low >= -rounding ? 1 : 0;
-        };
-        const int P_above = in_front(*P, Q->plane), Q_above = in_front(*Q, P->plane);
-        if (P_above < 0 || Q_above < 0) {
-            return;
-        }
-        if (P_above == 0) {
-            cut_P_ = PolygonEnd(P->polygon.above(Q->plane, rounding), P->plane.normal);
-        }
-        if (Q_above == 0) {
-            cut_Q_ = PolygonEnd(Q->polygon.above(P->plane, rounding), Q->plane.normal);
-        }
-        P = P_above == 0 ? &cut_P_ : P;
-        Q = Q_above == 0 ? &cut_Q_ : Q;
-        if (P->polygon.empty() || Q->polygon.empty()) {
-            return;
-        }
-        const std::size_t before = between_.size();
-        if (!narrow(P->polygon.corners(), Q->polygon.corners(), first, last)) {
-            ++counts.hidden;
-            between_.resize(before);
-            return;
-        }
-        const double allowed = problem_.allowed(p_, q);
-        Estimate exchange;
-        if (between_.size() == before) {
-            ++counts.clear;
-            exchange = unblocked_exchange(*P, *Q, clear_share * allowed);
-        } else {
-            ++counts.partial;
-            const std::span<const Blocker* const> blockers(between_.data() + before, between_.size() - before);
-            exchange = blocked_exchange(*P, *Q, blockers, rounding, allowed, view_);
-        }
-        between_.resize(before);
+        const Estimate exchange = pair_.of(p_, q, first, last, problem_.allowed(p_, q));
         if (exchange.value > 0.0) {
             const Index surface = problem_.surfaces.of[q];
             if (seen_[surface] == 0) {
@@ -211,9 +140,7 @@ class ExchangeWorker {
 
     const ExchangeProblem& problem_;
     Index p_ = none;
-    std::vector<const Blocker*> between_; ///< a stack of lists
-    PolygonEnd cut_P_, cut_Q_;
-    BlockedView view_;
+    PairExchange pair_;
     std::vector<Estimate> sum_; ///< #surfaces
     std::vector<char> seen_;    ///< #surfaces
     std::vector<Index> touched_;
@@ -232,19 +159,6 @@ std::vector<Index> inverse_of(const std::vector<Index>& order) {
         rank[order[k]] = k;
     }
     return rank;
-}
-
-std::vector<PolygonEnd> ends_of(const Mesh& mesh) {
-    std::vector<PolygonEnd> ends;
-    ends.reserve(mesh.triangles.size());
-    for (Index t = 0; t < mesh.triangles.size(); ++t) {
-        FlatPolygon triangle;
-        for (int k = 0; k < 3; ++k) {
-            triangle.add(mesh.corner(t, k));
-        }
-        ends.emplace_back(triangle, mesh.normals[t]);
-    }
-    return ends;
 }
 
 std::vector<Task> tasks_of(const ExchangeProblem& problem) {
@@ -348,11 +262,15 @@ FormFactorLaws check_laws(const FormFactors& F, double tolerance) {
     return laws;
 }
 
-FormFactors form_factors(const Mesh& mesh, const Surfaces& surfaces, const FormFactorOptions& options,
-                         const Execution& execution, FormFactorCounts* counts) {
+void check_tolerance(const FormFactorOptions& options) {
     if (!(options.tolerance > 0.0 && std::isfinite(options.tolerance))) {
         throw UsageError("form factors: the tolerance must be positive and finite, not " + text_of(options.tolerance));
     }
+}
+
+FormFactors form_factors(const Mesh& mesh, const Surfaces& surfaces, const FormFactorOptions& options,
+                         const Execution& execution, FormFactorCounts* counts) {
+    check_tolerance(options);
     DIFUSA_REQUIRE(surfaces.of.size() == mesh.triangles.size());
     execution.phase("form factors");
     const std::vector<Index> order = in_order_of_surfaces(surfaces), rank = inverse_of(order);
@@ -378,9 +296,7 @@ FormFactors form_factors(const Mesh& mesh, const Surfaces& surfaces, const FormF
     });
     if (counts != nullptr) {
         for (const ExchangeWorker& worker : workers) {
-            counts->clear += worker.counts.clear;
-            counts->partial += worker.counts.partial;
-            counts->hidden += worker.counts.hidden;
+            *counts += worker.counts();
         }
     }
     return assembled(tasks, rows, problem.area);

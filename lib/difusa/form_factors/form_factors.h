@@ -3,6 +3,7 @@
 #pragma once
 
 #include <difusa/core/progress.h>
+#include <difusa/form_factors/pair_exchange.h>
 #include <difusa/form_factors/surfaces.h>
 #include <difusa/mesh/mesh.h>
 
@@ -53,17 +54,12 @@ struct FormFactorOptions {
     double tolerance = 1e-6; ///< absolute, of each form factor between surfaces, both F_ij and F_ji
 };
 
-/// What the computation came to, counted by pairs of triangles.
-struct FormFactorCounts {
-    std::size_t clear = 0;   ///< nothing in between
-    std::size_t partial = 0; ///< something may be in between
-    std::size_t hidden = 0;  ///< completely behind a single flat part of the surface; those found in groups count once
-};
+/// Throws UsageError if the tolerance is not positive and finite.
+void check_tolerance(const FormFactorOptions& options);
 
 /// The form factors between all surfaces. Each pair of triangles is computed once, so that reciprocity is exact to
-/// rounding: clipped to the fronts of both planes; then `unblocked_exchange` with a thousandth of the tolerance if no
-/// blocker (form_factors/blockers.h) reaches between them, else `blocked_exchange`. The tolerance of a pair of surfaces
-/// is distributed over pairs of their triangles in proportion to the products of areas.
+/// rounding (PairExchange::of). The tolerance of a pair of surfaces is distributed over pairs of their triangles in
+/// proportion to the products of areas.
 ///
 /// The same bits for any number of threads. Journal and progress: phase "form factors".
 /// Throws UsageError if the tolerance is not positive, Interrupted if cancelled.

@@ -5,24 +5,18 @@
 
 namespace difusa {
 
-namespace {
-
-constexpr Index triangles_in_leaf = 8;
-
-} // namespace
-
-TargetTree::TargetTree(const Mesh& mesh, const std::vector<Index>& parts, const std::vector<Index>& rank)
+TargetTree::TargetTree(const Mesh& mesh, const std::vector<Index>& parts, const std::vector<Index>& rank, Index most)
     : order_(mesh.triangles.size()) {
     std::iota(order_.begin(), order_.end(), Index{0});
     std::stable_sort(order_.begin(), order_.end(), [&](Index a, Index b) { return parts[a] < parts[b]; });
     nodes_.reserve(order_.size());
     if (!order_.empty()) {
-        build(mesh, parts, rank, 0, static_cast<Index>(order_.size()));
+        build(mesh, parts, rank, 0, static_cast<Index>(order_.size()), most);
     }
 }
 
 void TargetTree::build(const Mesh& mesh, const std::vector<Index>& parts, const std::vector<Index>& rank, Index first,
-                       Index last) {
+                       Index last, Index most) {
     const auto number = static_cast<Index>(nodes_.size());
     nodes_.emplace_back();
     Eigen::AlignedBox3d box, centres;
@@ -48,7 +42,7 @@ void TargetTree::build(const Mesh& mesh, const std::vector<Index>& parts, const 
     node.last = last;
     node.highest = highest;
     nodes_[number] = node;
-    if (last - first <= triangles_in_leaf) {
+    if (last - first <= most) {
         return;
     }
     Index middle = first + (last - first) / 2;
@@ -65,9 +59,9 @@ void TargetTree::build(const Mesh& mesh, const std::vector<Index>& parts, const 
     } else {
         std::nth_element(begin, order_.begin() + middle, end, by_place);
     }
-    build(mesh, parts, rank, first, middle);
+    build(mesh, parts, rank, first, middle, most);
     nodes_[number].right = static_cast<Index>(nodes_.size());
-    build(mesh, parts, rank, middle, last);
+    build(mesh, parts, rank, middle, last, most);
 }
 
 } // namespace difusa

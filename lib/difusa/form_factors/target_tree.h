@@ -23,15 +23,20 @@ class TargetTree {
         Index highest = 0;         ///< the largest rank among its triangles
     };
 
-    /// `parts`: flat_parts(mesh). `rank`: a number for each triangle, by which a search can leave out nodes.
-    TargetTree(const Mesh& mesh, const std::vector<Index>& parts, const std::vector<Index>& rank);
+    static constexpr Index root = 0;
+
+    /// `parts`: flat_parts(mesh). `rank`: a number for each triangle, by which a search can leave out nodes. `most`:
+    /// triangles in a leaf.
+    TargetTree(const Mesh& mesh, const std::vector<Index>& parts, const std::vector<Index>& rank, Index most = 8);
+
+    std::size_t size() const { return nodes_.size(); }
 
     const Node& node(Index number) const { return nodes_[number]; }
     const std::vector<Index>& order() const { return order_; }
 
   private:
     void build(const Mesh& mesh, const std::vector<Index>& parts, const std::vector<Index>& rank, Index first,
-               Index last);
+               Index last, Index most);
 
     std::vector<Node> nodes_;
     std::vector<Index> order_;

@@ -98,6 +98,33 @@ void write_mtx(const FormFactors& F, FormFactorLayout layout, TextPieces& text) 
     }
 }
 
+/// One array of each member of some records.
+template <class Number, class Record, class Member>
+std::vector<Number> column_of(const std::vector<Record>& records, const Member& member) {
+    std::vector<Number> numbers;
+    numbers.reserve(records.size());
+    for (const Record& record : records) {
+        numbers.push_back(static_cast<Number>(member(record)));
+    }
+    return numbers;
+}
+
+/// Rows of three.
+template <class Record, class Member>
+std::vector<double> vectors_of(const std::vector<Record>& records, const Member& member) {
+    std::vector<double> numbers;
+    numbers.reserve(3 * records.size());
+    for (const Record& record : records) {
+        const Vec3& v = member(record);
+        numbers.insert(numbers.end(), v.begin(), v.end());
+    }
+    return numbers;
+}
+
+std::vector<double> escapes_of(const std::vector<double>& row_sums) {
+    return column_of<double>(row_sums, [](double sum) { return 1.0 - sum; });
+}
+
 void write_npz_sparse(const FormFactors& F, NpzWriter& npz) {
     std::vector<double> data;
     std::vector<float> error;
@@ -141,14 +168,13 @@ void write_npz(const FormFactors& F, const Surfaces& surfaces, FormFactorLayout 
     } else {
         write_npz_sparse(F, npz);
     }
-    std::vector<double> sums, escapes;
+    std::vector<double> sums;
     for (std::size_t i = 0; i < F.size(); ++i) {
         sums.push_back(F.row_sum(i));
-        escapes.push_back(1.0 - sums.back());
     }
     npz.array("area", F.area);
     npz.array("row_sum", sums);
-    npz.array("escapes", escapes);
+    npz.array("escapes", escapes_of(sums));
     npz.texts("names", surfaces.name);
     npz.finish();
 }
@@ -181,6 +207,44 @@ void write_form_factors(const FormFactors& F, const Surfaces& surfaces, FormFact
         }
         text.flush();
     }
+    out.commit();
+}
+
+void check_grouped_file(const std::filesystem::path& file) {
+    if (file.extension() != ".npz") {
+        throw UsageError("cannot write form factors between groups to `" + file.string() +
+                         "`: the name must end in .npz (NumPy)");
+    }
+}
+
+void write_form_factors(const GroupedFormFactors& F, const Surfaces& surfaces, const std::filesystem::path& file) {
+    check_grouped_file(file);
+    using Group = GroupedFormFactors::Group;
+    using Link = GroupedFormFactors::Link;
+    WholeFile out(file);
+    NpzWriter npz(out);
+    const auto same = [](const auto& value) -> const auto& {
+        return value;
+    };
+    npz.array("order", column_of<std::int32_t>(F.order, same));
+    npz.array("group_first", column_of<std::int32_t>(F.groups, [](const Group& g) { return g.first; }));
+    npz.array("group_last", column_of<std::int32_t>(F.groups, [](const Group& g) { return g.last; }));
+    npz.array("group_area", column_of<double>(F.groups, [](const Group& g) { return g.area; }));
+    npz.array("group_centroid", vectors_of(F.groups, [](const Group& g) -> const Vec3& { return g.centre; }), 3);
+    npz.array("link_a", column_of<std::int32_t>(F.links, [](const Link& l) { return l.a; }));
+    npz.array("link_b", column_of<std::int32_t>(F.links, [](const Link& l) { return l.b; }));
+    npz.array("kernel", column_of<double>(F.links, [](const Link& l) { return l.kernel; }));
+    npz.array("gradient_a", vectors_of(F.links, [](const Link& l) -> const Vec3& { return l.gradient_a; }), 3);
+    npz.array("gradient_b", vectors_of(F.links, [](const Link& l) -> const Vec3& { return l.gradient_b; }), 3);
+    npz.array("error", column_of<float>(F.links, [](const Link& l) { return l.error; }));
+    npz.array("area", F.area);
+    npz.array("centroid", vectors_of(F.centroid, same), 3);
+    npz.array("surface", column_of<std::int32_t>(surfaces.of, same));
+    const std::vector<double> sums = F.row_sums();
+    npz.array("row_sum", sums);
+    npz.array("escapes", escapes_of(sums));
+    npz.texts("names", surfaces.name);
+    npz.finish();
     out.commit();
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <difusa/form_factors/form_factors.h>
+#include <difusa/form_factors/grouped.h>
 #include <difusa/form_factors/surfaces.h>
 
 #include <filesystem>
@@ -24,6 +25,13 @@ void check_form_factor_file(const std::filesystem::path& file);
 /// Throws what `check_form_factor_file` throws, ResourceError if the system refuses or the file would be too large.
 void write_form_factors(const FormFactors& F, const Surfaces& surfaces, FormFactorLayout layout,
                         const std::filesystem::path& file);
+
+/// Throws UsageError unless the name ends in .npz.
+void check_grouped_file(const std::filesystem::path& file);
+
+/// Writes the links between groups of triangles as arrays to an .npz `file`, likewise; `surfaces`: of the triangles.
+/// Throws what `check_grouped_file` throws, ResourceError if the system refuses or the file would be too large.
+void write_form_factors(const GroupedFormFactors& F, const Surfaces& surfaces, const std::filesystem::path& file);
 
 /// A table of a few surfaces for people: form factors, row sums, what escapes. `most`: surfaces; empty if there are
 /// more.

@@ -135,8 +135,8 @@ Json options_of(const BakeResult& result) {
     chosen["spacing"] = options.spacing;
     chosen["sites"] = options.sites == 0 ? Json(nullptr) : Json(options.sites);
     chosen["adaptive"] = options.adaptive;
-    const Substructure* const parts = substructure_of(result);
-    chosen["levels"] = parts != nullptr ? Json(parts->levels) : Json(nullptr);
+    chosen["levels"] =
+        substructure_of(result) != nullptr ? Json(options.levels.value_or(default_levels)) : Json(nullptr);
     chosen["neighbours"] = options.neighbours;
     chosen["rays"] = options.rays;
     chosen["tolerance"] = options.solve.tolerance;

@@ -1,12 +1,10 @@
 #include <difusa/radiosity/low_rank_light.h>
 
+#include <difusa/algebra/dense.h>
 #include <difusa/core/memory.h>
 #include <difusa/core/random.h>
 #include <difusa/radiosity/reflected_transport.h>
 #include <difusa/radiosity/response.h>
-
-#include <Eigen/QR>
-#include <Eigen/SVD>
 
 #include <algorithm>
 #include <cmath>
@@ -34,12 +32,6 @@ Eigen::MatrixXd gaussian_directions(Eigen::Index rows, Eigen::Index columns, Ran
         x.data()[i] = std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * std::numbers::pi * stream.uniform());
     }
     return x;
-}
-
-/// An orthonormal basis of the span of the columns.
-Eigen::MatrixXd orthonormal_basis(const Eigen::MatrixXd& columns) {
-    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(columns);
-    return qr.householderQ() * Eigen::MatrixXd::Identity(columns.rows(), columns.cols());
 }
 
 /// One matrix for each channel.
@@ -196,11 +188,10 @@ std::vector<LowRankLight> low_rank_light(const RadiositySystem& system, const Va
     std::vector<LowRankLight> result;
     for (std::size_t c = 0; c < x.size(); ++c) {
         const Eigen::MatrixXd Q2 = orthonormal_basis(across[c]);
-        const Eigen::JacobiSVD<Eigen::MatrixXd> svd(Eigen::MatrixXd(across[c].transpose() * Q2),
-                                                    Eigen::ComputeThinU | Eigen::ComputeThinV);
-        const Eigen::VectorXd sigma = svd.singularValues().head(rank), root = sigma.cwiseSqrt();
-        U.emplace_back(x[c] * (svd.matrixU().leftCols(rank) * root.asDiagonal()));
-        V.emplace_back(Q2 * (svd.matrixV().leftCols(rank) * root.asDiagonal()));
+        const SingularValues svd = singular_values(across[c].transpose() * Q2);
+        const Eigen::VectorXd sigma = svd.sigma.head(rank), root = sigma.cwiseSqrt();
+        U.emplace_back(x[c] * (svd.U.leftCols(rank) * root.asDiagonal()));
+        V.emplace_back(Q2 * (svd.V.leftCols(rank) * root.asDiagonal()));
         result.emplace_back();
         result.back().singular_values.assign(sigma.data(), sigma.data() + rank);
         result.back().U = norms.points().cwiseInverse().asDiagonal() * U.back();

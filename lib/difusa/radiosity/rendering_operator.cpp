@@ -1,13 +1,12 @@
 #include <difusa/radiosity/rendering_operator.h>
 
+#include <difusa/algebra/dense.h>
 #include <difusa/core/memory.h>
 #include <difusa/core/parallel.h>
 #include <difusa/plugin/choice.h>
 #include <difusa/radiosity/reflected_transport.h>
 #include <difusa/radiosity/response.h>
 #include <difusa/transport/mirrored.h>
-
-#include <Eigen/LU>
 
 #include <algorithm>
 #include <limits>
@@ -144,14 +143,13 @@ void RenderingOperator::make_dense(const Execution& execution) {
     }
     for (Eigen::MatrixXd& each : A) {
         execution.check();
-        const Eigen::PartialPivLU<Eigen::Ref<Eigen::MatrixXd>> lu(each);
+        Inverse inverse = dense_inverse(std::move(each));
         const double precision = std::numeric_limits<double>::epsilon();
-        if (!(lu.rcond() > precision)) {
+        if (!(inverse.rcond > precision)) {
             throw NotConverged("the bounces of light do not die out: I - T is singular to working precision; use "
                                "--basis normalized-radial");
         }
-        parts_.push_back({lu.inverse(), {}, {}, precision / lu.rcond()});
-        each.resize(0, 0);
+        parts_.push_back({std::move(inverse.matrix), {}, {}, precision / inverse.rcond});
     }
 }
 

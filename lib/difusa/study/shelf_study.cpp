@@ -1,11 +1,10 @@
 #include <difusa/study/shelf_study.h>
 
+#include <difusa/algebra/dense.h>
 #include <difusa/core/text.h>
 #include <difusa/form_factors/form_factors.h>
 #include <difusa/study/references/form_factors.h>
 #include <difusa/study/references/shelf.h>
-
-#include <Eigen/Dense>
 
 #include <algorithm>
 #include <array>
@@ -36,7 +35,7 @@ std::array<double, 3> patches_with(const FormFactors& F, const std::vector<Mater
             K(row, static_cast<Eigen::Index>(j)) -= materials[i].reflectance[0] * F.at(i, j);
         }
     }
-    const Eigen::Vector3d B = K.partialPivLu().solve(E);
+    const Eigen::Vector3d B = solve_dense(K, E);
     return {B[0], B[1], B[2]};
 }
 

@@ -1,8 +1,7 @@
 #include <difusa/study/references/ball_over_disc.h>
 
+#include <difusa/algebra/dense.h>
 #include <difusa/study/references/check_parameter.h>
-
-#include <Eigen/LU>
 
 #include <algorithm>
 #include <array>
@@ -247,7 +246,7 @@ void BallOverDisc::solve(std::size_t nodes) {
     const auto [P, d_ball] = assemble(ball_.node, disc_.node.size(), [&](double alpha) { return from_disc(alpha); });
     const auto [Q, d_disc] = assemble(disc_.node, ball_.node.size(), [&](double u) { return from_ball(u); });
     const Eigen::MatrixXd system = Eigen::MatrixXd::Identity(Q.rows(), Q.rows()) - Q * P;
-    const Eigen::VectorXd H_disc = system.partialPivLu().solve(d_disc + Q * d_ball);
+    const Eigen::VectorXd H_disc = solve_dense(system, d_disc + Q * d_ball);
     const Eigen::VectorXd H_ball = d_ball + P * H_disc;
     disc_.H.assign(H_disc.begin(), H_disc.end());
     ball_.H.assign(H_ball.begin(), H_ball.end());

@@ -1,10 +1,9 @@
 #include <difusa/study/references/shelf.h>
 
+#include <difusa/algebra/dense.h>
 #include <difusa/algebra/quadrature.h>
 #include <difusa/study/references/check_parameter.h>
 #include <difusa/study/references/form_factors.h>
-
-#include <Eigen/Dense>
 
 #include <algorithm>
 #include <cmath>
@@ -59,7 +58,7 @@ std::array<double, 3> shelf_patches(const ShelfParameters& p) {
     matrix << 0.0, F.AB, F.AC, F.BA, 0.0, F.BA, F.AC, F.AB, 0.0;
     const Eigen::Map<const Eigen::Vector3d> E(p.E.data()), rho(p.rho.data());
     const Eigen::Matrix3d K = Eigen::Matrix3d::Identity() - rho.asDiagonal() * matrix;
-    const Eigen::Vector3d B = K.partialPivLu().solve(E);
+    const Eigen::Vector3d B = solve_dense(K, E);
     return {B[0], B[1], B[2]};
 }
 
@@ -91,7 +90,7 @@ Shelf::Shelf(const ShelfParameters& parameters) : parameters_(parameters) {
         }
         E[i] = parameters.E[at.surface];
     }
-    const Eigen::VectorXd B = system.partialPivLu().solve(E);
+    const Eigen::VectorXd B = solve_dense(system, E);
     B_.assign(B.data(), B.data() + n);
 }
 
