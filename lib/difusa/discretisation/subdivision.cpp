@@ -46,39 +46,40 @@ Values gradients_at(const SiteSet& sites, const Values& values, const Execution&
         trees.emplace(region, PointTree(sites.points, std::move(own)));
     }
     Values gradients = Values::Zero(static_cast<Eigen::Index>(sites.size()), 3 * columns);
-    parallel_for(sites.size(), gradients_at_once, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
-        std::array<Index, neighbours + 1> found{};
-        std::array<double, neighbours + 1> squared{};
-        for (std::size_t i = begin; i < end; ++i) {
-            const SurfacePoint& x = sites.points[i];
-            const auto [s, t] = along(x.normal);
-            const std::size_t count = trees.at(sites.region[i]).nearest(x.position, found, squared);
-            Eigen::MatrixXd steps(static_cast<Eigen::Index>(count), 2);
-            Eigen::MatrixXd changes(static_cast<Eigen::Index>(count), columns);
-            Eigen::Index rows = 0;
-            for (std::size_t k = 0; k < count; ++k) {
-                const SurfacePoint& y = sites.points[found[k]];
-                const Vec3 step = y.position - x.position;
-                const double length = step.norm();
-                if (found[k] == i || !(length > 0.0) || !(x.normal.dot(y.normal) > 0.0)) {
+    parallel_for(
+        sites.size(), gradients_at_once, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
+            std::array<Index, neighbours + 1> found{};
+            std::array<double, neighbours + 1> squared{};
+            for (std::size_t i = begin; i < end; ++i) {
+                const SurfacePoint& x = sites.points[i];
+                const auto [s, t] = along(x.normal);
+                const std::size_t count = trees.at(sites.region[i]).nearest(x.position, found, squared);
+                Eigen::MatrixXd steps(static_cast<Eigen::Index>(count), 2);
+                Eigen::MatrixXd changes(static_cast<Eigen::Index>(count), columns);
+                Eigen::Index rows = 0;
+                for (std::size_t k = 0; k < count; ++k) {
+                    const SurfacePoint& y = sites.points[found[k]];
+                    const Vec3 step = y.position - x.position;
+                    const double length = step.norm();
+                    if (found[k] == i || !(length > 0.0) || !(x.normal.dot(y.normal) > 0.0)) {
+                        continue;
+                    }
+                    steps.row(rows) = Eigen::RowVector2d(step.dot(s), step.dot(t)) / length;
+                    changes.row(rows++) =
+                        (values.row(static_cast<Eigen::Index>(found[k])) - values.row(static_cast<Eigen::Index>(i))) /
+                        length;
+                }
+                if (rows == 0) {
                     continue;
                 }
-                steps.row(rows) = Eigen::RowVector2d(step.dot(s), step.dot(t)) / length;
-                changes.row(rows++) =
-                    (values.row(static_cast<Eigen::Index>(found[k])) - values.row(static_cast<Eigen::Index>(i))) /
-                    length;
+                const Eigen::MatrixXd fit = least_squares(
+                    steps.topRows(rows), changes.topRows(rows)); // of least norm where the sites are in a line
+                for (Eigen::Index c = 0; c < columns; ++c) {
+                    gradients.row(static_cast<Eigen::Index>(i)).segment<3>(3 * c) =
+                        (fit(0, c) * s + fit(1, c) * t).transpose();
+                }
             }
-            if (rows == 0) {
-                continue;
-            }
-            const Eigen::MatrixXd fit = least_squares(
-                steps.topRows(rows), changes.topRows(rows)); // of least norm where the sites are in a line
-            for (Eigen::Index c = 0; c < columns; ++c) {
-                gradients.row(static_cast<Eigen::Index>(i)).segment<3>(3 * c) =
-                    (fit(0, c) * s + fit(1, c) * t).transpose();
-            }
-        }
-    });
+        });
     return gradients;
 }
 

@@ -45,8 +45,9 @@ struct GroupedFormFactors {
 
 /// Groups are nodes of a binary tree, flat wherever the surface is, down to single triangles. Two groups become a link
 /// where each is flat and in front of the other, and the estimated error of the factors from any triangle of the one to
-/// all of the other is at most a tenth of the tolerance, since errors of a row add up, and 3 % of the factor if nothing is
-/// in between; otherwise the one with the larger radius is divided. Two triangles are linked by PairExchange::of, as single ones are.
+/// all of the other is at most a tenth of the tolerance, since errors of a row add up, and 3 % of the factor if nothing
+/// is in between; otherwise the one with the larger radius is divided. Two triangles are linked by PairExchange::of, as
+/// single ones are.
 ///
 /// The kernel of groups with nothing in between is fitted to its means over the one from points of the other, by the
 /// rule of five points that is exact for cubic polynomials on a rectangle: the centroid, and a distance of √3 standard

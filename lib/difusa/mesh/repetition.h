@@ -59,10 +59,10 @@ struct Repetition {
 /// the walls; `planes` and `periods` of the mesh's repetition are given. A period's cell begins where the mesh does.
 /// Lets Mesh::convex be false if there are walls.
 ///
-/// Possible are planes at right angles, two at an angle of 180°/n of at least 5°, two parallel ones that face each other, and periods
-/// at right angles to each other and to all planes. Throws InputError, with the remedy, for anything else, and for a
-/// face that lies behind a plane or does not fit into a period by more than 1e-6 of the mesh's diameter; `name`: of a
-/// face by its number in the file.
+/// Possible are planes at right angles, two at an angle of 180°/n of at least 5°, two parallel ones that face each
+/// other, and periods at right angles to each other and to all planes. Throws InputError, with the remedy, for anything
+/// else, and for a face that lies behind a plane or does not fit into a period by more than 1e-6 of the mesh's
+/// diameter; `name`: of a face by its number in the file.
 void settle_repetition(Mesh& mesh, const std::function<std::string(Index face)>& name);
 void settle_repetition(Mesh& mesh);
 
