@@ -19,7 +19,7 @@ bool is_dark(const Mesh& mesh, const LitSurface& lit, const PatchMesh& patches, 
 }
 
 /// What a pilot bakes: the scene with few rays.
-BakeOptions pilot_options(const BakeOptions& options) {
+BakeOptions patch_pilot_options(const BakeOptions& options) {
     BakeOptions own = options;
     own.rays = pilot_rays(options.rays);
     own.sites = 0; // of which there are enough already
@@ -70,7 +70,7 @@ std::shared_ptr<SiteSet> place_elements(BakeResult& result, const Registry& regi
     for (const std::size_t target : {between, wanted}) {
         execution.phase("pilot bake");
         const std::shared_ptr<SiteSet> sites = sites_now();
-        bake_pilot(result, pilot_options(options), registry, choices, {sites, lit.dark_area}, tracer, execution,
+        bake_pilot(result, patch_pilot_options(options), registry, choices, {sites, lit.dark_area}, tracer, execution,
                    [&](const BakeResult& pilot, const Execution& own) {
                        const Values light = reflected_at_sites(pilot, sum_of_parts(pilot.solution.h, pilot.channels));
                        elements = PatchElements(patches, sites->points);

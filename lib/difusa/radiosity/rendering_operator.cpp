@@ -149,7 +149,7 @@ void RenderingOperator::make_dense(const Execution& execution) {
             throw NotConverged("the bounces of light do not die out: I - T is singular to working precision; use "
                                "--basis normalized-radial");
         }
-        parts_.push_back({std::move(inverse.matrix), {}, {}, precision / inverse.rcond});
+        parts_.push_back({inverse.matrix, {}, {}, precision / inverse.rcond});
     }
 }
 
