@@ -247,9 +247,9 @@ class GroupedWorker {
             return;
         }
         const Extent &at_a = problem_.extents[pair.a], &at_b = problem_.extents[pair.b];
-        const Side of_a = b.flat ? side_of(b.plane, at_a.corners(), problem_.rounding) : Side::across,
-                   of_b = a.flat ? side_of(a.plane, at_b.corners(), problem_.rounding) : Side::across;
-        if (of_a == Side::behind || of_b == Side::behind) {
+        const PlaneSide of_a = b.flat ? side_of(b.plane, at_a.corners(), problem_.rounding) : PlaneSide::across,
+                        of_b = a.flat ? side_of(a.plane, at_b.corners(), problem_.rounding) : PlaneSide::across;
+        if (of_a == PlaneSide::behind || of_b == PlaneSide::behind) {
             return;
         }
         const std::size_t before = pair_.between.size();
@@ -259,7 +259,7 @@ class GroupedWorker {
             return;
         }
         const std::size_t after = pair_.between.size();
-        const bool in_front = of_a == Side::in_front && of_b == Side::in_front;
+        const bool in_front = of_a == PlaneSide::in_front && of_b == PlaneSide::in_front;
         if (a.right == none && b.right == none) {
             const double least = std::min(problem_.area[pair.a], problem_.area[pair.b]);
             const Estimate exchange = pair_.of(problem_.tree.order()[a.first], problem_.tree.order()[b.first], before,

@@ -24,13 +24,13 @@ std::vector<PolygonEnd> ends_of(const Mesh& mesh) {
     return ends;
 }
 
-Side side_of(const Plane& plane, std::span<const Vec3> points, double rounding) {
+PlaneSide side_of(const Plane& plane, std::span<const Vec3> points, double rounding) {
     double low = plane.height(points[0]), high = low;
     for (const Vec3& p : points.subspan(1)) {
         low = std::min(low, plane.height(p));
         high = std::max(high, plane.height(p));
     }
-    return high <= rounding ? Side::behind : low >= -rounding ? Side::in_front : Side::across;
+    return high <= rounding ? PlaneSide::behind : low >= -rounding ? PlaneSide::in_front : PlaneSide::across;
 }
 
 bool PairExchange::narrow(std::span<const Vec3> from, std::span<const Vec3> to, std::size_t first, std::size_t last) {
@@ -62,19 +62,19 @@ bool PairExchange::narrow(std::span<const Vec3> from, std::span<const Vec3> to, 
 
 Estimate PairExchange::of(Index p, Index q, std::size_t first, std::size_t last, double allowed) {
     const PolygonEnd *P = &ends_[p], *Q = &ends_[q];
-    const Side of_P = side_of(Q->plane, P->polygon.corners(), rounding_),
-               of_Q = side_of(P->plane, Q->polygon.corners(), rounding_);
-    if (of_P == Side::behind || of_Q == Side::behind) {
+    const PlaneSide of_P = side_of(Q->plane, P->polygon.corners(), rounding_),
+                    of_Q = side_of(P->plane, Q->polygon.corners(), rounding_);
+    if (of_P == PlaneSide::behind || of_Q == PlaneSide::behind) {
         return {};
     }
-    if (of_P == Side::across) {
+    if (of_P == PlaneSide::across) {
         cut_p_ = PolygonEnd(P->polygon.above(Q->plane, rounding_), P->plane.normal);
     }
-    if (of_Q == Side::across) {
+    if (of_Q == PlaneSide::across) {
         cut_q_ = PolygonEnd(Q->polygon.above(P->plane, rounding_), Q->plane.normal);
     }
-    P = of_P == Side::across ? &cut_p_ : P;
-    Q = of_Q == Side::across ? &cut_q_ : Q;
+    P = of_P == PlaneSide::across ? &cut_p_ : P;
+    Q = of_Q == PlaneSide::across ? &cut_q_ : Q;
     if (P->polygon.empty() || Q->polygon.empty()) {
         return {};
     }

@@ -30,10 +30,10 @@ struct FormFactorCounts {
 std::vector<PolygonEnd> ends_of(const Mesh& mesh);
 
 /// On which side of a plane points are.
-enum class Side { behind, across, in_front };
+enum class PlaneSide { behind, across, in_front };
 
 /// Points within `rounding` of the plane count as on it; all of them on it as behind.
-Side side_of(const Plane& plane, std::span<const Vec3> points, double rounding);
+PlaneSide side_of(const Plane& plane, std::span<const Vec3> points, double rounding);
 
 /// Pairs of triangles, for a search that goes down trees of them: a stack of lists of blockers that may come between
 /// what it looks at. Scratch of one thread.
