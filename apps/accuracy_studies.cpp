@@ -3,6 +3,7 @@
 #include <difusa/core/text.h>
 #include <difusa/io/field_file.h>
 #include <difusa/study/classical_study.h>
+#include <difusa/study/gloss_study.h>
 #include <difusa/study/mirror_study.h>
 #include <difusa/study/ring_curves.h>
 #include <difusa/study/shelf_study.h>
@@ -155,6 +156,13 @@ void write_mirrors(double spacing, std::uint64_t seed, const StudyOutput& output
     mirror_study(registry, spacing, seed, execution,
                  [&](const MirrorTrial& trial) { table.add(mirror_row(trial), ""); });
     table.write("mirrors");
+}
+
+void write_gloss(std::size_t sites, std::uint64_t seed, const StudyOutput& output, const Registry& registry,
+                 const Execution& execution) {
+    StudyTable table(output, gloss_header(), "");
+    gloss_study(registry, sites, seed, execution, [&](const GlossTrial& trial) { table.add(gloss_row(trial), ""); });
+    table.write("gloss");
 }
 
 void write_chapter7(const StudyPlan& plan, const StudyOutput& output, const Registry& registry,

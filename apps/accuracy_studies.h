@@ -1,5 +1,5 @@
 // Studies of measure_accuracy that write tables row by row: methods side by side, divided patches, solvers, published
-// validation cases, form factors over mirror patches.
+// validation cases, form factors over mirror patches, gloss.
 #pragma once
 
 #include <difusa/study/measure.h>
@@ -57,5 +57,9 @@ void write_shelves(const BakeOptions& options, const MeasureOptions& how, const 
 /// mirrors.md. `spacing`: of the sites.
 void write_mirrors(double spacing, std::uint64_t seed, const StudyOutput& output, const Registry& registry,
                    const Execution& execution);
+
+/// gloss.md. `sites`: of each bake.
+void write_gloss(std::size_t sites, std::uint64_t seed, const StudyOutput& output, const Registry& registry,
+                 const Execution& execution);
 
 } // namespace difusa

@@ -272,6 +272,18 @@ void add_mirror_arguments(CLI::App& app, BakeOptions& options, const std::string
         ->default_str(shown(options.mirror_depth));
 }
 
+void add_gloss_arguments(CLI::App& app, BakeOptions& options, const std::string& group) {
+    add_whole<int>(app, "--directional-order", options.directional_order, 0,
+                   "order N of the spherical harmonics in which glossy materials send out light: (N + 1)^2 coefficients "
+                   "for each of their sites")
+        ->group(group)
+        ->type_name("N")
+        ->default_str(shown(options.directional_order));
+    app.add_flag_callback(
+           "--no-gloss", [&options] { options.gloss = false; }, "glossy materials absorb what they would reflect in a lobe")
+        ->group(group);
+}
+
 void add_solver_arguments(CLI::App& app, BakeOptions& options, const std::string& group) {
     add_name(app, "--solver", options.solver, "krylov, jacobi, gauss-seidel:relaxation=1.1, southwell, progressive",
              group);
@@ -322,6 +334,7 @@ void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::stri
     add_name(app, "--directions", options.directions, "set of ray directions", transport);
     add_light_arguments(app, options, transport);
     add_mirror_arguments(app, options, transport);
+    add_gloss_arguments(app, options, transport);
     add_solver_arguments(app, options, transport);
 
     add_scene_arguments(app, options);

@@ -156,6 +156,14 @@ void run(const Arguments& a) {
     check_files(a);
     difusa::BakeOptions options = bake_options(a.bake, registry);
     options.every_surface = !a.bake.files.transport.empty();
+    if (options.every_surface) {
+        options.when_visible = [](const auto& scene, const auto&...) {
+            if (scene.mesh.glossy.any()) {
+                throw difusa::UsageError("--save-transport: the transport over glossy materials cannot be saved; remove the "
+                                 "option, or use --no-gloss");
+            }
+        };
+    }
     difusa::BakeFiles files = a.bake.files;
     if (a.dry_run) {
         files = {.report = files.report};

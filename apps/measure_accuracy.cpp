@@ -62,6 +62,7 @@ Examples:
       those whose names begin with 5.11, with more rays
 
   measure_accuracy --output study --mirrors
+  measure_accuracy --output study --gloss --sites 2000
       form factors over mirror patches: errors by their granularity, and the distance of what they show (data/MIRRORS.md)
 
   measure_accuracy --output study --shelf
@@ -85,7 +86,7 @@ struct Arguments {
     std::optional<std::size_t> sites; ///< of those systems
     bool side_by_side = false, subdivision = false, shelf = false;
     std::string validation; ///< name of the collection
-    bool mirrors = false;
+    bool mirrors = false, gloss = false;
     difusa::RunArguments run;
 };
 
@@ -147,6 +148,9 @@ void declare(CLI::App& app, Arguments& a) {
                  "shelves of growing length beside the infinite one instead: form factors, patches and bakes");
     app.add_flag("--mirrors", a.mirrors,
                  "form factors over mirror patches instead, in situations with one mirror and with two");
+
+    app.add_flag("--gloss", a.gloss,
+                 "glossy floors against path tracing instead, by lobe and order of the harmonics (default --sites: 5000)");
 
     app.add_option("--validation", a.validation,
                    "published validation cases instead: cie-171; --case names them by how they begin, e.g. 5.9")
@@ -383,9 +387,9 @@ void validate(Arguments& a, const difusa::Registry& registry, const difusa::Exec
                              execution);
 }
 
-/// What --mirrors and --shelf do not take.
+/// What --mirrors, --shelf and --gloss do not take.
 void check_mirrors(const Arguments& a) {
-    const std::string study = a.mirrors ? "--mirrors" : "--shelf";
+    const std::string study = a.mirrors ? "--mirrors" : a.shelf ? "--shelf" : "--gloss";
     const std::vector<std::pair<bool, std::string>> given{{!a.plan.cases.empty(), "--case"},
                                                           {!a.plan.bases.empty(), "--basis"},
                                                           {!a.plan.projections.empty(), "--projection"},
@@ -401,9 +405,11 @@ void check_mirrors(const Arguments& a) {
                                                           {a.estimate > 0, "--estimate"},
                                                           {a.repeats > 1, "--repeat"},
                                                           {a.mirrors && a.shelf, "--shelf"},
+                                                          {a.gloss && (a.mirrors || a.shelf), "--gloss"},
+                                                          {a.gloss && !a.plan.spacings.empty(), "--spacing"},
                                                           {a.plan.spacings.size() > 1, "a second --spacing"}};
     for (const auto& [is, name] : given) {
-        if ((a.mirrors || a.shelf) && is) {
+        if ((a.mirrors || a.shelf || a.gloss) && is) {
             throw UsageError(study + " does not take " + name);
         }
     }
@@ -422,7 +428,7 @@ void measure_shelves(const Arguments& a, const difusa::Registry& registry, const
 
 /// What --solver needs, and does not take.
 void check_solvers(const Arguments& a, const difusa::Registry& registry) {
-    if (a.solvers.empty() && (!a.albedos.empty() || (a.sites && !a.side_by_side && !a.subdivision))) {
+    if (a.solvers.empty() && (!a.albedos.empty() || (a.sites && !a.side_by_side && !a.subdivision && !a.gloss))) {
         throw UsageError("--albedo and --sites are for the comparison of solvers: name them, --solver krylov "
                          "--solver jacobi");
     }
@@ -516,6 +522,9 @@ void run(Arguments& a) {
     const difusa::Execution execution{a.run.threads, &progress};
     if (a.mirrors) {
         judge_mirrors(a, registry, execution);
+    } else if (a.gloss) {
+        difusa::write_gloss(a.sites.value_or(difusa::default_sites), a.plan.common.seed, {a.output, a.run.quiet},
+                            registry, execution);
     } else if (a.shelf) {
         measure_shelves(a, registry, execution);
     } else if (!a.validation.empty()) {

@@ -182,6 +182,11 @@ void declare_picture(CLI::App& app, Arguments& a) {
         ->group(group)
         ->type_name("N")
         ->default_str(difusa::shown(a.view.samples));
+    difusa::add_whole<std::size_t>(app, "--glossy-rays", a.view.glossy_rays, 1,
+                                   "rays that go on where a ray through a pixel meets a glossy surface")
+        ->group(group)
+        ->type_name("N")
+        ->default_str(difusa::shown(a.view.glossy_rays));
     app.add_flag("--cull-backs", a.view.cull_backs, "see through back faces")->group(group);
     add_parsed(
         app, "--background", a.background,

@@ -43,6 +43,7 @@ const std::vector<Kept>& kept() {
              write_text(daylit_room_points(), d / "daylit_room_points.csv");
          }},
         {"furnace_box", [](const Directory& d) { write_obj(furnace_box(), d, "furnace_box"); }},
+        {"glossy_floor", [](const Directory& d) { write_scene(glossy_floor(), d, "glossy_floor"); }},
         {"greenhouse_row", [](const Directory& d) { write_scene(greenhouse_row(), d, "greenhouse_row"); }},
         {"mirror_double", [](const Directory& d) { write_scene(mirror_double(), d, "mirror_double"); }},
         {"mirror_room", [](const Directory& d) { write_scene(mirror_room(), d, "mirror_room"); }},

@@ -25,6 +25,9 @@ Scene room_d();
 /// A room with a mirror on the wall, and one on a table that throws the sun onto the ceiling.
 Scene mirror_room();
 
+/// A room with a polished floor.
+Scene glossy_floor();
+
 /// The two situations of a paper on mirrors: squares that see each other in one mirror, and in two.
 Scene mirror_single();
 Scene mirror_double();

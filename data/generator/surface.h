@@ -24,6 +24,7 @@ struct Material {
     Colour emission;          ///< emitted radiosity, W/m²
     Colour mirror = {};       ///< specular reflectance
     std::string thermal = {}; ///< members of its entry in the scene file, which replaces the above there
+    double exponent = 0.0;    ///< of the Phong lobe in which `mirror` is reflected; 0: as by a mirror
 };
 
 struct Face {

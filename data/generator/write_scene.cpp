@@ -101,14 +101,18 @@ void write_obj(const Surface& surface, const std::filesystem::path& directory, c
         return material.mirror.r > 0.0 || material.mirror.g > 0.0 || material.mirror.b > 0.0;
     };
     std::string library = remarks(surface, "# ") + "# Kd: reflectance. Ke: emitted radiosity, W/m^2.";
-    library += std::any_of(surface.materials.begin(), surface.materials.end(), is_mirror)
-                   ? " Ks with illum 3: reflectance of a mirror.\n"
-                   : "\n";
+    const bool glossy = std::any_of(surface.materials.begin(), surface.materials.end(),
+                                    [](const Material& material) { return material.exponent > 0.0; });
+    const bool mirrors = std::any_of(surface.materials.begin(), surface.materials.end(), is_mirror);
+    library += glossy    ? " Ks with illum 3: reflectance of a Phong lobe of the exponent Ns.\n"
+               : mirrors ? " Ks with illum 3: reflectance of a mirror.\n"
+                         : "\n";
     for (const Material& material : surface.materials) {
         library += "\nnewmtl " + material.name + "\nKd " + triple(material.reflectance) + "\nKe " +
                    triple(material.emission) + "\n";
         if (is_mirror(material)) {
-            library += "Ks " + triple(material.mirror) + "\nillum 3\n";
+            library += "Ks " + triple(material.mirror) + "\n" +
+                       (material.exponent > 0.0 ? "Ns " + number(material.exponent) + "\n" : "") + "illum 3\n";
         }
     }
     write_text(library, directory / (name + ".mtl"));

@@ -42,6 +42,22 @@ void refuse_for_mirrors(const BakeResult& result, const Choices& choices) {
     }
 }
 
+/// Refuses what glossy reflection cannot be combined with, if there is any.
+void refuse_for_gloss(const BakeResult& result, const Choices& choices) {
+    if (!result.scene->mesh.glossy.any()) {
+        return;
+    }
+    if (choices.pairwise) {
+        throw UsageError("--transport " + result.options.transport + ": " + result.file +
+                         " has glossy materials, which pairwise transport does not know; use --transport gather, or --no-gloss");
+    }
+    if (choices.solver->needs_factors()) {
+        throw UsageError("--solver " + result.options.solver + ": " + result.file +
+                         " has glossy materials, and relaxing one unknown after the other needs rows that do not go "
+                         "over these; use krylov or jacobi, or --no-gloss");
+    }
+}
+
 /// Refuses what symmetry planes and periods cannot be combined with, if there are any.
 void refuse_for_repetition(const BakeResult& result, const Choices& choices) {
     if (!result.scene->mesh.repetition.any()) {
@@ -58,6 +74,7 @@ void refuse_for_repetition(const BakeResult& result, const Choices& choices) {
 void build_visibility(BakeResult& result, const Registry& registry, Choices& choices, const Execution& execution) {
     refuse_for_mirrors(result, choices);
     refuse_for_repetition(result, choices);
+    refuse_for_gloss(result, choices);
     execution.phase("build ray tree");
     choices.engine = built_over(result.scene->mesh, choices.engine);
     if (result.scene->thermal && choices.flip == Flip::certain) { // which side is warm does not tell fronts from backs

@@ -6,8 +6,8 @@
 #include <difusa/import/shapes.h>
 #include <difusa/lighting/lambert.h>
 #include <difusa/mesh/surface_sampling.h>
+#include <difusa/study/path_tracer.h>
 
-#include <support/path_tracer.h>
 #include <support/sited.h>
 
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ TEST(PathTracer, AgreesWithLambert) {
     const auto visibility = test::plugin<Visibility>("cgal");
     visibility->build(scene.mesh);
     const SurfacePoint x = scene.mesh.at(0, 0.3, 0.3);
-    const test::Traced traced = test::trace_paths(scene, *visibility, x, paths, RandomStream(1, "paths"));
+    const TracedLight traced = trace_paths(scene, *visibility, x, paths, RandomStream(1, "paths"));
     double exact = 0.0;
     for (const Index t : {2U, 3U}) {
         exact += lambert_form_factor(x.position, x.normal, scene.mesh.corner(t, 0), scene.mesh.corner(t, 1),
@@ -48,8 +48,8 @@ TEST(PathTracer, AgreesWithTheFurnace) {
     const Scene scene = test::uniform_scene(sphere(1.0, 2, Front::inside), 0.5, 1.0);
     const auto visibility = test::plugin<Visibility>("cgal");
     visibility->build(scene.mesh);
-    const test::Traced traced =
-        test::trace_paths(scene, *visibility, scene.mesh.at(7, 0.3, 0.3), paths, RandomStream(1, "paths"));
+    const TracedLight traced =
+        trace_paths(scene, *visibility, scene.mesh.at(7, 0.3, 0.3), paths, RandomStream(1, "paths"));
     EXPECT_NEAR(traced.mean[0], 2.0, 4.5 * std::sqrt(traced.variance[0]));
     EXPECT_LT(std::sqrt(traced.variance[0]), 0.2);
 }
@@ -70,11 +70,11 @@ TEST(PathTracing, TheCornellBoxByDefault) {
     // Few places with many paths each: for the same work that tells the mean of the squares best.
     const std::vector<SurfacePoint> x = even_points(scene.mesh, 64, RandomStream(11, "judged"));
     const PointValues values = result.field().at(x, 0, 1, "judged", execution);
-    std::vector<std::array<test::Traced, 2>> traced(x.size());
+    std::vector<std::array<TracedLight, 2>> traced(x.size());
     parallel_for(x.size(), 1, execution, [&](std::size_t begin, std::size_t end, unsigned) {
         for (std::size_t i = begin; i < end; ++i) {
             for (std::size_t half = 0; half < 2; ++half) {
-                traced[i][half] = test::trace_paths(scene, *result.system->parts().engine, x[i], paths / 2,
+                traced[i][half] = trace_paths(scene, *result.system->parts().engine, x[i], paths / 2,
                                                     RandomStream(5, half == 0 ? "first" : "second", i));
             }
         }

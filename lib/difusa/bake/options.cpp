@@ -2,6 +2,7 @@
 
 #include <difusa/core/error.h>
 #include <difusa/discretisation/patch_elements.h>
+#include <difusa/mesh/lobe_harmonics.h>
 
 #include <cmath>
 #include <string>
@@ -104,6 +105,9 @@ void check_options(const BakeOptions& options) {
     }
     if (!(options.solve.tolerance > 0.0) || options.solve.tolerance >= 1.0) {
         refuse("--tolerance", "must be above 0 and below 1");
+    }
+    if (options.directional_order < 0 || options.directional_order > LobeHarmonics::most_order) {
+        refuse("--directional-order", "must be from 0 to " + std::to_string(LobeHarmonics::most_order));
     }
     if (options.mirror_depth < 1 || options.mirror_depth > 256) {
         refuse("--mirror-depth", "must be from 1 to 256");

@@ -91,6 +91,8 @@ struct BakeOptions {
     std::string stop = "residual"; ///< what the tolerance limits: "residual", or the "change" in an iteration (StopBy)
     bool keep_iterates = false;    ///< Solution::iterates
     std::size_t mirror_depth = 32; ///< reflections in a row in mirrors (Mirrors::most)
+    bool gloss = true;             ///< false: what glossy materials reflect in a lobe is absorbed
+    int directional_order = 8;     ///< of the spherical harmonics of glossy surfaces (LobeHarmonics::most_order)
     std::size_t final_gather = 0;  ///< rays from each output vertex; 0: the basis is evaluated
     std::optional<std::size_t> error_points; ///< of the error estimate; 0: none; absent: #S / 8 in 128..4096
     std::optional<Rgb> reflectance;          ///< of faces without a colour; absent: what the scene says, or else 0.5

@@ -83,6 +83,13 @@ struct ThermalResult {
     double imbalance() const { return heat - to_surroundings - to_backs; }
 };
 
+/// Of glossy surfaces in the solution.
+struct GlossyResult {
+    std::size_t elements = 0;    ///< pairs of gather point and lobe, each with the coefficients of all harmonics
+    std::size_t reflections = 0; ///< in a row that are followed
+    double resolved = 1.0;       ///< how much of the sharpest lobe the harmonics hold (LobeHarmonics::resolved)
+};
+
 struct BakeResult {
     Diagnosis diagnosis;
     std::string file;
@@ -113,6 +120,7 @@ struct BakeResult {
     double constant_error = 0.0; ///< rms by which the basis misses the function 1 at random surface points
     double mean_back = 0.0;      ///< share of the rays that hit the back of a face
     double mean_cut_off = 0.0;   ///< share of the light from the gather points that is cut off between mirrors
+    std::optional<GlossyResult> glossy; ///< if something is glossy
     std::optional<ErrorEstimate> error;
     std::vector<Goal> goals;                  ///< those of BakeOptions::goals on this mesh
     std::vector<GoalEstimate> goal_estimates; ///< of each

@@ -83,7 +83,11 @@ void check_scene(const Scene& scene, const std::string& name) {
             !material.reflects_at_most_all(material.vertex_colours ? Rgb(Rgb::Zero())
                                                                    : material.brightest_reflectance())) {
             refuse("the material " + material.name +
-                   " reflects more than all of the light, diffusely and as a mirror together");
+                   " reflects more than all of the light, diffusely and specularly together");
+        }
+        if (material.gloss && !is_sound(*material.gloss)) {
+            refuse("the material " + material.name + " has a gloss with a reflectance outside [0,1], an exponent "
+                   "outside [1,10000] or a roughness outside [0.03,1]");
         }
         if (material.reflectance_texture &&
             !(material.reflectance_texture->brightest() * material.reflectance <= 1.0).all()) {
@@ -146,9 +150,22 @@ void add_lights(BakeResult& result, const Execution& execution) {
 }
 
 /// Settles what of the surface follows from the scene as a whole.
-void settle_surface(BakeResult& result) {
+void settle_surface(BakeResult& result, const Execution& execution) {
     Scene& scene = *result.scene;
+    if (!result.options.gloss) {
+        std::size_t count = 0;
+        for (Material& material : scene.materials) {
+            count += material.gloss ? 1 : 0;
+            material.gloss.reset();
+        }
+        if (count > 0) {
+            execution.note("what " + std::to_string(count) +
+                           (count == 1 ? " glossy material reflects" : " glossy materials reflect") +
+                           " in a lobe is absorbed (--no-gloss)");
+        }
+    }
     settle_mirrors(scene, result.options.mirror_depth);
+    settle_gloss(scene);
     try {
         settle_repetition(scene.mesh, [&](Index face) { return face_name(result.diagnosis, face); });
     } catch (const InputError& error) {
@@ -157,6 +174,10 @@ void settle_surface(BakeResult& result) {
     if (scene.mesh.repetition.any() && scene.mesh.mirrors.any()) {
         throw InputError(result.file + ": has mirrors, and symmetry planes or periods: what is seen in mirrors is not "
                                        "followed beyond these; remove one of them");
+    }
+    if (scene.mesh.glossy.any() && (scene.mesh.repetition.any() || scene.mesh.mirrors.any() || scene.thermal)) {
+        throw InputError(result.file + ": has glossy materials, which are not computed together with mirrors, symmetry "
+                                       "planes, periods or temperatures: remove one of them, or use --no-gloss");
     }
 }
 
@@ -260,7 +281,7 @@ void read_into(BakeResult& result, const Registry& registry, const std::filesyst
     if (change) {
         change(scene);
     }
-    settle_surface(result);
+    settle_surface(result, execution);
     add_lights(result, execution);
 }
 
@@ -274,7 +295,7 @@ void adopt_into(BakeResult& result, Scene scene, const std::string& name, const 
     if (change) {
         change(*result.scene);
     }
-    settle_surface(result);
+    settle_surface(result, execution);
     add_lights(result, execution);
 }
 

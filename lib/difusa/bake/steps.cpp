@@ -12,8 +12,10 @@
 #include <difusa/mesh/surface_sampling.h>
 #include <difusa/rays/unfolded_visibility.h>
 #include <difusa/transport/gathered.h>
+#include <difusa/transport/glossy_transport.h>
 #include <difusa/transport/pairwise.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -94,6 +96,28 @@ void check_coverage(BakeResult& result, const Discretisation& discretisation, co
     }
 }
 
+/// Notes lobes that the harmonics blur, and glossy reflections that are cut off.
+void check_lobes(BakeResult& result, const LightTransport& transport, const Execution& execution) {
+    const GlossyTransport* const glossy = glossy_part(*transport.W);
+    if (glossy == nullptr) {
+        return;
+    }
+    result.glossy = GlossyResult{glossy->elements(), glossy->reflections(), 1.0};
+    for (Index lobe = 0; lobe < result.scene->mesh.glossy.lobes.size(); ++lobe) {
+        result.glossy->resolved = std::min(result.glossy->resolved, glossy->lobe(lobe).resolved());
+    }
+    if (result.glossy->resolved < 0.9) {
+        execution.note("harmonics of order " + std::to_string(result.options.directional_order) + " hold " +
+                       text_of(std::round(100.0 * result.glossy->resolved)) +
+                       " % of the sharpest glossy lobe: light that it passes on is blurred (--directional-order)");
+    }
+    if (glossy->cut_off() > 1e-3) {
+        execution.note("glossy reflections are followed over " + std::to_string(glossy->reflections()) +
+                       " in a row; the next ones would still have about " +
+                       text_of(std::round(1000.0 * glossy->cut_off()) / 10.0) + " % of the first");
+    }
+}
+
 /// Enters these elements into the list of plugins.
 void name_elements(BakeResult& result, const ElementChoice& elements) {
     std::erase_if(result.plugins,
@@ -125,13 +149,19 @@ void solve_with(BakeResult& result, const ElementChoice& elements, const Choices
         discretise(result.scene->mesh, placed.sites, elements.basis, elements.projection, choices.neighbour_areas,
                    points_of_gathering(result, elements.projection, placed), execution);
     check_constants(result, discretisation, execution);
-    if (!transport) {
+    const bool first = !transport.has_value();
+    if (first) {
         transport = source(discretisation, execution);
-        check_coverage(result, discretisation, *transport, placed.dark_area, execution);
+    }
+    LightTransport reflected = with_gloss(*transport, discretisation, result.scene->mesh.glossy,
+                                          result.options.directional_order, execution);
+    if (first) {
+        check_coverage(result, discretisation, reflected, placed.dark_area, execution);
+        check_lobes(result, reflected, execution);
     }
     result.system = std::make_shared<RadiositySystem>(SystemParts{result.scene, choices.engine, choices.directions,
-                                                                  choices.solver, std::move(discretisation), *transport,
-                                                                  result.options.seed, choices.fresh_directions});
+                                                                  choices.solver, std::move(discretisation),
+                                                                  std::move(reflected), result.options.seed, choices.fresh_directions});
     try {
         find_temperatures(result, lighting_options(result, choices), execution);
         result.solution = result.system->solve(result.scene, lighting_options(result, choices), execution);

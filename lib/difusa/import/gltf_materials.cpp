@@ -127,15 +127,27 @@ double GltfMaterials::metallic(const JsonValue& pbr, const std::string& name) {
         input_.note("materials whose metalness has a texture", "its mean is used everywhere", name);
     } else if (pbr.find("metallicFactor") == nullptr && !is_polished(pbr)) {
         input_.note("materials without \"metallicFactor\"",
-                    "glTF then implies metal, which has no diffuse part and is black here; for paint export "
+                    "glTF then implies metal, which reflects glossily and not diffusely; for paint export "
                     "\"metallicFactor\": 0",
                     name);
         return 1.0;
     }
-    if (!is_polished(pbr)) {
-        note_metal(factor, name);
-    }
     return factor;
+}
+
+double GltfMaterials::roughness(const JsonValue& pbr, const std::string& name) {
+    double factor = std::clamp(input_.number(pbr, "roughnessFactor", 1.0), 0.0, 1.0);
+    if (const JsonValue* from = pbr.find("metallicRoughnessTexture"); from != nullptr && factor > 0.0) {
+        if (const std::shared_ptr<const Image> picture = image_of(*from, PixelEncoding::linear)) {
+            double sum = 0.0;
+            for (const std::array<float, 3>& pixel : picture->pixels) {
+                sum += static_cast<double>(pixel[1]);
+            }
+            factor *= std::min(sum / static_cast<double>(picture->pixels.size()), 1.0);
+        }
+        input_.note("materials whose roughness has a texture", "its mean is used everywhere", name);
+    }
+    return std::max(LobeShape::least_roughness, factor);
 }
 
 double GltfMaterials::specular(const JsonValue& gloss, const std::string& name) {
@@ -162,8 +174,8 @@ bool GltfMaterials::is_polished(const JsonValue& pbr) const {
 void GltfMaterials::note_metal(double share, const std::string& name) {
     if (share == 1.0) {
         input_.note("metallic materials",
-                    "they have no diffuse part and are black here; only metallic-roughness materials of roughness 0 "
-                    "are mirrors",
+                    "they have no diffuse part and are black here; only metallic-roughness materials are mirrors, or "
+                    "glossy",
                     name);
     }
 }
@@ -197,7 +209,11 @@ GltfMaterials::Surface GltfMaterials::surface(const JsonValue& from, std::size_t
         const Rgb base = colour(pbr, "baseColorFactor");
         const double metal = metallic(pbr, name);
         material.reflectance = base * (1.0 - metal);
-        material.mirror = is_polished(pbr) ? Rgb(base * metal) : Rgb(Rgb::Zero());
+        if (is_polished(pbr)) {
+            material.mirror = base * metal;
+        } else if (metal > 0.0 && (base > 0.0).any()) {
+            material.gloss = Gloss{{LobeShape::Model::ggx, roughness(pbr, name)}, base * metal};
+        }
         base_texture = pbr.find("baseColorTexture");
     }
     Map base_map, emission_map;
@@ -207,6 +223,10 @@ GltfMaterials::Surface GltfMaterials::surface(const JsonValue& from, std::size_t
         if (base_map.texture && (material.mirror > 0.0).any()) {
             input_.note("mirrors whose colour has a texture", "its mean is used everywhere", name);
             material.mirror *= base_map.texture->mean();
+        }
+        if (base_map.texture && material.gloss) {
+            input_.note("glossy materials whose colour has a texture", "the mean is used for the gloss", name);
+            material.gloss->reflectance *= base_map.texture->mean();
         }
     }
     const JsonValue* strength = input_.extension(from, "KHR_materials_emissive_strength");

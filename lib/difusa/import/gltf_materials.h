@@ -44,6 +44,8 @@ class GltfMaterials {
     std::shared_ptr<const Image> image_of(const JsonValue& from, PixelEncoding encoding);
     /// Metals have no diffuse part. For a texture its mean is used.
     double metallic(const JsonValue& pbr, const std::string& name);
+    /// The roughness, at least LobeShape::least_roughness. For a texture its mean is used.
+    double roughness(const JsonValue& pbr, const std::string& name);
     /// The specular part of KHR_materials_pbrSpecularGlossiness, which is not diffuse: the largest channel of the
     /// specular colour. For a texture its mean is used.
     double specular(const JsonValue& gloss, const std::string& name);

@@ -88,21 +88,25 @@ class Parser {
         if (!has_kd_ && maps_[0]) {
             material_.reflectance = Rgb::Ones();
         } else if (!has_kd_ && has_illum_3_ && (specular_ > 0.0).any()) {
-            material_.reflectance = Rgb::Zero(); // nothing but a mirror
+            material_.reflectance = Rgb::Zero(); // nothing but a mirror, or gloss
         } else if (!has_kd_) {
             without_kd_.add(line_);
         }
         if (!has_ke_ && maps_[1]) {
             material_.emission = Rgb::Ones();
         }
-        if (has_illum_3_ && exponent_ < polished) {
-            glossy_.add(line_);
-        } else if (has_illum_3_) {
-            material_.mirror = specular_.max(0.0).min(1.0);
+        if (has_illum_3_) {
+            Rgb specular = specular_.max(0.0).min(1.0);
             const Rgb left = (1.0 - material_.reflectance).max(0.0);
-            if ((material_.mirror > left).any()) {
+            if ((specular > left).any()) {
                 too_bright_.add(line_);
-                material_.mirror = material_.mirror.min(left);
+                specular = specular.min(left);
+            }
+            if (exponent_ >= polished) {
+                material_.mirror = specular;
+            } else if ((specular > 0.0).any()) {
+                material_.gloss = Gloss{
+                    {LobeShape::Model::phong, std::max(LobeShape::least_exponent, exponent_)}, specular};
             }
         }
         for (std::optional<TextureUse>& use : maps_) {
@@ -240,10 +244,8 @@ class Parser {
         without_kd_.note(materials + "without Kd", "their reflectance is 0.5", notes);
         unread_.note(file_ + ": unsupported texture options", "they are ignored", notes);
         translucent_.note(materials + "that are not opaque", "transparency is ignored, every face is opaque", notes);
-        glossy_.note(materials + "with illum 3 and an Ns below 900",
-                     "they are glossy, not mirrors: gloss is not computed, only Kd is used", notes);
-        too_bright_.note(materials + "whose Kd and Ks (mirrors, illum 3) add up to more than 1",
-                         "the mirror reflects what Kd leaves", notes);
+        too_bright_.note(materials + "whose Kd and Ks (illum 3) add up to more than 1",
+                         "the specular share is what Kd leaves", notes);
         foreign_.note(materials + "with a spectral or xyz colour", "it is ignored: write R G B instead", notes);
         repeated_.note(materials + "whose name was defined before", "the first definition is used", notes);
     }

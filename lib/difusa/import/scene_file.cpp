@@ -103,8 +103,9 @@ class SceneFile {
         checks_.object(materials, quoted("materials"));
         for (std::size_t i = 0; i < materials.names.size(); ++i) {
             const JsonValue& from = materials.items[i];
-            std::vector<std::string> known{"reflectance", "reflectance_texture", "mirror",       "emission",
-                                           "luminance",   "emission_texture",    "double_sided", "light_group"};
+            std::vector<std::string> known{"reflectance",      "reflectance_texture", "mirror",
+                                           "gloss",            "emission",            "luminance",
+                                           "emission_texture", "double_sided",        "light_group"};
             known.insert(known.end(), thermal_members().begin(), thermal_members().end());
             checks_.members(from, "a material", known);
             Material material;
@@ -134,6 +135,16 @@ class SceneFile {
                                               "light");
                 }
             }
+            if (const JsonValue* gloss = from.find("gloss")) {
+                material.gloss = read_gloss(*gloss);
+                if (rho == nullptr && rho_texture == nullptr && !material.vertex_colours) {
+                    material.reflectance = Rgb::Zero(); // nothing but gloss
+                }
+                if (!material.reflects_at_most_all(material.brightest_reflectance())) {
+                    checks_.fail(*gloss, "the reflectances of \"gloss\", of \"mirror\" and the diffuse one add up to "
+                                         "more than 1: a surface cannot reflect more than all of the light");
+                }
+            }
             material.thermal = scene_thermal(checks_, from, material.mirror);
             if (emission != nullptr || from.find("luminance") != nullptr) {
                 const Rgb light = checks_.light(from, "a material", "emission", "luminance", soup_.photometric);
@@ -156,6 +167,30 @@ class SceneFile {
             materials_.emplace(material.name, static_cast<Index>(soup_.materials.size()));
             soup_.materials.push_back(std::move(material));
         }
+    }
+
+    double in_range(const JsonValue& value, const char* name, double least, double most) const {
+        const double number = checks_.number(value, quoted(name));
+        if (!(number >= least) || !(number <= most)) {
+            checks_.fail(value, quoted(name) + " must be from " + text_of(least) + " to " + text_of(most));
+        }
+        return number;
+    }
+
+    Gloss read_gloss(const JsonValue& from) const {
+        checks_.members(from, "a gloss", {"reflectance", "exponent", "roughness"});
+        const JsonValue *exponent = from.find("exponent"), *roughness = from.find("roughness");
+        if ((exponent == nullptr) == (roughness == nullptr)) {
+            checks_.fail(from, "\"gloss\" needs either \"exponent\", of a Phong lobe, or \"roughness\", of GGX");
+        }
+        Gloss gloss;
+        gloss.reflectance = checks_.reflectance_of(checks_.required(from, "a gloss", "reflectance"));
+        gloss.shape = exponent != nullptr
+                          ? LobeShape{LobeShape::Model::phong, in_range(*exponent, "exponent", LobeShape::least_exponent,
+                                                                        LobeShape::most_exponent)}
+                          : LobeShape{LobeShape::Model::ggx,
+                                      in_range(*roughness, "roughness", LobeShape::least_roughness, 1.0)};
+        return gloss;
     }
 
     Index material(const JsonValue& value) const {

@@ -292,6 +292,29 @@ AreaLights::Sample AreaLights::sample(const SurfacePoint& x, const std::array<do
     return blocked != 0 ? Sample{} : sample_of(target.form_factor);
 }
 
+AreaLights::Sample AreaLights::sample_direction(const SurfacePoint& x, const std::array<double, 4>& u,
+                                                Worker& worker) const {
+    const Choice choice = choose(x, u[0], worker);
+    if (choice.triangle == none || !(choice.form_factor > 0.0)) {
+        return {};
+    }
+    const SurfacePoint from = inset(scene_.mesh, x);
+    const Target target = target_on(from, choice.triangle, {u[1], u[2], u[3]});
+    if (!(target.form_factor > 0.0)) {
+        return {};
+    }
+    if (shafts_ && may_be_blocked(from, choice.triangle)) {
+        const Segment segment{from.position, target.position, from.face, original(choice.triangle)};
+        std::uint8_t blocked = 0;
+        worker.cast += tracer_.occluded({&segment, 1}, {&blocked, 1});
+        if (blocked != 0) {
+            return {};
+        }
+    }
+    return {lamps().material[choice.triangle], choice.weight * target.form_factor * emission(choice.triangle),
+            (target.position - from.position).normalized()};
+}
+
 /// One of several points spread over the triangle, chosen in proportion to what it sends to x, and the form factor as
 /// the mean over them: their product with the visibility of the chosen point has the visible form factor as its
 /// expectation.

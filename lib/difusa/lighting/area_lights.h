@@ -82,6 +82,7 @@ class AreaLights {
     struct Sample {
         Index material = none; ///< none: nothing
         Rgb H = Rgb::Zero();
+        Vec3 towards = Vec3::Zero(); ///< unit, if it was asked for
     };
 
     /// An unbiased estimate of all light with at most one shadow ray, from four random numbers in [0, 1): the light of
@@ -89,6 +90,10 @@ class AreaLights {
     /// no face reaches between x and the chosen one (Shafts), it is the irradiance itself, and no ray is cast; where
     /// all is occluded, 0.
     Sample sample(const SurfacePoint& x, const std::array<double, 4>& u, Worker& worker) const;
+
+    /// The same for light whose direction matters: always of one point on the light, which is drawn in proportion to
+    /// what it sends to x.
+    Sample sample_direction(const SurfacePoint& x, const std::array<double, 4>& u, Worker& worker) const;
 
     /// Rounds of shadow rays stop once the standard error of their mean share is at most this.
     static constexpr double settled = 0.002;

@@ -358,4 +358,34 @@ void DirectLight::sample(std::span<const SurfacePoint> x, RandomStream& stream, 
     }
 }
 
+void DirectLight::sample_directions(std::span<const SurfacePoint> x, RandomStream& stream,
+                                    std::vector<Arrival>& arrivals, Worker& worker) const {
+    const std::size_t sets = sets_.count();
+    arrivals.clear();
+    clear(worker);
+    const Place start = extended_ > 0 ? Place{stream.uniform(), stream.uniform()} : Place{};
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        add_drawn(x[i], i * sets, even_point<2>(i, start), stream, worker);
+    }
+    cast(worker);
+    for (std::size_t k = 0; k < worker.owner.size(); ++k) {
+        if (worker.blocked[k] == 0) {
+            const Segment& segment = worker.segments[k];
+            arrivals.push_back({worker.owner[k] / sets, static_cast<Index>(worker.owner[k] % sets),
+                                (segment.to - segment.from).normalized(), worker.light[k], true});
+        }
+    }
+    if (area_lights_.count() == 0) {
+        return;
+    }
+    const std::array<double, 4> shift{stream.uniform(), stream.uniform(), stream.uniform(), stream.uniform()};
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        const AreaLights::Sample sample =
+            area_lights_.sample_direction(x[i], even_point(i, shift), worker.area_lights);
+        if (sample.material != none) {
+            arrivals.push_back({i, sets_.material[sample.material], sample.towards, sample.H, false});
+        }
+    }
+}
+
 } // namespace difusa

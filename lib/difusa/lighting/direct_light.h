@@ -105,6 +105,20 @@ class DirectLight {
     void sample(std::span<const SurfacePoint> x, RandomStream& stream, std::span<Rgb> H, Worker& worker,
                 Rgb* from_outside = nullptr) const;
 
+    /// What arrives at a place from one direction.
+    struct Arrival {
+        std::size_t place = 0; ///< in x
+        Index set = 0;
+        Vec3 towards; ///< unit, from the place
+        Rgb H;        ///< irradiance, W/m²
+        bool from_outside = false; ///< from a sun or a point light
+    };
+
+    /// The same as a list of samples with their directions, whose sums have the same expectations, for surfaces that
+    /// do not reflect all directions alike. What mirrors show is not included.
+    void sample_directions(std::span<const SurfacePoint> x, RandomStream& stream, std::vector<Arrival>& arrivals,
+                           Worker& worker) const;
+
   private:
     using Place = std::array<double, 2>; ///< on the disc or opening of a light
     // Collect the shadow rays of x towards all suns and point lights, at most `most_sampled` of each, or one, whose

@@ -17,17 +17,6 @@ constexpr std::size_t surfels_at_once = 256;
 constexpr std::size_t material_samples = 16;
 constexpr double uneven = 0.1;
 
-/// Points spread evenly over a surfel.
-void spread(const Surfels& surfels, const std::vector<Surfels::Piece>& pieces, std::size_t count,
-            const std::array<double, 2>& shift, std::vector<SurfacePoint>& points) {
-    points.clear();
-    for (std::size_t i = 0; i < count; ++i) {
-        const double along = (static_cast<double>(i) + shift[0]) / static_cast<double>(count);
-        points.push_back(
-            surfels.point_on(pieces, along, fraction(shift[1] + static_cast<double>(i) * even_steps<2>[0])));
-    }
-}
-
 /// Handles one surfel at a time; scratch of a thread.
 class Averages {
   public:
@@ -69,7 +58,7 @@ class Averages {
     void average_materials(Index s, SurfelLight& result) {
         if (std::any_of(pieces_.begin(), pieces_.end(),
                         [&](const Surfels::Piece& piece) { return is_uneven(piece); })) {
-            spread(surfels_, pieces_, material_samples, {0.5, 0.5}, points_);
+            spread_points(surfels_, pieces_, material_samples, {0.5, 0.5}, points_);
             for (const SurfacePoint& x : points_) {
                 add_material(s, x, 1.0 / material_samples, result);
             }
@@ -91,7 +80,7 @@ class Averages {
         std::fill(H_.begin(), H_.end(), Rgb(Rgb::Zero()));
         outside_ = Rgb::Zero();
         const std::array<double, 2> shift{stream.uniform(), stream.uniform()};
-        spread(surfels_, pieces_, count, shift, points_);
+        spread_points(surfels_, pieces_, count, shift, points_);
         at_points_.resize(count * H_.size());
         light_.sample(points_, stream, at_points_, worker_, &outside_);
         double least = std::numeric_limits<double>::infinity(), most = -least;
@@ -137,6 +126,16 @@ class Averages {
 };
 
 } // namespace
+
+void spread_points(const Surfels& surfels, const std::vector<Surfels::Piece>& pieces, std::size_t count,
+                   const std::array<double, 2>& shift, std::vector<SurfacePoint>& points) {
+    points.clear();
+    for (std::size_t i = 0; i < count; ++i) {
+        const double along = (static_cast<double>(i) + shift[0]) / static_cast<double>(count);
+        points.push_back(
+            surfels.point_on(pieces, along, fraction(shift[1] + static_cast<double>(i) * even_steps<2>[0])));
+    }
+}
 
 SurfelSamples SurfelSamples::of(std::size_t rays) {
     constexpr std::size_t few_rays = 8, least_even = 4, least_edge = 16;

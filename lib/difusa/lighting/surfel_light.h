@@ -5,7 +5,9 @@
 #include <difusa/discretisation/surfels.h>
 #include <difusa/lighting/direct_light.h>
 
+#include <array>
 #include <cstdint>
+#include <vector>
 
 namespace difusa {
 
@@ -21,6 +23,10 @@ struct SurfelLight {
     /// rho ∘ H: likewise, direct light after one reflection.
     Values first_bounce() const;
 };
+
+/// Points spread evenly over a surfel with these pieces, from two numbers in [0, 1).
+void spread_points(const Surfels& surfels, const std::vector<Surfels::Piece>& pieces, std::size_t count,
+                   const std::array<double, 2>& shift, std::vector<SurfacePoint>& points);
 
 /// How many points of a surfel direct light is sampled at. A pilot decides how many follow, and is the result itself if
 /// it is even and nothing can come between the surfel and the lights. Otherwise it does not count, because the mean

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <difusa/core/types.h>
+#include <difusa/mesh/gloss.h>
 #include <difusa/mesh/mirrors.h>
 #include <difusa/mesh/repetition.h>
 
@@ -37,6 +38,7 @@ struct Mesh {
     std::vector<std::array<Rgb, 3>> corner_reflectance;            ///< empty, or #T (see Material::vertex_colours)
     std::vector<std::array<TextureCoordinates, 3>> corner_texture; ///< empty, or #T: where textures are looked up
     Mirrors mirrors;       ///< of the scene's materials (scene/scene.h, settle_mirrors)
+    GlossySurfaces glossy; ///< likewise (settle_gloss)
     Repetition repetition; ///< beyond these triangles
 
     // Derived by `derive`:

@@ -228,6 +228,12 @@ Json transport_of(const BakeResult& result) {
             transport["mirror_depth"] = result.options.mirror_depth;
             transport["mean_share_cut_off_in_mirrors"] = result.mean_cut_off;
         }
+        if (result.glossy) {
+            transport["gloss"] = {{"directional_order", result.options.directional_order},
+                                  {"elements", result.glossy->elements},
+                                  {"reflections", result.glossy->reflections},
+                                  {"resolved_share_of_sharpest_lobe", result.glossy->resolved}};
+        }
         transport["condition"] = result.system->discretisation().projection->condition();
         transport["constant_error"] = result.constant_error;
         transport["spectral_radius"] = result.solution.spectral_radius;

@@ -94,6 +94,10 @@ class DaylightComputation {
                         const SkyDivision& sky, const DaylightOptions& options, const Execution& execution)
         : system_(system), x_(x), sky_(sky), options_(options), execution_(execution),
           cells_(sky.cells(std::max<std::size_t>(1, options.rays / (sky.count() - 1)))) {
+        if (system.tracer().mesh().glossy.any()) {
+            throw UsageError("daylight coefficients are not computed over glossy materials: give these a diffuse "
+                             "reflectance instead");
+        }
         const bool grey = system.tracer().mesh().mirrors.is_grey() &&
                           (reflectance.cols() == 1 ||
                            (reflectance.col(0) == reflectance.col(1) && reflectance.col(0) == reflectance.col(2)));

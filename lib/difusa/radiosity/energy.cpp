@@ -70,11 +70,12 @@ LostShares lost_shares(const Discretisation& discretisation, const LightTranspor
             on_surfels(discretisation, transport.cut_off, execution)};
 }
 
-/// The mean specular reflectance of each surfel, #surfels by #channels; no rows without mirrors.
-Values mirrors_of(const Scene& scene, const Surfels& surfels, Eigen::Index channels) {
+/// The mean specular reflectance of each surfel, of mirrors and gloss, #surfels by #channels; no rows if there is none.
+Values specular_of(const Scene& scene, const Surfels& surfels, Eigen::Index channels) {
     const Mirrors& mirrors = scene.mesh.mirrors;
+    const GlossySurfaces& glossy = scene.mesh.glossy;
     Values mean;
-    if (!mirrors.any()) {
+    if (!mirrors.any() && !glossy.any()) {
         return mean;
     }
     mean.setZero(static_cast<Eigen::Index>(surfels.size()), channels);
@@ -82,9 +83,15 @@ Values mirrors_of(const Scene& scene, const Surfels& surfels, Eigen::Index chann
     for (Index s = 0; s < surfels.size(); ++s) {
         surfels.pieces(s, pieces);
         for (const Surfels::Piece& piece : pieces) {
-            if (const Index kind = mirrors.kind(piece.triangle); kind != none && surfels.area(s) > 0.0) {
-                mean.row(s) +=
-                    piece.area / surfels.area(s) * mirrors.reflectance[kind].head(channels).matrix().transpose();
+            if (!(surfels.area(s) > 0.0)) {
+                continue;
+            }
+            const double share = piece.area / surfels.area(s);
+            if (const Index kind = mirrors.kind(piece.triangle); kind != none) {
+                mean.row(s) += share * mirrors.reflectance[kind].head(channels).matrix().transpose();
+            }
+            if (const Index kind = glossy.kind(piece.triangle); kind != none) {
+                mean.row(s) += share * glossy.kinds[kind].reflectance.head(channels).matrix().transpose();
             }
         }
     }
@@ -95,20 +102,21 @@ Values mirrors_of(const Scene& scene, const Surfels& surfels, Eigen::Index chann
 
 EnergyBalance energy_balance(const Scene& scene, const Discretisation& discretisation, const LightTransport& transport,
                              const SurfelLight& light, const Values& irradiance, const Values& from_sky,
-                             const Execution& execution) {
+                             const Values& from_lights, const Execution& execution) {
     const Eigen::Index channels = irradiance.cols();
     const Eigen::ArrayXd zero = Eigen::ArrayXd::Zero(channels);
     const EmittedPower emitted = emitted_power(scene, channels);
     EnergyBalance balance{emitted.net, zero, zero, zero, zero, zero, zero, zero};
     const LostShares lost = lost_shares(discretisation, transport, execution);
-    const Values mirrors = mirrors_of(scene, *discretisation.surfels, channels);
+    const Values specular = specular_of(scene, *discretisation.surfels, channels);
     const Values H_sky = on_surfels(discretisation, from_sky, execution);
+    const Values H_lights = from_lights.rows() > 0 ? on_surfels(discretisation, from_lights, execution) : Values();
     for (Index s = 0; s < discretisation.surfels->size(); ++s) {
         const double area = discretisation.surfels->area(s);
         const Eigen::ArrayXd rho = light.reflectance.row(s).transpose(), H = irradiance.row(s).transpose();
         const Eigen::ArrayXd B = light.all_emission.row(s).transpose().array() + rho * H;
         const Eigen::ArrayXd kept =
-            mirrors.rows() > 0 ? Eigen::ArrayXd(1.0 - mirrors.row(s).transpose().array()) : Eigen::ArrayXd(1.0 - zero);
+            specular.rows() > 0 ? Eigen::ArrayXd(1.0 - specular.row(s).transpose().array()) : Eigen::ArrayXd(1.0 - zero);
         balance.absorbed += area * (kept - rho) * H;
         balance.from_sky += area * kept * H_sky.row(s).transpose().array();
         balance.escaped += area * LostShares::at(lost.sky, s, channels) * B;
@@ -117,6 +125,9 @@ EnergyBalance energy_balance(const Scene& scene, const Discretisation& discretis
             balance.cut_off += area * LostShares::at(lost.cut_off, s, channels) * B;
         }
         balance.from_lights += area * kept * light.from_outside.row(s).transpose().array();
+        if (H_lights.rows() > 0) {
+            balance.from_lights += area * kept * H_lights.row(s).transpose().array();
+        }
     }
     const Eigen::ArrayXd in = balance.emitted + balance.from_lights + balance.from_sky;
     const Eigen::ArrayXd gross = emitted.gross + balance.from_lights + balance.from_sky;

@@ -12,9 +12,9 @@ namespace difusa {
 struct EnergyBalance {
     Eigen::ArrayXd emitted;     ///< ∫ E dA: exact; emission patterns by a second-degree rule on each triangle
     Eigen::ArrayXd from_lights; ///< incident directly from suns and point lights
-    Eigen::ArrayXd from_sky;    ///< incident directly from the sky; both without what mirrors pass on, which counts
-                                ///< where it ends
-    Eigen::ArrayXd absorbed;    ///< ∫ (1-rho-mirror) H dA
+    Eigen::ArrayXd from_sky;    ///< incident directly from the sky; both without what mirrors and glossy surfaces pass
+                                ///< on, which counts where it ends
+    Eigen::ArrayXd absorbed;    ///< ∫ (1-rho-mirror-gloss) H dA
     Eigen::ArrayXd escaped;     ///< leaves the scene
     Eigen::ArrayXd blocked;     ///< lost on the backs of faces
     Eigen::ArrayXd cut_off;     ///< lost between mirrors, after Mirrors::most reflections in a row
@@ -25,9 +25,10 @@ struct EnergyBalance {
 };
 
 /// Integrals over the surface are sums over the surfels. `light`: of all sets; `irradiance`: total, means over the
-/// surfels, #surfels by #channels; `from_sky`: at the points, directly from the sky, #points by #channels.
+/// surfels, #surfels by #channels; `from_sky`: at the points, directly from the sky, #points by #channels;
+/// `from_lights`: likewise, what glossy surfaces pass on of the light of suns and point lights, or no rows.
 EnergyBalance energy_balance(const Scene& scene, const Discretisation& discretisation, const LightTransport& transport,
                              const SurfelLight& light, const Values& irradiance, const Values& from_sky,
-                             const Execution& execution);
+                             const Values& from_lights, const Execution& execution);
 
 } // namespace difusa

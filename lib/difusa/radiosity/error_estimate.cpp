@@ -260,8 +260,8 @@ class Estimation {
 double largest_reflectance(const Scene& scene, int channels) {
     const Mesh& mesh = scene.mesh;
     double largest = 0.0;
-    const auto add = [&](const Rgb& rho, const Rgb& mirror) {
-        const Rgb product = (rho > 0.0).select(rho / (1.0 - mirror).max(rho), 0.0); // at most 1, whatever the rounding
+    const auto add = [&](const Rgb& rho, const Rgb& specular) {
+        const Rgb product = (rho > 0.0).select(rho / (1.0 - specular).max(rho), 0.0); // at most 1, whatever the rounding
         largest = std::max(largest, channels == 1 ? product[0] : product.maxCoeff());
     };
     for (Index t = 0; t < mesh.triangles.size(); ++t) {
@@ -269,10 +269,10 @@ double largest_reflectance(const Scene& scene, int channels) {
         const Rgb factor = material.reflectance_texture ? material.reflectance_texture->brightest() : Rgb(Rgb::Ones());
         if (material.vertex_colours) {
             for (const Rgb& rho : mesh.corner_reflectance[t]) {
-                add(factor * rho, material.mirror);
+                add(factor * rho, material.specular());
             }
         } else {
-            add(factor * material.reflectance, material.mirror);
+            add(factor * material.reflectance, material.specular());
         }
     }
     return largest;

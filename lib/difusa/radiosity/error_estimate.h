@@ -56,10 +56,10 @@ ErrorEstimate estimate_error(const Solution& solution, std::size_t points, std::
 /// area, W/m²), all of which counts as error of the indirect light too.
 void judge_gathered(ErrorEstimate& estimate, double noise);
 
-/// The largest diffuse reflectance of the scene, over faces and channels; that of a partial mirror counts as
-/// rho / (1 - mirror), so that it bounds the norm of transport over mirrors, too: if what is seen in a mirror sends
-/// back at most the share F, the mirror sends back at most rho + mirror F, which is F at most if F >= rho / (1 -
-/// mirror).
+/// The largest diffuse reflectance of the scene, over faces and channels; that of a partial mirror or glossy surface,
+/// which reflects the share s specularly, counts as rho / (1 - s), so that it bounds the norm of transport over these,
+/// too: if what is seen there sends back at most the share F, the surface sends back at most rho + s F, which is F at
+/// most if F >= rho / (1 - s).
 double largest_reflectance(const Scene& scene, int channels);
 
 } // namespace difusa

@@ -32,7 +32,8 @@ class Gatherer {
     /// Adds what x receives directly from the sky and emitters to `direct`, and the rest to `indirect`.
     void add(const SurfacePoint& x, std::size_t number, Eigen::Ref<Eigen::RowVectorXd> direct,
              Eigen::Ref<Eigen::RowVectorXd> indirect) {
-        around_.look(x, number);
+        RandomStream gloss(seed_, "gloss", number);
+        around_.look(x, number, scene_.mesh.glossy.any() ? &gloss : nullptr);
         met_.clear();
         weight_.clear();
         Rgb sky = Rgb::Zero();
@@ -54,13 +55,33 @@ class Gatherer {
         }
         colour_.clear();
         add_surface(direct, indirect);
-        if (scene_.mesh.mirrors.any()) {
+        if (scene_.mesh.mirrors.any() || scene_.mesh.glossy.any()) {
             add_mirrored(number, direct, indirect);
+        }
+        if (!around_.glossy_hits().empty() && parts_.direct->any()) {
+            add_glossy(gloss, indirect);
         }
     }
 
   private:
-    /// What x sees in mirrors. Small bright places are not sampled through them: their light is that of the rays.
+    /// What glossy surfaces reflect towards x of the light of sharp sources.
+    void add_glossy(RandomStream& stream, Eigen::Ref<Eigen::RowVectorXd> indirect) {
+        const std::span<const GlossyHit> hits = around_.glossy_hits();
+        met_.clear();
+        for (const GlossyHit& each : hits) {
+            met_.push_back(scene_.mesh.at(each.hit.face, each.hit.u, each.hit.v));
+        }
+        parts_.direct->sample_directions(met_, stream, arrivals_, light_.light);
+        for (const DirectLight::Arrival& arrival : arrivals_) {
+            const GlossyHit& hit = hits[arrival.place];
+            const SurfacePoint& y = met_[arrival.place];
+            const GlossyLobe& lobe = *scene_.mesh.glossy.lobes[scene_.mesh.glossy.kinds[scene_.mesh.glossy.kind(y.face)].lobe];
+            const double f = std::numbers::pi * lobe.value(y.normal, arrival.towards, -hit.direction.normalized());
+            of_set(indirect, arrival.set) += row_of(hit.weight * f * hit.colour * arrival.H);
+        }
+    }
+
+    /// What x sees in mirrors and glossy surfaces. Small bright places are not sampled through them: their light is that of the rays.
     void add_mirrored(std::size_t number, Eigen::Ref<Eigen::RowVectorXd> direct,
                       Eigen::Ref<Eigen::RowVectorXd> indirect) {
         met_.clear();
@@ -124,6 +145,7 @@ class Gatherer {
     std::vector<SurfacePoint> met_;
     std::vector<double> weight_;
     std::vector<Rgb> colour_; ///< of the mirrors on the way; empty: there are none
+    std::vector<DirectLight::Arrival> arrivals_;
     std::vector<BasisRow> rows_;
     std::vector<Rgb> sharp_;
 };

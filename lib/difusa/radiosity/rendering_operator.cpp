@@ -48,11 +48,6 @@ Values transposed_product(const Values& A, const Values& g, const Execution& exe
     return y;
 }
 
-bool has_coloured_mirrors(const LightTransport& transport) {
-    const std::shared_ptr<const ChannelRows> in_mirrors = part_in_mirrors(*transport.W);
-    return in_mirrors && in_mirrors->channels() > 1;
-}
-
 /// The first channel alone if the others are the same.
 Values distinct(const Values& reflectance, const LightTransport& transport) {
     for (Eigen::Index c = 1; c < reflectance.cols(); ++c) {
@@ -60,7 +55,7 @@ Values distinct(const Values& reflectance, const LightTransport& transport) {
             return reflectance;
         }
     }
-    return has_coloured_mirrors(transport) ? reflectance : Values(reflectance.leftCols(1));
+    return tells_channels_apart(*transport.W) ? reflectance : Values(reflectance.leftCols(1));
 }
 
 /// rho P Π g: the radiosity that an irradiance of the points makes.

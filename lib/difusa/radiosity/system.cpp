@@ -4,9 +4,11 @@
 #include <difusa/algebra/spectral_radius.h>
 #include <difusa/core/parallel.h>
 #include <difusa/core/text.h>
+#include <difusa/lighting/glossy_light.h>
 #include <difusa/radiosity/reflected_transport.h>
 #include <difusa/radiosity/response.h>
 #include <difusa/scene/sky_parts.h>
+#include <difusa/transport/glossy_transport.h>
 #include <difusa/transport/mirrored.h>
 
 #include <algorithm>
@@ -21,7 +23,7 @@ constexpr double contraction = 1.0 - 1e-9;
 constexpr int arnoldi_steps = 40;
 constexpr double arnoldi_tolerance = 1e-5;
 
-/// What an operator does to one of the channels: coloured mirrors tell them apart by their columns.
+/// What an operator does to one of the channels: coloured mirrors and glossy surfaces tell them apart by their columns.
 class OneChannel final : public LinearOperator {
   public:
     OneChannel(const LinearOperator& all, Eigen::Index channel, Eigen::Index channels)
@@ -135,7 +137,9 @@ class Solving {
     /// may still return numbers, but they are meaningless.
     void check_contraction() {
         const Values& rho = result_.light.reflectance;
-        if (discretisation_.projection->is_mean() && discretisation_.basis->partition_of_unity()) {
+        // What harmonics of direction give may be negative, so that their sums are no bounds.
+        if (discretisation_.projection->is_mean() && discretisation_.basis->partition_of_unity() &&
+            glossy_part(*transport_.W) == nullptr) {
             Values norms; // row sums of T, which bound the radius: neither Π nor P increases them
             transport_.gather(rho, {}, norms, execution_);
             result_.spectral_radius = norms.maxCoeff();
@@ -147,7 +151,7 @@ class Solving {
                 return spectral_radius(one, arnoldi_steps, arnoldi_tolerance, execution_);
             };
             const auto radius_of_channel = [&](Eigen::Index c) {
-                if (!part_in_mirrors(*transport_.W)) {
+                if (!tells_channels_apart(*transport_.W)) {
                     return radius_of(rho.col(c));
                 }
                 const ReflectedTransport all(discretisation_, transport_, rho);
@@ -251,6 +255,20 @@ class Solving {
         } else if (sources_->any()) {
             g_ += first_bounce();
         }
+        if (const GlossyTransport* const glossy = glossy_part(*transport_.W); glossy != nullptr && sources_->any()) {
+            g_ += first_glossy_bounce(*glossy);
+        }
+    }
+
+    /// What glossy surfaces pass on of the light of suns, point lights and area lights.
+    Values first_glossy_bounce(const GlossyTransport& glossy) {
+        const GlossyLight light = glossy_light_on_surfels(
+            *scene_, *discretisation_.surfels, glossy.rays().surfels(), glossy.harmonics(),
+            [&](Index number) -> const LobeHarmonics& { return glossy.lobe(number); }, *sources_, channels_,
+            system_.parts().seed, execution_);
+        execution_.count("segments", light.segments);
+        from_lights_ = glossy.from_surfels(light.from_outside, execution_);
+        return glossy.from_surfels(light.all, execution_);
     }
 
     /// D (rho ∘ H), with samples on bright surfels where these are few, unless the options leave it at the operator.
@@ -351,7 +369,8 @@ class Solving {
             irradiance += sum_of_parts(result_.light.direct, channels_);
         }
         result_.energy =
-            energy_balance(*scene_, discretisation_, transport_, result_.light, irradiance, from_sky_, execution_);
+            energy_balance(*scene_, discretisation_, transport_, result_.light, irradiance, from_sky_, from_lights_,
+                           execution_);
         const double lost = result_.energy.imbalance.abs().maxCoeff();
         if (lost > 0.1) {
             execution_.note(text_of(std::round(100.0 * lost)) +
@@ -373,6 +392,7 @@ class Solving {
     Values soft_;     ///< #points: from emitters that are not area lights, and the sky
     Values sharp_;    ///< #S, or #points if represented in the basis: from suns, point lights and area lights
     Values from_sky_; ///< #points by #channels
+    Values from_lights_; ///< likewise, from suns and point lights after glossy reflections; no rows: there are none
     Values g_;
     Solution result_;
 };
@@ -463,13 +483,21 @@ std::vector<Solution> RadiositySystem::solve(std::span<const std::shared_ptr<con
 
 void RadiositySystem::check_scene(const Scene& scene) const {
     const Mesh &own = parts_.scene->mesh, &other = scene.mesh;
-    const auto same_mirrors = [&] {
+    const auto same_reflections = [&] {
         const Mirrors &a = own.mirrors, &b = other.mirrors;
-        return a.of_face == b.of_face && a.most == b.most &&
+        const GlossySurfaces &c = own.glossy, &d = other.glossy;
+        const bool same_gloss =
+            c.of_face == d.of_face &&
+            std::equal(c.kinds.begin(), c.kinds.end(), d.kinds.begin(), d.kinds.end(),
+                       [&](const GlossySurfaces::Kind& x, const GlossySurfaces::Kind& y) {
+                           return (x.reflectance == y.reflectance).all() &&
+                                  c.lobes[x.lobe]->shape() == d.lobes[y.lobe]->shape();
+                       });
+        return same_gloss && a.of_face == b.of_face && a.most == b.most &&
                std::equal(a.reflectance.begin(), a.reflectance.end(), b.reflectance.begin(), b.reflectance.end(),
                           [](const Rgb& x, const Rgb& y) { return (x == y).all(); });
     };
-    if (&own != &other && (own.points != other.points || own.triangles != other.triangles || !same_mirrors())) {
+    if (&own != &other && (own.points != other.points || own.triangles != other.triangles || !same_reflections())) {
         throw UsageError("the scene's surface is not the one the system was built for");
     }
 }

@@ -51,14 +51,6 @@ void round_weights(std::vector<double>& weight) {
 
 } // namespace
 
-void tangents(const Vec3& n, Vec3& t, Vec3& b) {
-    const double sign = std::copysign(1.0, n[2]);
-    const double a = -1.0 / (sign + n[2]);
-    const double c = n[0] * n[1] * a;
-    t = Vec3(1.0 + sign * n[0] * n[0] * a, sign * c, -sign * n[0]);
-    b = Vec3(c, sign + n[1] * n[1] * a, -n[1]);
-}
-
 DirectionPool::DirectionPool(const Directions& directions, std::size_t count, std::uint64_t seed)
     : seed_(seed), turned_(!directions.is_fixed()) {
     for (std::size_t k = 0; k < (turned_ ? pool_size : 1); ++k) {

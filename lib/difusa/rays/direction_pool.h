@@ -1,6 +1,7 @@
 // Directions for every site at the cost of a few: a pool of scrambled sets, each rotated by a site-specific angle.
 #pragma once
 
+#include <difusa/core/frame.h>
 #include <difusa/rays/directions.h>
 #include <difusa/rays/visibility.h>
 
@@ -32,9 +33,5 @@ class DirectionPool {
     bool turned_; ///< about the normal, by a random angle for each site
     bool equal_weights_ = true;
 };
-
-/// Two unit vectors that make a right-handed orthonormal frame with the unit vector n (Duff et al., "Building an
-/// Orthonormal Basis, Revisited", JCGT 6(1), 2017).
-void tangents(const Vec3& n, Vec3& t, Vec3& b);
 
 } // namespace difusa

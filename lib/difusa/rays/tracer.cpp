@@ -12,34 +12,52 @@ void Sight::lift(const SurfacePoint& x) {
     }
 }
 
-void Sight::cast() {
+void Sight::cast(RandomStream* stream) {
     hits_.resize(rays_.size());
     tracer_.first_hits(rays_, hits_);
     reflected_.clear();
-    if (tracer_.mesh().mirrors.any()) {
-        follow_reflections();
+    glossy_hits_.clear();
+    if (tracer_.mesh().mirrors.any() || (stream != nullptr && tracer_.mesh().glossy.any())) {
+        follow_reflections(stream);
     }
 }
 
-/// One generation after another: the rays that meet a mirror are cast on from it together.
-void Sight::follow_reflections() {
+/// Adds the ray, or rays, that go on from a hit.
+void Sight::reflect(const Hit& hit, const Vec3& direction, double weight, const Rgb& colour, RandomStream* stream) {
     const Mesh& mesh = tracer_.mesh();
-    const Mirrors& mirrors = mesh.mirrors;
-    const auto reflect = [&](const Hit& hit, const Vec3& direction, double weight, const Rgb& colour) {
-        const Index kind = hit.face != none && hit.front ? mirrors.kind(hit.face) : none;
-        if (kind != none && (colour * mirrors.reflectance[kind] > 0.0).any()) {
-            reflected_rays_.push_back(reflected_ray(mesh, hit, direction));
-            reflected_.push_back({{}, reflected_rays_.back().direction, weight, colour * mirrors.reflectance[kind]});
+    if (hit.face == none || !hit.front) {
+        return;
+    }
+    const auto go_on = [&](const Ray& ray, const Rgb& left) {
+        if ((left > 0.0).any()) {
+            reflected_rays_.push_back(ray);
+            reflected_.push_back({{}, ray.direction, weight, left});
         }
     };
+    if (const Index kind = mesh.mirrors.kind(hit.face); kind != none) {
+        go_on(reflected_ray(mesh, hit, direction), colour * mesh.mirrors.reflectance[kind]);
+    }
+    if (const Index kind = stream != nullptr ? mesh.glossy.kind(hit.face) : none; kind != none) {
+        const GlossySurfaces::Kind& gloss = mesh.glossy.kinds[kind];
+        glossy_hits_.push_back({hit, direction, weight, colour * gloss.reflectance});
+        const double u = stream->uniform(), v = stream->uniform(), w = stream->uniform();
+        const GlossyLobe::Draw drawn =
+            mesh.glossy.lobes[gloss.lobe]->draw(mesh.normals[hit.face], -direction.normalized(), {u, v, w});
+        go_on({inset(mesh, mesh.at(hit.face, hit.u, hit.v)).position, drawn.direction, hit.face},
+              drawn.weight * colour * gloss.reflectance);
+    }
+}
+
+/// One generation after another: the rays that are reflected are cast on from there together.
+void Sight::follow_reflections(RandomStream* stream) {
     reflected_rays_.clear();
     for (std::size_t d = 0; d < hits_.size(); ++d) {
-        reflect(hits_[d], rays_[d].direction, weights_[d], Rgb::Ones());
+        reflect(hits_[d], rays_[d].direction, weights_[d], Rgb::Ones(), stream);
     }
     std::size_t first = 0;
     for (std::size_t generation = 1; first < reflected_.size(); ++generation) {
         const std::size_t end = reflected_.size();
-        if (generation > mirrors.most) {
+        if (generation > tracer_.mesh().mirrors.most) {
             for (std::size_t k = first; k < end; ++k) {
                 reflected_[k].cut_off = true;
             }
@@ -51,7 +69,7 @@ void Sight::follow_reflections() {
         for (std::size_t k = first; k < end; ++k) {
             reflected_[k].hit = reflected_hits_[k - first];
             const ReflectedHit now = reflected_[k]; // the list grows
-            reflect(now.hit, now.direction, now.weight, now.colour);
+            reflect(now.hit, now.direction, now.weight, now.colour, stream);
         }
         first = end;
     }

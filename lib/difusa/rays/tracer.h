@@ -1,6 +1,7 @@
 // Ray casting against a surface, and the rays that a point sends out, on over mirrors.
 #pragma once
 
+#include <difusa/core/random.h>
 #include <difusa/mesh/mesh.h>
 #include <difusa/mesh/surface_sampling.h>
 #include <difusa/rays/direction_pool.h>
@@ -52,20 +53,31 @@ inline Ray reflected_ray(const Mesh& mesh, const Hit& hit, const Vec3& direction
             hit.face};
 }
 
-/// What a ray meets that was reflected by one mirror or more.
+/// What a ray meets that was reflected by one mirror or glossy surface, or more.
 struct ReflectedHit {
     Hit hit;                  ///< t is that of the last part of its way
     Vec3 direction;           ///< of that part
     double weight = 0.0;      ///< of the ray
-    Rgb colour = Rgb::Ones(); ///< product of the reflectances of the mirrors
-    bool cut_off = false;     ///< a mirror that should have reflected it once more than Mirrors::most
+    Rgb colour = Rgb::Ones(); ///< product of the reflectances of these, and of the weights of drawn directions
+    bool cut_off = false;     ///< it should have been reflected once more than Mirrors::most
+};
+
+/// A ray that has met a glossy surface. What comes to it from other surfaces is followed; light that has no surface is
+/// for the caller to add.
+struct GlossyHit {
+    Hit hit;
+    Vec3 direction; ///< of the ray that met it
+    double weight = 0.0;
+    Rgb colour = Rgb::Ones(); ///< product of all reflectances on the way, and of this one
 };
 
 /// What a point sees: weighted rays and their hits. Scratch of one thread; keeps references. Derived classes choose the
 /// rays.
 ///
 /// A ray that meets the front of a mirror goes on from there: `for_each` calls the mirror like any surface (it may also
-/// reflect diffusely, or emit), and `for_each_in_mirrors` what is seen in it.
+/// reflect diffusely, or emit), and `for_each_in_mirrors` what is seen in it. Where the caller gives random numbers, a
+/// ray that meets the front of a glossy surface goes on likewise, in a direction drawn from the lobe: what is seen there
+/// is, in the mean, what the surface reflects.
 class Sight {
   public:
     std::size_t count() const { return rays_.size(); }
@@ -83,6 +95,16 @@ class Sight {
             }
         }
     }
+
+    /// Calls `on_ray(hit, direction, weight)` for each.
+    template <class OnRay> void for_each_ray(const OnRay& on_ray) const {
+        for (std::size_t d = 0; d < hits_.size(); ++d) {
+            on_ray(hits_[d], rays_[d].direction, weights_[d]);
+        }
+    }
+
+    /// The rays that have met glossy surfaces, if these are followed.
+    std::span<const GlossyHit> glossy_hits() const { return glossy_hits_; }
 
     /// Total weight of the rays that are cut off in an infinite series of cells (Hit::cut_off).
     double cut_off() const {
@@ -117,18 +139,20 @@ class Sight {
     /// it, since the smooth surface described by that normal does not block them.
     void lift(const SurfacePoint& x);
 
-    /// Casts `rays_`, which have `weights_`, and follows them over mirrors.
-    void cast();
+    /// Casts `rays_`, which have `weights_`, and follows them over mirrors and, with random numbers, glossy surfaces.
+    void cast(RandomStream* stream = nullptr);
 
     const Tracer tracer_;
     std::vector<Ray> rays_;
     std::span<const double> weights_;
 
   private:
-    void follow_reflections();
+    void follow_reflections(RandomStream* stream);
+    void reflect(const Hit& hit, const Vec3& direction, double weight, const Rgb& colour, RandomStream* stream);
 
     std::vector<Hit> hits_;
     std::vector<ReflectedHit> reflected_;
+    std::vector<GlossyHit> glossy_hits_;
     std::vector<Ray> reflected_rays_; ///< of one generation
     std::vector<Hit> reflected_hits_;
 };
@@ -141,10 +165,10 @@ class Hemisphere final : public Sight {
     }
 
     /// Casts the rays of point number `number` (DirectionPool::rays) from x, or from just beside it if it is on an
-    /// edge.
-    void look(const SurfacePoint& x, std::size_t number) {
+    /// edge. Glossy surfaces are followed if there is a stream.
+    void look(const SurfacePoint& x, std::size_t number, RandomStream* stream = nullptr) {
         aim(x, number);
-        cast();
+        cast(stream);
     }
 
     /// Only makes these rays.

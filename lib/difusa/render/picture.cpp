@@ -97,29 +97,76 @@ Hit follow(const Mesh& mesh, const Visibility& visibility, Ray ray, bool cull_ba
     return {};
 }
 
-/// What a mirror shows, and the colour of the mirrors that it is seen in.
+/// What a mirror or a glossy surface shows, and the colour of those on the way.
 struct SeenInMirror {
     Hit hit;
     Vec3 direction; ///< in which it is seen
     Rgb colour = Rgb::Ones();
 };
 
-/// Goes on from what a ray from the eye has hit: all that is seen in one mirror after another.
-void look_into_mirrors(const Mesh& mesh, const Visibility& visibility, Hit hit, Vec3 direction,
-                       std::vector<SeenInMirror>& sights) {
+/// Where a glossy surface is seen: what it reflects of lights that have no surface is still to be added.
+struct SeenGloss {
+    SurfacePoint at;
+    Index lobe = none;
+    Vec3 direction;
     Rgb colour = Rgb::Ones();
-    for (std::size_t depth = 0; depth < mesh.mirrors.most; ++depth) {
-        const Index kind = hit.face != none && hit.front ? mesh.mirrors.kind(hit.face) : none;
-        if (kind == none) {
-            return;
+};
+
+/// Goes on from what rays from the eye have hit.
+class SpecularPaths {
+  public:
+    SpecularPaths(const Mesh& mesh, const Visibility& visibility, const std::vector<Vec3>& normals,
+                  std::size_t glossy_rays)
+        : mesh_(mesh), visibility_(visibility), normals_(normals), glossy_rays_(glossy_rays) {}
+
+    /// All that is seen in one mirror or glossy surface after another, of which the first is met at `hit`.
+    void follow(const Hit& hit, const Vec3& direction, RandomStream& stream, std::vector<SeenInMirror>& sights,
+                std::vector<SeenGloss>& glossy) const {
+        const bool is_glossy = hit.face != none && hit.front && mesh_.glossy.kind(hit.face) != none;
+        const std::size_t rays = is_glossy ? glossy_rays_ : 1;
+        for (std::size_t k = 0; k < rays; ++k) {
+            follow_one(hit, direction, 1.0 / static_cast<double>(rays), stream, sights, glossy);
         }
-        const Ray next = reflected_ray(mesh, hit, direction);
-        direction = next.direction;
-        colour *= mesh.mirrors.reflectance[kind];
-        visibility.first_hits(std::span(&next, 1), std::span(&hit, 1));
-        sights.push_back({hit, direction, colour});
     }
-}
+
+  private:
+    void follow_one(Hit hit, Vec3 direction, double share, RandomStream& stream, std::vector<SeenInMirror>& sights,
+                    std::vector<SeenGloss>& glossy) const {
+        Rgb colour = Rgb::Constant(share);
+        for (std::size_t depth = 0; depth < mesh_.mirrors.most && hit.face != none && hit.front; ++depth) {
+            Ray next;
+            if (const Index kind = mesh_.mirrors.kind(hit.face); kind != none) {
+                next = reflected_ray(mesh_, hit, direction);
+                colour *= mesh_.mirrors.reflectance[kind];
+            } else if (const Index gloss = mesh_.glossy.kind(hit.face); gloss != none) {
+                const GlossySurfaces::Kind& kind_of_gloss = mesh_.glossy.kinds[gloss];
+                SurfacePoint at = mesh_.at(hit.face, hit.u, hit.v);
+                at.normal = shading_normal(mesh_, normals_, hit.face, hit.u, hit.v);
+                colour *= kind_of_gloss.reflectance;
+                glossy.push_back({at, kind_of_gloss.lobe, direction, colour});
+                const double u = stream.uniform(), v = stream.uniform(), w = stream.uniform();
+                const GlossyLobe::Draw drawn = mesh_.glossy.lobes[kind_of_gloss.lobe]->draw(
+                    at.normal, -direction.normalized(), {u, v, w});
+                const bool above = mesh_.normals[hit.face].dot(drawn.direction) > 0.0; // of the face itself, too
+                colour *= above ? drawn.weight : 0.0;
+                next = {inset(mesh_, at).position, drawn.direction, hit.face};
+            } else {
+                return;
+            }
+            if (!(colour > 0.0).any()) {
+                return;
+            }
+            direction = next.direction;
+            visibility_.first_hits(std::span(&next, 1), std::span(&hit, 1));
+            sights.push_back({hit, direction, colour});
+        }
+    }
+
+    const Mesh& mesh_;
+    const Visibility& visibility_;
+    const std::vector<Vec3>& normals_;
+    std::size_t glossy_rays_;
+};
 
 /// Computes the samples of a view in batches.
 class Look {
@@ -170,7 +217,10 @@ class Look {
         const auto grid = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(per_pixel))));
         batch_.resize((end - first) * per_pixel);
         directions_.resize(batch_.size());
-        in_mirrors_.assign(scene_.mesh.mirrors.any() ? batch_.size() : 0, {});
+        const bool specular = scene_.mesh.mirrors.any() || scene_.mesh.glossy.any();
+        in_mirrors_.assign(specular ? batch_.size() : 0, {});
+        glossy_.assign(scene_.mesh.glossy.any() ? batch_.size() : 0, {});
+        const SpecularPaths paths(scene_.mesh, result_.system->tracer().engine(), corner_normals_, options.glossy_rays);
         parallel_for(end - first, 256, execution_, [&](std::size_t begin, std::size_t stop, unsigned) {
             for (std::size_t pixel = first + begin; pixel < first + stop; ++pixel) {
                 RandomStream stream(options.seed, "picture", pixel);
@@ -182,8 +232,10 @@ class Look {
                     const Visibility& engine = result_.system->tracer().engine();
                     const Ray ray{camera_.eye(), direction, none};
                     const Hit hit = follow(scene_.mesh, engine, ray, options.cull_backs);
-                    if (!in_mirrors_.empty()) {
-                        look_into_mirrors(scene_.mesh, engine, hit, direction, in_mirrors_[sample]);
+                    if (specular) {
+                        std::vector<SeenGloss> none_is_glossy;
+                        paths.follow(hit, direction, stream, in_mirrors_[sample],
+                                     glossy_.empty() ? none_is_glossy : glossy_[sample]);
                     }
                     directions_[sample] = direction;
                     CameraHit& seen = view_.seen[offset + sample];
@@ -250,6 +302,61 @@ class Look {
             }
             if (meets_the_eye(show.quantity)) {
                 add_sky(show, values);
+            }
+        }
+        if (!glossy_.empty() && parts_.direct->any()) {
+            add_highlights(batch);
+        }
+    }
+
+    /// The light of suns and point lights that glossy surfaces reflect. That of lamps is seen as they are met.
+    void add_highlights(std::size_t batch) {
+        parallel_for(glossy_.size(), 256, execution_, [&](std::size_t begin, std::size_t end, unsigned) {
+            std::vector<SurfacePoint> at;
+            std::vector<DirectLight::Arrival> arrivals;
+            DirectLight::Worker worker;
+            for (std::size_t i = begin; i < end; ++i) {
+                at.clear();
+                for (const SeenGloss& each : glossy_[i]) {
+                    at.push_back(each.at);
+                }
+                RandomStream stream(view_.options.seed, "highlights", batch * batch_samples + i);
+                parts_.direct->sample_directions(at, stream, arrivals, worker);
+                for (const DirectLight::Arrival& arrival : arrivals) {
+                    const SeenGloss& gloss = glossy_[i][arrival.place];
+                    if (arrival.from_outside) {
+                        const double f = std::numbers::pi *
+                                         scene_.mesh.glossy.lobes[gloss.lobe]->value(
+                                             gloss.at.normal, arrival.towards, -gloss.direction.normalized());
+                        add_highlight(i, arrival.set, gloss.colour * f * arrival.H);
+                    }
+                }
+            }
+        });
+    }
+
+    /// Radiosity, in a direction.
+    void add_highlight(std::size_t sample, Index set, const Rgb& light) {
+        for (std::size_t k = 0; k < view_.shows.size(); ++k) {
+            Pixel& pixel = view_.values[k][offset_ + sample];
+            switch (view_.shows[k].quantity) {
+            case Quantity::radiosity:
+            case Quantity::direct:
+                add_to(pixel, light);
+                break;
+            case Quantity::group:
+                if (parts_.direct->sets().names[set] == view_.shows[k].group) {
+                    add_to(pixel, light);
+                }
+                break;
+            case Quantity::luminance:
+                add_to(pixel, Rgb::Constant(lumens_per_watt * std::numbers::inv_pi * luminance(light)));
+                break;
+            case Quantity::radiosity_weighted:
+                add_to(pixel, Rgb::Constant(luminance(light)));
+                break;
+            default:
+                break;
             }
         }
     }
@@ -373,7 +480,8 @@ class Look {
     std::vector<std::size_t> numbers_;                  ///< their numbers in the batch
     std::vector<Rgb> colours_;                          ///< of the mirrors they are seen in
     std::size_t seen_directly_ = 0;                     ///< the first of them; the others are seen in mirrors
-    std::vector<std::vector<SeenInMirror>> in_mirrors_; ///< of each sample; empty if there are no mirrors
+    std::vector<std::vector<SeenInMirror>> in_mirrors_; ///< of each sample; empty if nothing reflects specularly
+    std::vector<std::vector<SeenGloss>> glossy_;        ///< likewise; empty if nothing is glossy
 };
 
 void check(const BakeResult& result, const ViewOptions& options, const std::vector<Show>& shows) {

@@ -22,7 +22,8 @@ struct ViewOptions {
     std::size_t samples = 16;     ///< per pixel, a square number
     bool cull_backs = false;      ///< rays pass through back faces
     std::size_t final_gather = 0; ///< rays from each sample; 0: the basis is evaluated
-    std::uint64_t seed = 1;       ///< for the positions of the samples
+    std::size_t glossy_rays = 4;  ///< that go on where a sample meets a glossy surface
+    std::uint64_t seed = 1;       ///< for the positions of the samples, and these rays
 };
 
 /// What a camera ray hit.

@@ -1,6 +1,7 @@
 #include <difusa/repair/soup_check.h>
 
 #include <difusa/core/error.h>
+#include <difusa/core/text.h>
 #include <difusa/repair/findings.h>
 #include <difusa/repair/texture_coordinates.h>
 

@@ -62,7 +62,7 @@ bool Scene::is_grey() const {
         const Material& material = materials[m];
         const bool rho_grey = (material.vertex_colours || equal_channels(material.reflectance)) &&
                               equal_channels(material.reflectance_texture.get());
-        if (used[m] != 0 && !(rho_grey && equal_channels(material.mirror) && equal_channels(material.emission) &&
+        if (used[m] != 0 && !(rho_grey && equal_channels(material.specular()) && equal_channels(material.emission) &&
                               equal_channels(material.emission_texture.get()))) {
             return false;
         }
@@ -98,6 +98,30 @@ void settle_mirrors(Scene& scene, std::size_t most) {
             mirrors.of_face.resize(scene.mesh.triangles.size(), none);
         }
         mirrors.of_face[t] = kind[m];
+    }
+}
+
+void settle_gloss(Scene& scene) {
+    GlossySurfaces& glossy = scene.mesh.glossy;
+    glossy = {};
+    std::vector<Index> kind(scene.materials.size(), none);
+    for (Index t = 0; t < scene.mesh.triangles.size(); ++t) {
+        const Index m = scene.mesh.material[t];
+        const std::optional<Gloss>& gloss = scene.materials[m].gloss;
+        if (!gloss || !(gloss->reflectance > 0.0).any()) {
+            continue;
+        }
+        if (kind[m] == none) {
+            const auto same = std::find_if(glossy.lobes.begin(), glossy.lobes.end(),
+                                           [&](const auto& lobe) { return lobe->shape() == gloss->shape; });
+            kind[m] = static_cast<Index>(glossy.kinds.size());
+            glossy.kinds.push_back({static_cast<Index>(same - glossy.lobes.begin()), gloss->reflectance});
+            if (same == glossy.lobes.end()) {
+                glossy.lobes.push_back(std::make_shared<GlossyLobe>(gloss->shape));
+            }
+            glossy.of_face.resize(scene.mesh.triangles.size(), none);
+        }
+        glossy.of_face[t] = kind[m];
     }
 }
 

@@ -46,6 +46,9 @@ struct Scene {
 /// Sets the mirrors of the mesh from the materials; `most`: Mirrors::most.
 void settle_mirrors(Scene& scene, std::size_t most);
 
+/// Sets the glossy surfaces of the mesh from the materials.
+void settle_gloss(Scene& scene);
+
 /// Materials with an emission that is not 0 in some channel.
 std::vector<char> emitting_materials(const Scene& scene);
 

@@ -14,7 +14,7 @@ LightTransport gathered(const Tracer& tracer, std::span<const SurfacePoint> poin
     const DirectionPool pool(directions, rays, seed);
     // A range of a few thousand rays: short enough to stop soon when cancelled.
     const std::size_t grain = std::clamp<std::size_t>(4096 / pool.count(), 1, 16);
-    GatheredRows rows(tracer, surfels, sky_bins, pool, points.size(), grain);
+    GatheredRows rows(tracer, points, surfels, sky_bins, pool, grain);
     parallel_for(points.size(), grain, execution, [&](std::size_t begin, std::size_t end, unsigned) {
         Hemisphere around(tracer, pool);
         GatheredRows::Scratch scratch;

@@ -34,9 +34,10 @@ void put(const std::vector<Index>& bin, const std::vector<double>& weight, std::
 
 } // namespace
 
-GatheredRows::GatheredRows(const Tracer& tracer, const Surfels& surfels, const SkyBins& sky, const DirectionPool& pool,
-                           std::size_t points, std::size_t rows_per_block)
+GatheredRows::GatheredRows(const Tracer& tracer, std::span<const SurfacePoint> all, const Surfels& surfels,
+                           const SkyBins& sky, const DirectionPool& pool, std::size_t rows_per_block)
     : surfels_(surfels), sky_(sky), pool_(pool), first_sky_(static_cast<Index>(surfels.size())) {
+    const std::size_t points = all.size();
     const std::size_t columns = surfels.size() + sky.count;
     transport_.surfels = surfels.size();
     transport_.sky.assign(points, 0.0);
@@ -55,6 +56,9 @@ GatheredRows::GatheredRows(const Tracer& tracer, const Surfels& surfels, const S
     } else if (!tracer.mesh().repetition.endless.empty()) {
         transport_.back_in_mirrors.setZero(static_cast<Eigen::Index>(points), 1);
         transport_.cut_off.setZero(static_cast<Eigen::Index>(points), 1);
+    }
+    if (tracer.mesh().glossy.any()) {
+        glossy_ = std::make_shared<GlossyRays>(tracer.mesh(), surfels, all);
     }
 }
 
@@ -81,6 +85,9 @@ void GatheredRows::set(std::size_t j, const Sight& around, Scratch& scratch) {
         transport_.sky[j] = sky;
         transport_.back[j] = bin.size() == around.count() ? 0.0 : std::max(0.0, 1.0 - front - sky);
         put(bin, share, scratch.order, weighted_->row(j));
+    }
+    if (glossy_) {
+        glossy_->set(j, around, [&](const Hit& hit, const Vec3& direction) { return bin_of(hit, direction); });
     }
     if (in_mirrors_) {
         set_in_mirrors(j, around, scratch);
@@ -163,6 +170,10 @@ LightTransport GatheredRows::finish() {
     if (in_mirrors_) {
         transport_.bytes += in_mirrors_->bytes();
         transport_.W = std::make_shared<MirroredTransport>(transport_.W, in_mirrors_);
+    }
+    if (glossy_) {
+        transport_.bytes += glossy_->bytes();
+        transport_.glossy = std::move(glossy_);
     }
     return std::move(transport_);
 }

@@ -5,6 +5,7 @@
 #include <difusa/algebra/hit_lists.h>
 #include <difusa/algebra/sparse_rows.h>
 #include <difusa/transport/gathered.h>
+#include <difusa/transport/glossy_rays.h>
 
 #include <memory>
 #include <optional>
@@ -17,8 +18,8 @@ namespace difusa {
 class GatheredRows {
   public:
     /// All references must outlive this. Rows are HitLists if all directions of the pool have the same weight.
-    GatheredRows(const Tracer& tracer, const Surfels& surfels, const SkyBins& sky, const DirectionPool& pool,
-                 std::size_t points, std::size_t rows_per_block);
+    GatheredRows(const Tracer& tracer, std::span<const SurfacePoint> points, const Surfels& surfels, const SkyBins& sky,
+                 const DirectionPool& pool, std::size_t rows_per_block);
 
     /// Buffers of one thread.
     struct Scratch {
@@ -66,6 +67,7 @@ class GatheredRows {
     std::shared_ptr<HitLists> lists_;      ///< or
     std::shared_ptr<SparseRows> weighted_; ///< one of them
     std::shared_ptr<ChannelRows> in_mirrors_;
+    std::shared_ptr<GlossyRays> glossy_;
 };
 
 } // namespace difusa

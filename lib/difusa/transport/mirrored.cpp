@@ -1,5 +1,7 @@
 #include <difusa/transport/mirrored.h>
 
+#include <difusa/transport/glossy_transport.h>
+
 namespace difusa {
 
 void MirroredTransport::apply(const Values& x, Values& y, const Execution& execution) const {
@@ -16,14 +18,31 @@ void MirroredTransport::apply_transpose(const Values& x, Values& y, const Execut
     y += reflected;
 }
 
+namespace {
+
+/// W without what glossy surfaces reflect.
+const LinearOperator& without_gloss(const LinearOperator& W) {
+    const GlossyTransport* const glossy = glossy_part(W);
+    return glossy == nullptr ? W : *glossy->plain();
+}
+
+} // namespace
+
 const LinearOperator& plain_part(const LinearOperator& W) {
-    const auto* const mirrored = dynamic_cast<const MirroredTransport*>(&W);
-    return mirrored == nullptr ? W : *mirrored->plain();
+    const LinearOperator& matt = without_gloss(W);
+    const auto* const mirrored = dynamic_cast<const MirroredTransport*>(&matt);
+    return mirrored == nullptr ? matt : *mirrored->plain();
 }
 
 std::shared_ptr<const ChannelRows> part_in_mirrors(const LinearOperator& W) {
-    const auto* const mirrored = dynamic_cast<const MirroredTransport*>(&W);
+    const auto* const mirrored = dynamic_cast<const MirroredTransport*>(&without_gloss(W));
     return mirrored == nullptr ? nullptr : mirrored->in_mirrors();
+}
+
+bool tells_channels_apart(const LinearOperator& W) {
+    const std::shared_ptr<const ChannelRows> in_mirrors = part_in_mirrors(W);
+    const GlossyTransport* const glossy = glossy_part(W);
+    return (in_mirrors && in_mirrors->channels() > 1) || (glossy != nullptr && glossy->channels() > 1);
 }
 
 } // namespace difusa

@@ -30,10 +30,13 @@ class MirroredTransport final : public LinearOperator {
     std::shared_ptr<const ChannelRows> in_mirrors_;
 };
 
-/// The part of W that does not go over mirrors: W itself if there are none.
+/// The part of W that goes neither over mirrors nor over glossy surfaces: W itself if there are none.
 const LinearOperator& plain_part(const LinearOperator& W);
 
 /// The other part; null if there are no mirrors.
 std::shared_ptr<const ChannelRows> part_in_mirrors(const LinearOperator& W);
+
+/// True if mirrors or glossy surfaces are coloured: then columns of what W is applied to have the channels in turn.
+bool tells_channels_apart(const LinearOperator& W);
 
 } // namespace difusa

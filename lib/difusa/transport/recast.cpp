@@ -311,7 +311,7 @@ LightTransport recast(const LightTransport& transport, const GatherScene& before
     }
     const SkyBins sky{SkyParts::count, SkyParts::at};
     const std::size_t grain = lists != nullptr ? lists->rows_per_block() : 16;
-    GatheredRows rows(after.tracer, after.surfels, sky, pool, after.points.size(), grain);
+    GatheredRows rows(after.tracer, after.points, after.surfels, sky, pool, grain);
     std::vector<RecastCount> counts((after.points.size() + grain - 1) / grain);
     parallel_for(after.points.size(), grain, execution, [&](std::size_t begin, std::size_t end, unsigned) {
         RecastRows update(task, pool, rows);
