@@ -273,14 +273,16 @@ void add_mirror_arguments(CLI::App& app, BakeOptions& options, const std::string
 }
 
 void add_gloss_arguments(CLI::App& app, BakeOptions& options, const std::string& group) {
-    add_whole<int>(app, "--directional-order", options.directional_order, 0,
-                   "order N of the spherical harmonics in which glossy materials send out light: (N + 1)^2 coefficients "
-                   "for each of their sites")
+    add_whole<int>(
+        app, "--directional-order", options.directional_order, 0,
+        "order N of the spherical harmonics in which glossy materials send out light: (N + 1)^2 coefficients "
+        "for each of their sites")
         ->group(group)
         ->type_name("N")
         ->default_str(shown(options.directional_order));
     app.add_flag_callback(
-           "--no-gloss", [&options] { options.gloss = false; }, "glossy materials absorb what they would reflect in a lobe")
+           "--no-gloss", [&options] { options.gloss = false; },
+           "glossy materials absorb what they would reflect in a lobe")
         ->group(group);
 }
 

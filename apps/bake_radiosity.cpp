@@ -159,8 +159,9 @@ void run(const Arguments& a) {
     if (options.every_surface) {
         options.when_visible = [](const auto& scene, const auto&...) {
             if (scene.mesh.glossy.any()) {
-                throw difusa::UsageError("--save-transport: the transport over glossy materials cannot be saved; remove the "
-                                 "option, or use --no-gloss");
+                throw difusa::UsageError(
+                    "--save-transport: the transport over glossy materials cannot be saved; remove the "
+                    "option, or use --no-gloss");
             }
         };
     }

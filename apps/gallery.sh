@@ -40,12 +40,14 @@ quality=(--size 800 800 --samples 16 --rays 1024)
 box_sites=8000
 hall_quality=(--size 1280 720 --samples 9 --sites 20000)
 mirror_quality=(--size 800 600 --samples 9 --sites 10000 --rays 1024)
+gloss_quality=(--size 560 350 --samples 36 --directional-order 12)
 if [ -n "$quick" ]; then
     room_quality=(--size 160 120 --samples 1 --rays 32)
     quality=(--size 160 160 --samples 1 --rays 64)
     box_sites=800
     hall_quality=(--size 160 90 --samples 1 --rays 64 --sites 1000)
     mirror_quality=(--size 160 120 --samples 1 --rays 64 --sites 1000)
+    gloss_quality=(--size 160 100 --samples 1 --rays 64 --sites 1000 --directional-order 4)
 fi
 
 # The first number (or word) of this name in a report.
@@ -124,6 +126,8 @@ render cornell_box_sites "$box" "${few[@]}" --show sites --also "error=$out/corn
 render basis_element "$box" "${quality[@]}" --sites 200 --show basis --near 0.15,0.38,0.5592
 
 render mirror_room "$data/mirror_room.json" "${mirror_quality[@]}" --tone filmic
+render glossy_floor "$data/glossy_floor.json" "${gloss_quality[@]}"
+render glossy_floor_right "$data/glossy_floor.json" "${gloss_quality[@]}" --eye 4.5,0.3,1.2 --look-at 1.2,3.0,0.5
 render oven "$data/oven.json" "${mirror_quality[@]}"
 
 # A large hall, generated rather than stored.

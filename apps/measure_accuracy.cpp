@@ -149,8 +149,9 @@ void declare(CLI::App& app, Arguments& a) {
     app.add_flag("--mirrors", a.mirrors,
                  "form factors over mirror patches instead, in situations with one mirror and with two");
 
-    app.add_flag("--gloss", a.gloss,
-                 "glossy floors against path tracing instead, by lobe and order of the harmonics (default --sites: 5000)");
+    app.add_flag(
+        "--gloss", a.gloss,
+        "glossy floors against path tracing instead, by lobe and order of the harmonics (default --sites: 5000)");
 
     app.add_option("--validation", a.validation,
                    "published validation cases instead: cie-171; --case names them by how they begin, e.g. 5.9")

@@ -14,8 +14,8 @@ Scene glossy_floor() {
     const unsigned blue = room.add({"blue", {0.10, 0.18, 0.50}, {}});
     const unsigned yellow = room.add({"yellow", {0.65, 0.50, 0.10}, {}});
     const unsigned lamp = room.add({"lamp", {0, 0, 0}, {55, 52, 46}});
-    Material polished{"polished", {0.16, 0.10, 0.06}, {}, {0.38, 0.38, 0.38}};
-    polished.exponent = 60.0;
+    Material polished{"polished", {0.08, 0.05, 0.03}, {}, {0.45, 0.45, 0.45}};
+    polished.exponent = 150.0;
     const unsigned floor = room.add(polished);
 
     const double length = 5.0, depth = 4.0, height = 2.7;
@@ -27,9 +27,9 @@ Scene glossy_floor() {
     room.polygon({{length, 0, 0}, {length, 0, height}, {length, depth, height}, {length, depth, 0}}, red);
     // A lamp on the wall opposite the entrance, and one on the ceiling's middle.
     const double proud = 0.01;
-    room.polygon({{1.6, depth - proud, 1.5}, {2.6, depth - proud, 1.5}, {2.6, depth - proud, 1.8},
-                  {1.6, depth - proud, 1.8}},
-                 lamp);
+    room.polygon(
+        {{1.6, depth - proud, 1.5}, {2.6, depth - proud, 1.5}, {2.6, depth - proud, 1.8}, {1.6, depth - proud, 1.8}},
+        lamp);
     const std::array<unsigned, 6> all_blue{blue, blue, blue, blue, blue, blue};
     const std::array<unsigned, 6> all_yellow{yellow, yellow, yellow, yellow, yellow, yellow};
     add_box(room, {3.4, 2.6, 0.0}, {4.0, 3.2, 1.1}, {2, 2, 3}, all_blue, false);

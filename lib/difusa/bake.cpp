@@ -48,8 +48,9 @@ void refuse_for_gloss(const BakeResult& result, const Choices& choices) {
         return;
     }
     if (choices.pairwise) {
-        throw UsageError("--transport " + result.options.transport + ": " + result.file +
-                         " has glossy materials, which pairwise transport does not know; use --transport gather, or --no-gloss");
+        throw UsageError(
+            "--transport " + result.options.transport + ": " + result.file +
+            " has glossy materials, which pairwise transport does not know; use --transport gather, or --no-gloss");
     }
     if (choices.solver->needs_factors()) {
         throw UsageError("--solver " + result.options.solver + ": " + result.file +

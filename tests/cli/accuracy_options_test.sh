@@ -59,3 +59,17 @@ for paths in gathered shot printed; do
         --transport "pairwise:mirrors=$paths" --solver progressive --direct interpolated --save-transport out.difusa
     expect_exit 0 "$DIFUSA_BIN/relight" out.difusa again.vtp
 done
+
+# Glossy materials: in scenes and pictures, refused where they cannot be, or left out.
+glossy="$DIFUSA_DATA/glossy_floor.json"
+few="--sites 200 --rays 32 --error-points 0"
+expect_exit 0 "$bake" "$glossy" out.vtp $few --directional-order 2 --report out.json
+expect_text stdout "harmonics of order 2 hold"
+expect_text out.json '"directional_order": 2'
+expect_refusal 1 "--directional-order" "$bake" "$glossy" out.vtp --directional-order 21
+expect_refusal 1 "cannot be saved" "$bake" "$glossy" out.vtp --save-transport out.difusa
+expect_refusal 1 "or --no-gloss" "$bake" "$glossy" out.vtp --transport pairwise
+expect_exit 0 "$bake" "$glossy" out.vtp $few --no-gloss --save-transport out.difusa
+expect_text stdout "1 glossy material reflects in a lobe is absorbed (--no-gloss)"
+expect_exit 0 "$relight" out.difusa again.vtp --error-points 0
+expect_exit 0 "$DIFUSA_BIN/render_view" "$glossy" out.png $few --size 40 30 --samples 1 --glossy-rays 1

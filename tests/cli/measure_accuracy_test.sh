@@ -97,3 +97,6 @@ radiosity_of() {
 expect_refusal 1 "--mirrors does not take --case" "$measure" --output study --mirrors --case sphere
 expect_exit 0 "$measure" --output mirrors --mirrors --spacing 0.4
 expect_text stdout "| single | 1 | 1 | printed | 4 | 8 |" "| double | 4 | 4 | gathered | 1, adaptive |" "written: mirrors"
+
+# Glossy floors. The study itself is long; its parts are tested one by one (Gloss.AgreesWithPathTracing).
+expect_refusal 1 "--gloss does not take --spacing" "$measure" --output study --gloss --spacing 0.1

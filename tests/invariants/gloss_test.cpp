@@ -67,7 +67,8 @@ TEST(Gloss, TheTransposeIsOne) {
     ASSERT_NE(glossy_part(*transport.W), nullptr);
     EXPECT_GT(glossy_part(*transport.W)->reflections(), 0U);
     RandomStream stream(1, "vectors");
-    Values x(static_cast<Eigen::Index>(transport.W->columns()), 3), y(static_cast<Eigen::Index>(transport.W->rows()), 3);
+    Values x(static_cast<Eigen::Index>(transport.W->columns()), 3),
+        y(static_cast<Eigen::Index>(transport.W->rows()), 3);
     for (Values* values : {&x, &y}) {
         for (Eigen::Index k = 0; k < values->size(); ++k) {
             values->data()[k] = stream.uniform();
@@ -95,8 +96,8 @@ TEST(Gloss, AgreesWithPathTracing) {
             traced.judge(result.field().at(traced.places(), 0, 1, "judged", Execution{2}).H);
         const TracedRoom::Judgement gather =
             traced.judge(result.field().at(traced.places(), few ? 256 : 4096, 1, "judged", Execution{2}).H);
-        // Of the radiosity relative to its own rms; that of the irradiance is larger at most by the ratio of the largest
-        // reflectance to the mean one.
+        // Of the radiosity relative to its own rms; that of the irradiance is larger at most by the ratio of the
+        // largest reflectance to the mean one.
         const double stated = few ? 0.3 : 0.04;
         EXPECT_LT(basis.squared, stated * stated + 4.5 * basis.deviation) << std::sqrt(std::abs(basis.squared));
         const double by_gather = few ? 0.2 : 0.015;
@@ -143,8 +144,8 @@ TEST(Gloss, ANarrowLobeIsNearlyAMirror) {
     EXPECT_NEAR(light[0][0], light[1][0], 0.01 * light[1][0]);
 }
 
-/// The sums of the samples with directions are the irradiance: exactly, for suns and point lights; in the mean, for area
-/// lights, whose samples come from where the lamps are.
+/// The sums of the samples with directions are the irradiance: exactly, for suns and point lights; in the mean, for
+/// area lights, whose samples come from where the lamps are.
 TEST(Gloss, SamplesWithDirectionsAddUpToTheIrradiance) {
     Scene scene = glossy_room({Model::phong, 30.0});
     scene.point_lights.push_back({});

@@ -75,7 +75,7 @@ TEST(PathTracing, TheCornellBoxByDefault) {
         for (std::size_t i = begin; i < end; ++i) {
             for (std::size_t half = 0; half < 2; ++half) {
                 traced[i][half] = trace_paths(scene, *result.system->parts().engine, x[i], paths / 2,
-                                                    RandomStream(5, half == 0 ? "first" : "second", i));
+                                              RandomStream(5, half == 0 ? "first" : "second", i));
             }
         }
     });

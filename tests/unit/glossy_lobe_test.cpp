@@ -53,8 +53,7 @@ class Lobes : public testing::TestWithParam<LobeShape> {};
 TEST_P(Lobes, ReflectAllLight) {
     const GlossyLobe lobe(GetParam());
     for (const double cosine : {1.0, 0.8, 0.5, 0.2, 0.05}) {
-        const double sum =
-            over_hemisphere(lobe, direction(cosine, 0.7), [](const Vec3& out) { return out.z(); });
+        const double sum = over_hemisphere(lobe, direction(cosine, 0.7), [](const Vec3& out) { return out.z(); });
         EXPECT_NEAR(sum, 1.0, 3e-3) << cosine;
     }
 }
@@ -112,10 +111,13 @@ TEST_P(Lobes, HaveTheirHarmonics) {
         const Vec3 in = direction(cosine, 2.5);
         of_lobe.at(in, F);
         for (std::size_t k = 0; k < F.size(); ++k) {
-            const double exact = over_hemisphere(lobe, in, [&](const Vec3& out) {
-                harmonics.at(out, Y);
-                return 2.0 * pi * Y[of_lobe.numbers()[k]];
-            }, 60);
+            const double exact = over_hemisphere(
+                lobe, in,
+                [&](const Vec3& out) {
+                    harmonics.at(out, Y);
+                    return 2.0 * pi * Y[of_lobe.numbers()[k]];
+                },
+                60);
             EXPECT_NEAR(F[k], exact, 2e-2 * LobeHarmonics::even()) << cosine << ", " << of_lobe.numbers()[k];
         }
     }

@@ -54,11 +54,7 @@ TEST(GltfReader, MaterialsAndLight) {
     EXPECT_THAT(notes(soup), HasSubstr("materials that are not opaque: 1"));
     EXPECT_THAT(notes(gltf("\"nodes\":[{\"mesh\":0}],\"materials\":[{}]," + square_mesh + "," + square().embedded())),
                 AllOf(HasSubstr("materials without \"metallicFactor\": 1 (\"material 0\"); glTF then implies metal"),
-                      HasSubstr("black here; for paint export \"metallicFactor\": 0")));
-    EXPECT_THAT(notes(gltf("\"nodes\":[{\"mesh\":0}],\"materials\":[{\"name\":\"gold\",\"pbrMetallicRoughness\":{"
-                           "\"metallicFactor\":1}}]," +
-                           square_mesh + "," + square().embedded())),
-                HasSubstr("metallic materials: 1 (\"gold\")"));
+                      HasSubstr("reflects glossily and not diffusely; for paint export \"metallicFactor\": 0")));
 }
 
 TEST(GltfReader, NotesNameMaterialsAndMeshesOnce) {
@@ -167,11 +163,32 @@ TEST(GltfReader, PolishedMetalsAreMirrors) {
     const auto [half, also_quiet] = material(colour + "\"metallicFactor\":0.5,\"roughnessFactor\":0");
     EXPECT_TRUE((half.mirror == Rgb(0.25, 0.125, 0.5)).all());
     EXPECT_TRUE((half.reflectance == half.mirror).all());
-    const auto [rough, noted] = material(colour + "\"metallicFactor\":1,\"roughnessFactor\":0.1");
-    EXPECT_TRUE((rough.mirror == 0.0).all());
-    EXPECT_THAT(noted, HasSubstr("of roughness 0 are mirrors"));
     const auto [paint, no_note] = material(colour + "\"metallicFactor\":0,\"roughnessFactor\":0");
     EXPECT_TRUE((paint.mirror == 0.0).all());
+    EXPECT_FALSE(paint.gloss);
+}
+
+TEST(GltfReader, RoughMetalsAreGlossy) {
+    const auto material = [](const std::string& pbr, const std::string& more = "") {
+        const PolygonSoup soup = gltf("\"nodes\":[{\"mesh\":0}],\"materials\":[{\"pbrMetallicRoughness\":{" + pbr +
+                                      "}}]," + more + square_mesh + "," + square().embedded());
+        return std::pair(soup.materials[0], notes(soup));
+    };
+    const std::string colour = "\"baseColorFactor\":[0.5,0.25,1,1],";
+    const auto [rough, quiet] = material(colour + "\"metallicFactor\":0.5,\"roughnessFactor\":0.4");
+    EXPECT_TRUE((rough.mirror == 0.0).all());
+    ASSERT_TRUE(rough.gloss);
+    EXPECT_TRUE((rough.gloss->reflectance == Rgb(0.25, 0.125, 0.5)).all());
+    EXPECT_TRUE((rough.reflectance == rough.gloss->reflectance).all());
+    EXPECT_EQ(rough.gloss->shape, (LobeShape{LobeShape::Model::ggx, 0.4}));
+    EXPECT_EQ(quiet, "");
+    const auto [fine, also_quiet] = material(colour + "\"metallicFactor\":1,\"roughnessFactor\":0.001");
+    ASSERT_TRUE(fine.gloss);
+    EXPECT_EQ(fine.gloss->shape.sharpness, LobeShape::least_roughness);
+    const auto [implied, noted] = material("\"baseColorFactor\":[0.5,0.25,1,1]");
+    ASSERT_TRUE(implied.gloss);
+    EXPECT_EQ(implied.gloss->shape.sharpness, 1.0);
+    EXPECT_THAT(noted, HasSubstr("materials without \"metallicFactor\""));
 }
 
 /// Both colours of KHR_materials_pbrSpecularGlossiness, and that they take the place of the others.

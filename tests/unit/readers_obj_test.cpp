@@ -332,8 +332,8 @@ TEST(MaterialLibrary, OptionsOfTextures) {
         text += note + "\n";
     }
     EXPECT_THAT(text, AllOf(HasSubstr("unsupported texture options: 2 (first at line 2: '-blendu')"),
-                            HasSubstr("(mirrors, illum 3) add up to more than 1: 1 (first at line 1)"),
-                            HasSubstr("the mirror reflects what Kd leaves")));
+                            HasSubstr("(illum 3) add up to more than 1: 1 (first at line 1)"),
+                            HasSubstr("the specular share is what Kd leaves")));
     EXPECT_THROW(parse_material_library("newmtl a\nmap_Kd -clamp on\n", "a.mtl"), InputError);
     EXPECT_THROW(parse_material_library("newmtl a\nmap_Kd -s x.png\n", "a.mtl"), InputError);
     EXPECT_THROW(parse_material_library("map_Kd x.png\n", "a.mtl"), InputError);
@@ -365,8 +365,17 @@ TEST(MaterialLibrary, MirrorsAreThoseOfIllum3) {
     EXPECT_TRUE((exported.materials[1].mirror == 0.5).all());
     EXPECT_TRUE((exported.materials[2].mirror == 0.5).all());
     EXPECT_TRUE((exported.materials[2].reflectance == 0.0).all()) << "nothing but a mirror";
-    ASSERT_EQ(exported.notes.size(), 1U);
-    EXPECT_THAT(exported.notes[0], HasSubstr("with illum 3 and an Ns below 900: 1 (first at line 1)"));
+    ASSERT_TRUE(exported.materials[0].gloss);
+    EXPECT_EQ(exported.materials[0].gloss->shape, (LobeShape{LobeShape::Model::phong, 250.0}));
+    EXPECT_TRUE((exported.materials[0].gloss->reflectance == 0.5).all());
+    EXPECT_FALSE(exported.materials[1].gloss);
+    EXPECT_TRUE(exported.notes.empty());
+    const MaterialLibrary dull = parse_material_library(
+        "newmtl a\nKd 0.7\nKs 0.5\nNs 0\nillum 3\nnewmtl b\nKd 0.1\nKs 0\nNs 10\nillum 3\n", "a.mtl");
+    ASSERT_TRUE(dull.materials[0].gloss);
+    EXPECT_EQ(dull.materials[0].gloss->shape.sharpness, LobeShape::least_exponent);
+    EXPECT_NEAR(dull.materials[0].gloss->reflectance[0], 0.3, 1e-15) << "what Kd leaves";
+    EXPECT_FALSE(dull.materials[1].gloss);
 }
 
 } // namespace

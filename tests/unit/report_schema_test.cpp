@@ -84,8 +84,9 @@ BakeOptions pairwise() {
 TEST(ReportSchema, SaysWhatIsInAReport) {
     test::JsonSchema all(schema());
     const std::pair<std::string, BakeOptions> bakes[] = {
-        {"cornell_box.json", much()},      {"office.json", with_grid()},      {"oven.json", few_sites()},
-        {"mirror_room.json", few_sites()}, {"furnace_box.obj", subdivided()}, {"ugly.off", pairwise()}};
+        {"cornell_box.json", much()},      {"office.json", with_grid()},       {"oven.json", few_sites()},
+        {"mirror_room.json", few_sites()}, {"glossy_floor.json", few_sites()}, {"furnace_box.obj", subdivided()},
+        {"ugly.off", pairwise()}};
     for (const auto& [scene, options] : bakes) {
         EXPECT_THAT(all.faults(report(scene, options)), testing::IsEmpty()) << scene;
     }

@@ -207,6 +207,15 @@ TEST_F(SceneFile, ValuesOutOfRangeAreRefused) {
     EXPECT_THAT(refused_with("\"materials\": {\"a\": {\"emission\": [1, 2]}}"), HasSubstr("a number (grey) or a list"));
     EXPECT_THAT(refused_with("\"materials\": {\"a\": {\"emission\": \"1\"}}"), HasSubstr("a number (grey) or a list"));
     EXPECT_THAT(refused_with("\"materials\": {\"a\": {\"double_sided\": 1}}"), HasSubstr("true or false, not 1"));
+    const auto gloss = [this](const std::string& members) {
+        return refused_with("\"materials\": {\"a\": {\"reflectance\": 0.5, \"gloss\": {" + members + "}}}");
+    };
+    EXPECT_THAT(gloss("\"reflectance\": 0.3"), HasSubstr("needs either \"exponent\""));
+    EXPECT_THAT(gloss("\"reflectance\": 0.3, \"exponent\": 5, \"roughness\": 0.5"), HasSubstr("needs either"));
+    EXPECT_THAT(gloss("\"exponent\": 5"), HasSubstr("\"reflectance\""));
+    EXPECT_THAT(gloss("\"reflectance\": 0.3, \"exponent\": 0.5"), HasSubstr("\"exponent\" must be from 1 to 10000"));
+    EXPECT_THAT(gloss("\"reflectance\": 0.3, \"roughness\": 2"), HasSubstr("\"roughness\" must be from 0.03 to 1"));
+    EXPECT_THAT(gloss("\"reflectance\": 0.6, \"roughness\": 0.5"), HasSubstr("add up to more than 1"));
     EXPECT_THAT(refused_with("\"materials\": {\"a\": {\"mirror\": 1.5}}"), HasSubstr("\"mirror\" must be from 0"));
     EXPECT_THAT(refused_with("\"materials\": {\"a\": {\"mirror\": 0.75, \"reflectance\": [0.5, 0, 0]}}"),
                 HasSubstr("add up to more than 1"));

@@ -56,7 +56,8 @@ TEST(SphericalHarmonics, ObeyTheAdditionTheorem) {
             for (int m = -l; m <= l; ++m) {
                 sum += A[SphericalHarmonics::number(l, m)] * B[SphericalHarmonics::number(l, m)];
             }
-            EXPECT_NEAR(sum, (2.0 * l + 1.0) / (4.0 * std::numbers::pi) * std::legendre(static_cast<unsigned>(l), a.dot(b)),
+            EXPECT_NEAR(sum,
+                        (2.0 * l + 1.0) / (4.0 * std::numbers::pi) * std::legendre(static_cast<unsigned>(l), a.dot(b)),
                         1e-12)
                 << l;
         }

@@ -80,8 +80,7 @@ SphericalHarmonics::Rotation SphericalHarmonics::rotation(const Eigen::Matrix3d&
     return blocks;
 }
 
-void SphericalHarmonics::rotate(const Rotation& rotation, const Eigen::Ref<const Values>& from,
-                                Eigen::Ref<Values> to) {
+void SphericalHarmonics::rotate(const Rotation& rotation, const Eigen::Ref<const Values>& from, Eigen::Ref<Values> to) {
     Eigen::Index first = 0;
     for (const Eigen::MatrixXd& block : rotation) {
         to.middleRows(first, block.rows()).noalias() = block * from.middleRows(first, block.rows());

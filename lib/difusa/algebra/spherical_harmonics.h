@@ -41,9 +41,9 @@ class SphericalHarmonics {
         double a, b; ///< P_l = a (z P_(l-1) - b P_(l-2))
     };
     int order_;
-    std::vector<double> diagonal_;       ///< P_mm / sin^m
+    std::vector<double> diagonal_;        ///< P_mm / sin^m
     std::vector<std::vector<Step>> step_; ///< of each m, from l = m + 1 on
-    std::vector<Vec3> node_;             ///< of the quadrature
+    std::vector<Vec3> node_;              ///< of the quadrature
     std::vector<double> weight_;
     Values at_nodes_; ///< #nodes by count()
 };

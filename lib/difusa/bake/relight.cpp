@@ -40,7 +40,7 @@ BakeOptions complete_options(BakeOptions options, const BakeOptions& saved) {
     options.neighbours = saved.neighbours;
     options.rays = saved.rays;
     options.mirror_depth = saved.mirror_depth;
-    options.gloss = false; // a transport with gloss is not saved
+    options.gloss = false;  // a transport with gloss is not saved
     options.target.reset(); // sites and rays are what they are
     options.seed = saved.seed;
     options.reflectance = options.reflectance ? options.reflectance : saved.reflectance;

@@ -64,8 +64,10 @@ void check_scene(const Scene& scene, const std::string& name) {
             }
             const Material& material = scene.materials[mesh.material[t]];
             if (material.vertex_colours && !material.reflects_at_most_all(colour)) {
-                refuse("triangle " + std::to_string(t) + " is a mirror, and with its vertex colour " + list(colour) +
-                       " reflects more than all of the light");
+                refuse("triangle " + std::to_string(t) +
+                       " reflects more than all of the light, specularly and with its vertex "
+                       "colour " +
+                       list(colour));
             }
         }
     }
@@ -86,7 +88,8 @@ void check_scene(const Scene& scene, const std::string& name) {
                    " reflects more than all of the light, diffusely and specularly together");
         }
         if (material.gloss && !is_sound(*material.gloss)) {
-            refuse("the material " + material.name + " has a gloss with a reflectance outside [0,1], an exponent "
+            refuse("the material " + material.name +
+                   " has a gloss with a reflectance outside [0,1], an exponent "
                    "outside [1,10000] or a roughness outside [0.03,1]");
         }
         if (material.reflectance_texture &&

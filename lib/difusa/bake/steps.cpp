@@ -153,15 +153,15 @@ void solve_with(BakeResult& result, const ElementChoice& elements, const Choices
     if (first) {
         transport = source(discretisation, execution);
     }
-    LightTransport reflected = with_gloss(*transport, discretisation, result.scene->mesh.glossy,
-                                          result.options.directional_order, execution);
+    LightTransport reflected =
+        with_gloss(*transport, discretisation, result.scene->mesh.glossy, result.options.directional_order, execution);
     if (first) {
         check_coverage(result, discretisation, reflected, placed.dark_area, execution);
         check_lobes(result, reflected, execution);
     }
-    result.system = std::make_shared<RadiositySystem>(SystemParts{result.scene, choices.engine, choices.directions,
-                                                                  choices.solver, std::move(discretisation),
-                                                                  std::move(reflected), result.options.seed, choices.fresh_directions});
+    result.system = std::make_shared<RadiositySystem>(
+        SystemParts{result.scene, choices.engine, choices.directions, choices.solver, std::move(discretisation),
+                    std::move(reflected), result.options.seed, choices.fresh_directions});
     try {
         find_temperatures(result, lighting_options(result, choices), execution);
         result.solution = result.system->solve(result.scene, lighting_options(result, choices), execution);

@@ -105,8 +105,8 @@ class Parser {
             if (exponent_ >= polished) {
                 material_.mirror = specular;
             } else if ((specular > 0.0).any()) {
-                material_.gloss = Gloss{
-                    {LobeShape::Model::phong, std::max(LobeShape::least_exponent, exponent_)}, specular};
+                material_.gloss =
+                    Gloss{{LobeShape::Model::phong, std::max(LobeShape::least_exponent, exponent_)}, specular};
             }
         }
         for (std::optional<TextureUse>& use : maps_) {

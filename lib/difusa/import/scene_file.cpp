@@ -103,9 +103,9 @@ class SceneFile {
         checks_.object(materials, quoted("materials"));
         for (std::size_t i = 0; i < materials.names.size(); ++i) {
             const JsonValue& from = materials.items[i];
-            std::vector<std::string> known{"reflectance",      "reflectance_texture", "mirror",
-                                           "gloss",            "emission",            "luminance",
-                                           "emission_texture", "double_sided",        "light_group"};
+            std::vector<std::string> known{"reflectance", "reflectance_texture", "mirror",           "gloss",
+                                           "emission",    "luminance",           "emission_texture", "double_sided",
+                                           "light_group"};
             known.insert(known.end(), thermal_members().begin(), thermal_members().end());
             checks_.members(from, "a material", known);
             Material material;
@@ -185,11 +185,11 @@ class SceneFile {
         }
         Gloss gloss;
         gloss.reflectance = checks_.reflectance_of(checks_.required(from, "a gloss", "reflectance"));
-        gloss.shape = exponent != nullptr
-                          ? LobeShape{LobeShape::Model::phong, in_range(*exponent, "exponent", LobeShape::least_exponent,
-                                                                        LobeShape::most_exponent)}
-                          : LobeShape{LobeShape::Model::ggx,
-                                      in_range(*roughness, "roughness", LobeShape::least_roughness, 1.0)};
+        gloss.shape =
+            exponent != nullptr
+                ? LobeShape{LobeShape::Model::phong,
+                            in_range(*exponent, "exponent", LobeShape::least_exponent, LobeShape::most_exponent)}
+                : LobeShape{LobeShape::Model::ggx, in_range(*roughness, "roughness", LobeShape::least_roughness, 1.0)};
         return gloss;
     }
 

@@ -380,8 +380,7 @@ void DirectLight::sample_directions(std::span<const SurfacePoint> x, RandomStrea
     }
     const std::array<double, 4> shift{stream.uniform(), stream.uniform(), stream.uniform(), stream.uniform()};
     for (std::size_t i = 0; i < x.size(); ++i) {
-        const AreaLights::Sample sample =
-            area_lights_.sample_direction(x[i], even_point(i, shift), worker.area_lights);
+        const AreaLights::Sample sample = area_lights_.sample_direction(x[i], even_point(i, shift), worker.area_lights);
         if (sample.material != none) {
             arrivals.push_back({i, sets_.material[sample.material], sample.towards, sample.H, false});
         }

@@ -109,8 +109,8 @@ class DirectLight {
     struct Arrival {
         std::size_t place = 0; ///< in x
         Index set = 0;
-        Vec3 towards; ///< unit, from the place
-        Rgb H;        ///< irradiance, W/m²
+        Vec3 towards;              ///< unit, from the place
+        Rgb H;                     ///< irradiance, W/m²
         bool from_outside = false; ///< from a sun or a point light
     };
 

@@ -15,12 +15,11 @@ namespace {
 constexpr std::size_t nodes = 513;        ///< of the table of E
 constexpr std::size_t facet_samples = 64; ///< by 64, for E of GGX
 constexpr double grazing = 1e-4;          ///< the least cosine at which formulae are evaluated
-constexpr double pi = std::numbers::pi;
 
 /// ∫ max(0, a + b cos phi) dphi, b >= 0, around the circle.
 double positive_part_around(double a, double b) {
     if (a >= b) {
-        return 2.0 * pi * a;
+        return 2.0 * std::numbers::pi * a;
     }
     if (a <= -b) {
         return 0.0;
@@ -50,7 +49,7 @@ GlossyLobe::GlossyLobe(const LobeShape& shape) : shape_(shape) {
         const double at = static_cast<double>(k) * h, E = reflected_[k], next = reflected_[k + 1];
         mean += 2.0 * h * (0.5 * (E + next) * at + h * (E / 6.0 + next / 3.0));
     }
-    rest_ = 1.0 - mean > 1e-9 ? 1.0 / (pi * (1.0 - mean)) : 0.0;
+    rest_ = 1.0 - mean > 1e-9 ? 1.0 / (std::numbers::pi * (1.0 - mean)) : 0.0;
 }
 
 double GlossyLobe::reflected(double cosine) const {
@@ -71,7 +70,7 @@ double GlossyLobe::reflected_by_formula(double cosine) const {
             const double c = std::pow(rule.node[k], 1.0 / (n + 1.0)), s = std::sqrt(std::max(0.0, 1.0 - c * c));
             sum += rule.weight[k] * positive_part_around(c * cosine, s * sine);
         }
-        return (n + 2.0) / (n + 1.0) / (2.0 * pi) * sum;
+        return (n + 2.0) / (n + 1.0) / (2.0 * std::numbers::pi) * sum;
     }
     const Vec3 out(sine, 0.0, cosine);
     double sum = 0.0, whole = 0.0;
@@ -96,7 +95,7 @@ double GlossyLobe::lambda(double cosine) const {
 /// D, for the cosine of the angle between facet and normal.
 double GlossyLobe::facets(double cosine) const {
     const double d = cosine * cosine * (alpha2_ - 1.0) + 1.0;
-    return alpha2_ / (pi * d * d);
+    return alpha2_ / (std::numbers::pi * d * d);
 }
 
 /// The formula, in the frame of the normal.
@@ -106,7 +105,7 @@ double GlossyLobe::lobe(const Vec3& in, const Vec3& out) const {
     }
     if (shape_.model == LobeShape::Model::phong) {
         const double n = shape_.sharpness, c = mirrored_at_z(in).dot(out);
-        return c > 0.0 ? (n + 2.0) / (2.0 * pi) * std::pow(c, n) : 0.0;
+        return c > 0.0 ? (n + 2.0) / (2.0 * std::numbers::pi) * std::pow(c, n) : 0.0;
     }
     const double i = std::max(grazing, in.z()), o = std::max(grazing, out.z());
     return facets((in + out).normalized().z()) / (4.0 * i * o * (1.0 + lambda(i) + lambda(o)));
@@ -116,7 +115,7 @@ double GlossyLobe::lobe(const Vec3& in, const Vec3& out) const {
 double GlossyLobe::density(const Vec3& in, const Vec3& out) const {
     if (shape_.model == LobeShape::Model::phong) {
         const double n = shape_.sharpness, c = mirrored_at_z(out).dot(in);
-        return c > 0.0 ? (n + 1.0) / (2.0 * pi) * std::pow(c, n) : 0.0;
+        return c > 0.0 ? (n + 1.0) / (2.0 * std::numbers::pi) * std::pow(c, n) : 0.0;
     }
     const Vec3 sum = in + out;
     const double length = sum.norm(), o = std::max(grazing, out.z());
@@ -124,7 +123,7 @@ double GlossyLobe::density(const Vec3& in, const Vec3& out) const {
 }
 
 GlossyLobe::Draw GlossyLobe::draw_lobe(const Vec3& out, double u, double v) const {
-    const double angle = 2.0 * pi * v;
+    const double angle = 2.0 * std::numbers::pi * v;
     if (shape_.model == LobeShape::Model::phong) {
         const double n = shape_.sharpness, c = std::pow(1.0 - u, 1.0 / (n + 1.0));
         const double s = std::sqrt(std::max(0.0, 1.0 - c * c));
@@ -140,7 +139,8 @@ GlossyLobe::Draw GlossyLobe::draw_lobe(const Vec3& out, double u, double v) cons
     Vec3 t(-stretched.y(), stretched.x(), 0.0);
     t = t.squaredNorm() > 0.0 ? Vec3(t.normalized()) : Vec3(Vec3::UnitX());
     const double r = std::sqrt(u), s = 0.5 * (1.0 + stretched.z());
-    const double x = r * std::cos(angle), y = (1.0 - s) * std::sqrt(std::max(0.0, 1.0 - x * x)) + s * r * std::sin(angle);
+    const double x = r * std::cos(angle),
+                 y = (1.0 - s) * std::sqrt(std::max(0.0, 1.0 - x * x)) + s * r * std::sin(angle);
     const Vec3 flat = x * t + y * stretched.cross(t) + std::sqrt(std::max(0.0, 1.0 - x * x - y * y)) * stretched;
     const Vec3 facet = Vec3(alpha * flat.x(), alpha * flat.y(), std::max(0.0, flat.z())).normalized();
     const Vec3 in = 2.0 * facet.dot(out) * facet - out;
@@ -173,14 +173,14 @@ GlossyLobe::Draw GlossyLobe::draw(const Vec3& n, const Vec3& out, const std::arr
     if (u[0] < share) {
         in = draw_lobe(from, u[1], u[2]).direction;
     } else {
-        const double r = std::sqrt(u[1]), angle = 2.0 * pi * u[2];
+        const double r = std::sqrt(u[1]), angle = 2.0 * std::numbers::pi * u[2];
         in = {r * std::cos(angle), r * std::sin(angle), std::sqrt(std::max(0.0, 1.0 - u[1]))};
     }
     const Vec3 direction = in.x() * t + in.y() * b + in.z() * n;
     if (!(in.z() > 0.0)) {
         return {direction, 0.0};
     }
-    const double density_of_both = share * density(in, from) + (1.0 - share) * in.z() / pi;
+    const double density_of_both = share * density(in, from) + (1.0 - share) * in.z() / std::numbers::pi;
     return {direction, (lobe(in, from) + rest(in.z(), from.z())) * in.z() / density_of_both};
 }
 

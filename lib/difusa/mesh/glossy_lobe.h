@@ -41,7 +41,8 @@ class GlossyLobe {
     /// A direction by which light may have come that leaves in the direction `out`.
     struct Draw {
         Vec3 direction;
-        double weight = 0.0; ///< BRDF times cosine over the probability density; 0: none, direction is below the surface
+        double weight =
+            0.0; ///< BRDF times cosine over the probability density; 0: none, direction is below the surface
     };
 
     /// From three numbers in [0, 1): the weights have the expectation 1.
@@ -67,7 +68,7 @@ class GlossyLobe {
     double facets(double cosine) const;
 
     LobeShape shape_;
-    double alpha2_ = 1.0; ///< of GGX, squared
+    double alpha2_ = 1.0;           ///< of GGX, squared
     std::vector<double> reflected_; ///< E at cosines from 0 to 1
     double rest_ = 0.0;             ///< 1 / (pi (1 - mean E)), or 0 if nothing is lost
 };

@@ -16,7 +16,6 @@ namespace {
 constexpr std::size_t angles = 257;    ///< of the table, from 0 to pi/2
 constexpr std::size_t samples = 4096;  ///< of the integral over the lobe
 constexpr std::size_t rest_nodes = 64; ///< of that over the rest, which is smooth
-constexpr double pi = std::numbers::pi;
 
 } // namespace
 
@@ -40,14 +39,15 @@ LobeHarmonics::LobeHarmonics(const GlossyLobe& lobe, const SphericalHarmonics& h
         harmonics.at({std::sqrt(1.0 - z * z), 0.0, z}, Y);
         for (int l = 0; l <= order_; l += 2) {
             const std::size_t number = SphericalHarmonics::number(l, 0);
-            rest[number] += 2.0 * pi * 2.0 * pi * rule.weight[k] * lobe.rest(0.0, z) * Y[number];
+            rest[number] +=
+                2.0 * std::numbers::pi * 2.0 * std::numbers::pi * rule.weight[k] * lobe.rest(0.0, z) * Y[number];
         }
     }
     const double lost_at_grazing = 1.0 - lobe.reflected(0.0);
     table_.assign(angles * bands_.size(), 0.0);
     double squares = 0.0;
     for (std::size_t a = 0; a < angles; ++a) {
-        const double angle = 0.5 * pi * static_cast<double>(a) / static_cast<double>(angles - 1);
+        const double angle = 0.5 * std::numbers::pi * static_cast<double>(a) / static_cast<double>(angles - 1);
         const Vec3 in(std::sin(angle), 0.0, std::max(0.0, std::cos(angle)));
         double* const row = &table_[a * bands_.size()];
         for (std::size_t s = 0; s < samples; ++s) {
@@ -57,12 +57,12 @@ LobeHarmonics::LobeHarmonics(const GlossyLobe& lobe, const SphericalHarmonics& h
                 continue;
             }
             harmonics.at(drawn.direction, Y);
-            const double factor = 2.0 * pi * drawn.weight / static_cast<double>(samples);
+            const double factor = 2.0 * std::numbers::pi * drawn.weight / static_cast<double>(samples);
             for (std::size_t b = 0; b < bands_.size(); ++b) {
                 row[b] += factor * Y[SphericalHarmonics::number(bands_[b].l, bands_[b].m)];
             }
             if (a == 0) { // ∫ (pi f)² dω, twice for the mirror image
-                squares += factor * pi * lobe.value(Vec3::UnitZ(), in, drawn.direction);
+                squares += factor * std::numbers::pi * lobe.value(Vec3::UnitZ(), in, drawn.direction);
             }
         }
         const double share = lost_at_grazing > 0.0 ? (1.0 - lobe.reflected(in.z())) / lost_at_grazing : 0.0;
@@ -80,7 +80,7 @@ LobeHarmonics::LobeHarmonics(const GlossyLobe& lobe, const SphericalHarmonics& h
 
 void LobeHarmonics::at(const Vec3& in, std::span<double> F) const {
     const double angle = std::acos(std::clamp(in.z(), 0.0, 1.0));
-    const double place = angle / (0.5 * pi) * static_cast<double>(angles - 1);
+    const double place = angle / (0.5 * std::numbers::pi) * static_cast<double>(angles - 1);
     const std::size_t a = std::min(static_cast<std::size_t>(place), angles - 2);
     const double along = place - static_cast<double>(a);
     const double* const low = &table_[a * bands_.size()];
@@ -105,7 +105,7 @@ void LobeHarmonics::at(const Vec3& in, std::span<double> F) const {
 }
 
 double LobeHarmonics::even() {
-    return std::sqrt(4.0 * pi);
+    return std::sqrt(4.0 * std::numbers::pi);
 }
 
 } // namespace difusa

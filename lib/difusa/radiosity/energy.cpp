@@ -115,8 +115,8 @@ EnergyBalance energy_balance(const Scene& scene, const Discretisation& discretis
         const double area = discretisation.surfels->area(s);
         const Eigen::ArrayXd rho = light.reflectance.row(s).transpose(), H = irradiance.row(s).transpose();
         const Eigen::ArrayXd B = light.all_emission.row(s).transpose().array() + rho * H;
-        const Eigen::ArrayXd kept =
-            specular.rows() > 0 ? Eigen::ArrayXd(1.0 - specular.row(s).transpose().array()) : Eigen::ArrayXd(1.0 - zero);
+        const Eigen::ArrayXd kept = specular.rows() > 0 ? Eigen::ArrayXd(1.0 - specular.row(s).transpose().array())
+                                                        : Eigen::ArrayXd(1.0 - zero);
         balance.absorbed += area * (kept - rho) * H;
         balance.from_sky += area * kept * H_sky.row(s).transpose().array();
         balance.escaped += area * LostShares::at(lost.sky, s, channels) * B;

@@ -261,7 +261,8 @@ double largest_reflectance(const Scene& scene, int channels) {
     const Mesh& mesh = scene.mesh;
     double largest = 0.0;
     const auto add = [&](const Rgb& rho, const Rgb& specular) {
-        const Rgb product = (rho > 0.0).select(rho / (1.0 - specular).max(rho), 0.0); // at most 1, whatever the rounding
+        const Rgb product =
+            (rho > 0.0).select(rho / (1.0 - specular).max(rho), 0.0); // at most 1, whatever the rounding
         largest = std::max(largest, channels == 1 ? product[0] : product.maxCoeff());
     };
     for (Index t = 0; t < mesh.triangles.size(); ++t) {

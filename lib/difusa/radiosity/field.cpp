@@ -75,13 +75,15 @@ class Gatherer {
         for (const DirectLight::Arrival& arrival : arrivals_) {
             const GlossyHit& hit = hits[arrival.place];
             const SurfacePoint& y = met_[arrival.place];
-            const GlossyLobe& lobe = *scene_.mesh.glossy.lobes[scene_.mesh.glossy.kinds[scene_.mesh.glossy.kind(y.face)].lobe];
+            const GlossyLobe& lobe =
+                *scene_.mesh.glossy.lobes[scene_.mesh.glossy.kinds[scene_.mesh.glossy.kind(y.face)].lobe];
             const double f = std::numbers::pi * lobe.value(y.normal, arrival.towards, -hit.direction.normalized());
             of_set(indirect, arrival.set) += row_of(hit.weight * f * hit.colour * arrival.H);
         }
     }
 
-    /// What x sees in mirrors and glossy surfaces. Small bright places are not sampled through them: their light is that of the rays.
+    /// What x sees in mirrors and glossy surfaces. Small bright places are not sampled through them: their light is
+    /// that of the rays.
     void add_mirrored(std::size_t number, Eigen::Ref<Eigen::RowVectorXd> direct,
                       Eigen::Ref<Eigen::RowVectorXd> indirect) {
         met_.clear();

@@ -368,9 +368,8 @@ class Solving {
         if (!options_.direct_in_basis) {
             irradiance += sum_of_parts(result_.light.direct, channels_);
         }
-        result_.energy =
-            energy_balance(*scene_, discretisation_, transport_, result_.light, irradiance, from_sky_, from_lights_,
-                           execution_);
+        result_.energy = energy_balance(*scene_, discretisation_, transport_, result_.light, irradiance, from_sky_,
+                                        from_lights_, execution_);
         const double lost = result_.energy.imbalance.abs().maxCoeff();
         if (lost > 0.1) {
             execution_.note(text_of(std::round(100.0 * lost)) +
@@ -389,9 +388,9 @@ class Solving {
     int channels_;
     std::shared_ptr<const DirectLight> sources_;
     std::shared_ptr<const BrightSurfels> bright_;
-    Values soft_;     ///< #points: from emitters that are not area lights, and the sky
-    Values sharp_;    ///< #S, or #points if represented in the basis: from suns, point lights and area lights
-    Values from_sky_; ///< #points by #channels
+    Values soft_;        ///< #points: from emitters that are not area lights, and the sky
+    Values sharp_;       ///< #S, or #points if represented in the basis: from suns, point lights and area lights
+    Values from_sky_;    ///< #points by #channels
     Values from_lights_; ///< likewise, from suns and point lights after glossy reflections; no rows: there are none
     Values g_;
     Solution result_;
@@ -487,12 +486,11 @@ void RadiositySystem::check_scene(const Scene& scene) const {
         const Mirrors &a = own.mirrors, &b = other.mirrors;
         const GlossySurfaces &c = own.glossy, &d = other.glossy;
         const bool same_gloss =
-            c.of_face == d.of_face &&
-            std::equal(c.kinds.begin(), c.kinds.end(), d.kinds.begin(), d.kinds.end(),
-                       [&](const GlossySurfaces::Kind& x, const GlossySurfaces::Kind& y) {
-                           return (x.reflectance == y.reflectance).all() &&
-                                  c.lobes[x.lobe]->shape() == d.lobes[y.lobe]->shape();
-                       });
+            c.of_face == d.of_face && std::equal(c.kinds.begin(), c.kinds.end(), d.kinds.begin(), d.kinds.end(),
+                                                 [&](const GlossySurfaces::Kind& x, const GlossySurfaces::Kind& y) {
+                                                     return (x.reflectance == y.reflectance).all() &&
+                                                            c.lobes[x.lobe]->shape() == d.lobes[y.lobe]->shape();
+                                                 });
         return same_gloss && a.of_face == b.of_face && a.most == b.most &&
                std::equal(a.reflectance.begin(), a.reflectance.end(), b.reflectance.begin(), b.reflectance.end(),
                           [](const Rgb& x, const Rgb& y) { return (x == y).all(); });

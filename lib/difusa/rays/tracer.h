@@ -76,8 +76,8 @@ struct GlossyHit {
 ///
 /// A ray that meets the front of a mirror goes on from there: `for_each` calls the mirror like any surface (it may also
 /// reflect diffusely, or emit), and `for_each_in_mirrors` what is seen in it. Where the caller gives random numbers, a
-/// ray that meets the front of a glossy surface goes on likewise, in a direction drawn from the lobe: what is seen there
-/// is, in the mean, what the surface reflects.
+/// ray that meets the front of a glossy surface goes on likewise, in a direction drawn from the lobe: what is seen
+/// there is, in the mean, what the surface reflects.
 class Sight {
   public:
     std::size_t count() const { return rays_.size(); }

@@ -145,8 +145,8 @@ class SpecularPaths {
                 colour *= kind_of_gloss.reflectance;
                 glossy.push_back({at, kind_of_gloss.lobe, direction, colour});
                 const double u = stream.uniform(), v = stream.uniform(), w = stream.uniform();
-                const GlossyLobe::Draw drawn = mesh_.glossy.lobes[kind_of_gloss.lobe]->draw(
-                    at.normal, -direction.normalized(), {u, v, w});
+                const GlossyLobe::Draw drawn =
+                    mesh_.glossy.lobes[kind_of_gloss.lobe]->draw(at.normal, -direction.normalized(), {u, v, w});
                 const bool above = mesh_.normals[hit.face].dot(drawn.direction) > 0.0; // of the face itself, too
                 colour *= above ? drawn.weight : 0.0;
                 next = {inset(mesh_, at).position, drawn.direction, hit.face};
@@ -326,8 +326,8 @@ class Look {
                     const SeenGloss& gloss = glossy_[i][arrival.place];
                     if (arrival.from_outside) {
                         const double f = std::numbers::pi *
-                                         scene_.mesh.glossy.lobes[gloss.lobe]->value(
-                                             gloss.at.normal, arrival.towards, -gloss.direction.normalized());
+                                         scene_.mesh.glossy.lobes[gloss.lobe]->value(gloss.at.normal, arrival.towards,
+                                                                                     -gloss.direction.normalized());
                         add_highlight(i, arrival.set, gloss.colour * f * arrival.H);
                     }
                 }

@@ -77,9 +77,9 @@ std::vector<GlossTrial> gloss_study(const Registry& registry, std::size_t sites,
                                     const Execution& execution, const std::function<void(const GlossTrial&)>& tell) {
     using Model = LobeShape::Model;
     std::vector<GlossTrial> trials;
-    for (const LobeShape shape : {LobeShape{Model::phong, 10.0}, LobeShape{Model::phong, 50.0},
-                                  LobeShape{Model::phong, 200.0}, LobeShape{Model::ggx, 0.5},
-                                  LobeShape{Model::ggx, 0.3}}) {
+    for (const LobeShape shape :
+         {LobeShape{Model::phong, 10.0}, LobeShape{Model::phong, 50.0}, LobeShape{Model::phong, 200.0},
+          LobeShape{Model::ggx, 0.5}, LobeShape{Model::ggx, 0.3}}) {
         Scene scene = glossy_room(shape);
         settle_gloss(scene);
         const TracedRoom traced(registry, scene, judged_places, paths_to_each, seed, execution);

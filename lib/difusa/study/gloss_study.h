@@ -43,15 +43,15 @@ class TracedRoom {
 struct GlossTrial {
     LobeShape shape;
     int order = 0;
-    double resolved = 0.0;                      ///< LobeHarmonics::resolved
-    TracedRoom::Judgement basis, gather;        ///< of the irradiance: evaluated, and gathered with 2048 rays
-    double told = 0.0, told_at_most = 0.0;      ///< error that the bake tells of the radiosity, relative, and the end of
-                                                ///< its interval
-    double seconds = 0.0;                       ///< by the clock, without what judges
+    double resolved = 0.0;                 ///< LobeHarmonics::resolved
+    TracedRoom::Judgement basis, gather;   ///< of the irradiance: evaluated, and gathered with 2048 rays
+    double told = 0.0, told_at_most = 0.0; ///< error that the bake tells of the radiosity, relative, and the end of
+                                           ///< its interval
+    double seconds = 0.0;                  ///< by the clock, without what judges
 };
 
-/// Phong lobes of exponents 10, 50 and 200 and GGX of roughness 0.5 and 0.3, with harmonics of orders 0 to 16. `tell` is
-/// called with each trial.
+/// Phong lobes of exponents 10, 50 and 200 and GGX of roughness 0.5 and 0.3, with harmonics of orders 0 to 16. `tell`
+/// is called with each trial.
 std::vector<GlossTrial> gloss_study(const Registry& registry, std::size_t sites, std::uint64_t seed,
                                     const Execution& execution, const std::function<void(const GlossTrial&)>& tell);
 

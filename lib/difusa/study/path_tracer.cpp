@@ -16,8 +16,8 @@ struct Path {
     std::size_t number;
     SurfacePoint at;
     Rgb weight;
-    const GlossyLobe* lobe = nullptr; ///< that it has been reflected by; null: diffusely
-    Vec3 out = Vec3::Zero();          ///< towards where it came from
+    const GlossyLobe* lobe = nullptr;          ///< that it has been reflected by; null: diffusely
+    Vec3 out = Vec3::Zero();                   ///< towards where it came from
     double kernel(const Vec3& towards) const { // of unit length; without the cosine
         return lobe == nullptr ? std::numbers::inv_pi : lobe->value(at.normal, towards, out);
     }
@@ -111,10 +111,9 @@ TracedLight trace_paths(const Scene& scene, const Visibility& visibility, const 
             const Vec3 way = y.position - path.at.position;
             const double r2 = way.squaredNorm();
             const double cosines = std::max(0.0, path.at.normal.dot(way)) * std::max(0.0, -y.normal.dot(way));
-            light.push_back(cosines > 0.0
-                                ? Rgb(path.weight * scene.emission(y) *
-                                      (lamps.area() * cosines * path.kernel(way.normalized()) / (r2 * r2)))
-                                : Rgb(Rgb::Zero()));
+            light.push_back(cosines > 0.0 ? Rgb(path.weight * scene.emission(y) *
+                                                (lamps.area() * cosines * path.kernel(way.normalized()) / (r2 * r2)))
+                                          : Rgb(Rgb::Zero()));
             segments.push_back({path.at.position, y.position, path.at.face, y.face});
             rays.push_back({path.at.position, Vec3::Zero(), path.at.face});
             weights.push_back(draw_ray(path, stream, rays.back()));

@@ -6,7 +6,9 @@
 #include <difusa/core/parallel.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <map>
 #include <optional>
 #include <tuple>
@@ -20,16 +22,18 @@ constexpr double negligible = 1e-9;          ///< of what is left after them
 constexpr int power_steps = 8;
 
 /// sum += factor Y c, for c of so many columns, row by row; sums of even and odd rows apart, which are quicker.
-template <int Columns> void add_product(double factor, const std::vector<double>& Y, const double* c, double* sum) {
-    double even[Columns] = {}, odd[Columns] = {};
+template <std::size_t Columns>
+void add_product(double factor, const std::vector<double>& Y, const double* c, double* sum) {
+    std::array<double, Columns> even{}, odd{};
+    constexpr std::ptrdiff_t two_rows = std::ptrdiff_t{2} * Columns;
     std::size_t k = 0;
-    for (; k + 1 < Y.size(); k += 2, c += 2 * Columns) {
-        for (int column = 0; column < Columns; ++column) {
+    for (; k + 1 < Y.size(); k += 2, c += two_rows) {
+        for (std::size_t column = 0; column < Columns; ++column) {
             even[column] += Y[k] * c[column];
             odd[column] += Y[k + 1] * c[Columns + column];
         }
     }
-    for (int column = 0; column < Columns; ++column) {
+    for (std::size_t column = 0; column < Columns; ++column) {
         sum[column] += factor * (even[column] + odd[column] + (k < Y.size() ? Y[k] * c[column] : 0.0));
     }
 }
@@ -211,7 +215,8 @@ Eigen::MatrixXd GlossyTransport::scattering(std::size_t element) const {
     Eigen::VectorXd mean = Eigen::VectorXd::Zero(kept);
     for (std::size_t d = 0; d < rays.size(); ++d) {
         const auto column = static_cast<Eigen::Index>(d);
-        lobe.at(frame.transpose() * rays[d].direction(), std::span(F.col(column).data(), static_cast<std::size_t>(kept)));
+        lobe.at(frame.transpose() * rays[d].direction(),
+                std::span(F.col(column).data(), static_cast<std::size_t>(kept)));
         mean += rays[d].weight * F.col(column);
     }
     mean[0] -= LobeHarmonics::even();
@@ -240,9 +245,8 @@ Values GlossyTransport::reflect(const Values* x, const Values* c, bool backs, Ei
                     arriving.row(row) = x->row(static_cast<Eigen::Index>(rays[d].bin));
                 }
                 if (c != nullptr) {
-                    at_ray(rays[d], Y, [&](Eigen::Index first) {
-                        add_product(1.0, Y, *c, first, arriving.row(row).data());
-                    });
+                    at_ray(rays[d], Y,
+                           [&](Eigen::Index first) { add_product(1.0, Y, *c, first, arriving.row(row).data()); });
                 }
             }
             const Values leaving = scattering(e) * arriving;
@@ -258,8 +262,7 @@ Values GlossyTransport::reflect(const Values* x, const Values* c, bool backs, Ei
 }
 
 /// Adds Rᵀ points to *x and R_gᵀ points to *c, of which either may be missing.
-void GlossyTransport::reflect_transposed(const Values& points, Values* x, Values* c,
-                                         const Execution& execution) const {
+void GlossyTransport::reflect_transposed(const Values& points, Values* x, Values* c, const Execution& execution) const {
     const std::size_t bins = x == nullptr ? 0 : columns();
     const std::size_t rows = bins + (c == nullptr ? 0 : static_cast<std::size_t>(c->rows()));
     Values sum;
@@ -413,7 +416,7 @@ std::size_t GlossyTransport::entry_count() const {
 std::size_t GlossyTransport::bytes() const {
     std::size_t sum = rays_->bytes();
     for (const auto& row : weights_) {
-        sum += row.size() * sizeof(row[0]) + sizeof(row);
+        sum += row.size() * sizeof(std::pair<Index, double>) + sizeof(std::vector<std::pair<Index, double>>);
     }
     for (const SphericalHarmonics::Rotation& rotation : rotations_) {
         for (const Eigen::MatrixXd& block : rotation) {
@@ -428,8 +431,8 @@ LightTransport with_gloss(LightTransport transport, const Discretisation& discre
     if (!transport.glossy) {
         return transport;
     }
-    const auto reflecting = std::make_shared<GlossyTransport>(transport.W, transport.glossy, discretisation, glossy,
-                                                              order, execution);
+    const auto reflecting =
+        std::make_shared<GlossyTransport>(transport.W, transport.glossy, discretisation, glossy, order, execution);
     transport.W = reflecting;
     transport.bytes += reflecting->bytes();
     transport.back_in_mirrors = reflecting->lost_on_backs(execution);

@@ -84,9 +84,9 @@ class GlossyTransport final : public LinearOperator {
     SphericalHarmonics harmonics_;
     std::vector<LobeHarmonics> lobes_;
     int channels_;
-    std::vector<Index> point_of_, lobe_of_;      ///< #elements
-    std::vector<Index> rotation_of_;             ///< #elements
-    std::vector<Eigen::Matrix3d> frames_;        ///< of each rotation
+    std::vector<Index> point_of_, lobe_of_; ///< #elements
+    std::vector<Index> rotation_of_;        ///< #elements
+    std::vector<Eigen::Matrix3d> frames_;   ///< of each rotation
     std::vector<SphericalHarmonics::Rotation> rotations_;
     std::vector<std::vector<std::pair<Index, double>>> weights_; ///< #parts: elements, and their weights (S)
     std::size_t reflections_ = 0;

@@ -23,11 +23,11 @@ struct LightTransport {
     std::vector<double> sky;  ///< #points: cosine-weighted share of the hemisphere that escapes
     std::vector<double> back; ///< #points: the share that hits the back of a face, which sends no light
     /// #points by #channels of the mirrors, or 1: the share that, after a mirror or a glossy reflection, hits the back
-    /// of a face, and the share that is cut off, between mirrors (Mirrors::most) or in an infinite series of cells (Hit::cut_off). No
-    /// rows: there are neither.
+    /// of a face, and the share that is cut off, between mirrors (Mirrors::most) or in an infinite series of cells
+    /// (Hit::cut_off). No rows: there are neither.
     Values back_in_mirrors, cut_off;
     std::shared_ptr<const GlossyRays> glossy = {}; ///< what glossy reflection needs to know; null: nothing is glossy
-    std::size_t rays = 0;     ///< first-hit rays cast, not counting those that go on from mirrors
+    std::size_t rays = 0;                          ///< first-hit rays cast, not counting those that go on from mirrors
     std::size_t segments = 0; ///< visibility segments cast, and rays to mirror patches and on from them
     std::size_t bytes = 0;    ///< size of W
 
