@@ -40,7 +40,7 @@ quality=(--size 800 800 --samples 16 --rays 1024)
 box_sites=8000
 hall_quality=(--size 1280 720 --samples 9 --sites 20000)
 mirror_quality=(--size 800 600 --samples 9 --sites 10000 --rays 1024)
-gloss_quality=(--size 560 350 --samples 36 --directional-order 12)
+gloss_quality=(--size 560 350 --samples 36 --directional-order 12 --tone filmic)
 if [ -n "$quick" ]; then
     room_quality=(--size 160 120 --samples 1 --rays 32)
     quality=(--size 160 160 --samples 1 --rays 64)
