@@ -72,7 +72,7 @@ void set_reflectance(Material& material, const Rgb& reflectance) {
     }
     if (!material.reflects_at_most_all(brightest)) {
         throw UsageError("--reflectance " + material.name +
-                         ": with what this mirror reflects specularly, more than all of the light would be reflected");
+                         ": with what it reflects specularly, more than all of the light would be reflected");
     }
     material.reflectance = reflectance;
     material.vertex_colours = false;

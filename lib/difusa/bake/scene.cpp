@@ -178,7 +178,7 @@ void settle_surface(BakeResult& result, const Execution& execution) {
         throw InputError(result.file + ": has mirrors, and symmetry planes or periods: what is seen in mirrors is not "
                                        "followed beyond these; remove one of them");
     }
-    if (scene.mesh.glossy.any() && (scene.mesh.repetition.any() || scene.mesh.mirrors.any() || scene.thermal)) {
+    if (scene.mesh.glossy.any() && (scene.mesh.repetition.any() || scene.mesh.mirrors.any() || is_thermal(scene))) {
         throw InputError(result.file + ": has glossy materials, which are not computed together with mirrors, symmetry "
                                        "planes, periods or temperatures: remove one of them, or use --no-gloss");
     }

@@ -6,6 +6,7 @@
 #include <difusa/mesh/surface_sampling.h>
 #include <difusa/radiosity/error_points.h>
 #include <difusa/transport/gathered.h>
+#include <difusa/transport/glossy_transport.h>
 
 #include <algorithm>
 #include <array>
@@ -137,6 +138,10 @@ class GoalEstimation {
         const auto n = static_cast<Eigen::Index>(goal_.places.size());
         Values shares;
         sight.W->apply_transpose(Values::Constant(n, channels_, 1.0 / static_cast<double>(n)), shares, execution_);
+        if (const GlossyTransport* const glossy = glossy_part(*system_.transport().W)) {
+            glossy->add_seen(*sight.glossy, Values::Constant(n, channels_, 1.0 / static_cast<double>(n)), shares,
+                             execution_);
+        }
         Values light(static_cast<Eigen::Index>(surfels.size()), channels_);
         for (Index s = 0; s < surfels.size(); ++s) {
             light.row(s) = shares.row(s) / surfels.area(s);

@@ -33,6 +33,9 @@ class Differentiation {
                                             : "gradients are those of the operator: they need --direct exact and "
                                               "--first-bounce operator");
         }
+        if (scene_.mesh.glossy.any()) {
+            throw UsageError("gradients are not computed over glossy materials: make the system without them");
+        }
     }
 
     std::vector<GoalGradient> run(std::span<const Goal> goals) {

@@ -34,8 +34,8 @@ struct GoalGradient {
 /// a factor on them. Places are gathered at with fresh rays whose directions depend on `seed` alone, so that values
 /// under other lights and colours differ by these alone.
 ///
-/// Throws UsageError for a solution with live samples or with direct light in the basis, a thermal scene, and a solver
-/// that has no transposed equation.
+/// Throws UsageError for a solution with live samples or with direct light in the basis, a thermal scene, glossy
+/// materials, and a solver that has no transposed equation.
 std::vector<GoalGradient> goal_gradients(const Solution& solution, std::span<const Goal> goals, std::size_t rays,
                                          std::uint64_t seed, const SolveOptions& solve, const Execution& execution);
 

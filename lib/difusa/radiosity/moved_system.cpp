@@ -14,6 +14,9 @@ std::shared_ptr<const RadiositySystem> moved_system(const RadiositySystem& syste
     if (pairwise_parts(*old.transport.W).form_factors) {
         throw UsageError("pairwise transport connects all sites by form factors: after a motion, bake again");
     }
+    if (system.tracer().mesh().glossy.any()) {
+        throw UsageError("objects cannot be moved over glossy materials: make the system without them");
+    }
     auto scene = std::make_shared<Scene>(*old.scene);
     scene->mesh = moved_mesh(old.scene->mesh, marked, motion);
     const Mesh& mesh = scene->mesh;

@@ -23,7 +23,7 @@ struct FreshParts {
 /// (transport/recast.h): the new system is, to the bit, the one with the same sites and directions of which all rays
 /// are cast. The system it comes from stays as it is. `rays`: those that were asked for at each point.
 ///
-/// Throws UsageError if the transport is pairwise, and what `moved_mesh` throws.
+/// Throws UsageError if the transport is pairwise, for glossy materials, and what `moved_mesh` throws.
 std::shared_ptr<const RadiositySystem> moved_system(const RadiositySystem& system, std::span<const char> marked,
                                                     const RigidMotion& motion, const FreshParts& fresh,
                                                     std::size_t rays, RecastCount& count, const Execution& execution);

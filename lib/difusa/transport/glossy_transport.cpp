@@ -362,12 +362,12 @@ Values GlossyTransport::view(const Values& c, const Execution& execution) const 
 }
 
 /// Vᵀ
-Values GlossyTransport::view_transposed(const Values& y, const Execution& execution) const {
+Values GlossyTransport::view_transposed(const GlossyRays& rays, const Values& y, const Execution& execution) const {
     Values c;
-    sum_transposed(rows(), weights_.size() * harmonics_.count(), y.cols(), c, execution,
+    sum_transposed(rays.points(), weights_.size() * harmonics_.count(), y.cols(), c, execution,
                    [&](std::size_t j, Values& part) {
                        std::vector<double> Y(harmonics_.count());
-                       for (const GlossyRays::Ray& ray : rays_->rays(j)) {
+                       for (const GlossyRays::Ray& ray : rays.rays(j)) {
                            at_ray(ray, Y, [&](Eigen::Index first) {
                                add_multiples(ray.weight, Y, y.row(static_cast<Eigen::Index>(j)), first, part);
                            });
@@ -383,14 +383,20 @@ void GlossyTransport::apply(const Values& x, Values& y, const Execution& executi
 
 void GlossyTransport::apply_transpose(const Values& x, Values& y, const Execution& execution) const {
     plain_->apply_transpose(x, y, execution);
-    Values c = view_transposed(x, execution), sum = c;
+    add_seen(*rays_, x, y, execution);
+}
+
+void GlossyTransport::add_seen(const GlossyRays& rays, const Values& y, Values& bins,
+                               const Execution& execution) const {
+    DIFUSA_REQUIRE(rays.surfels().parts().size() == weights_.size());
+    Values c = view_transposed(rays, y, execution), sum = c;
     for (std::size_t k = 0; k < reflections_; ++k) {
         const Values points = to_points(c, execution);
         c.setZero();
         reflect_transposed(points, nullptr, &c, execution);
         sum += c;
     }
-    reflect_transposed(to_points(sum, execution), &y, nullptr, execution);
+    reflect_transposed(to_points(sum, execution), &bins, nullptr, execution);
 }
 
 Values GlossyTransport::from_surfels(const Values& c, const Execution& execution) const {

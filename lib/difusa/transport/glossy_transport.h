@@ -59,6 +59,10 @@ class GlossyTransport final : public LinearOperator {
     /// (GlossySurfels::parts) times #harmonics rows.
     Values from_surfels(const Values& c, const Execution& execution) const;
 
+    /// Adds to `bins` what points with these rays, of which the surfels are the same, see of each bin over glossy
+    /// surfaces, weighted by y, #points by any number of columns: the glossy part of Wᵀ y.
+    void add_seen(const GlossyRays& rays, const Values& y, Values& bins, const Execution& execution) const;
+
     /// For each point and channel, the share of its rays that end on backs after a glossy reflection or more.
     Values lost_on_backs(const Execution& execution) const;
 
@@ -77,7 +81,7 @@ class GlossyTransport final : public LinearOperator {
     Values to_points(const Values& c, const Execution& execution) const;
     Values series(Values c, const Execution& execution) const;
     Values view(const Values& c, const Execution& execution) const;
-    Values view_transposed(const Values& y, const Execution& execution) const;
+    Values view_transposed(const GlossyRays& rays, const Values& y, const Execution& execution) const;
 
     std::shared_ptr<const LinearOperator> plain_;
     std::shared_ptr<const GlossyRays> rays_;
