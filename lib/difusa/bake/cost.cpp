@@ -10,9 +10,11 @@
 #include <difusa/radiosity/error_points.h>
 #include <difusa/rays/tracer.h>
 #include <difusa/scene/sky_parts.h>
+#include <difusa/transport/glossy_rays.h>
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace difusa {
 
@@ -86,6 +88,22 @@ std::size_t most_segments(std::size_t sites, const BakeResult& result, const Cho
     return choices.pairwise ? segments + sites * (sites - 1) / 2 + rays_over_mirrors(sites, result, choices) : segments;
 }
 
+/// What glossy surfaces take of the transport, in bytes: rays from them and towards them, the weights of the elements
+/// on their surfels, and coefficients of these while they are summed.
+double glossy_bytes(const BakeResult& result, double points, double rays, double surfels) {
+    const Mesh& mesh = result.scene->mesh;
+    double area = 0.0;
+    for (Index t = 0; t < mesh.triangles.size(); ++t) {
+        area += mesh.glossy.kind(t) != none ? mesh.areas[t] : 0.0;
+    }
+    const double share = area / mesh.area, seen = std::min(1.0, 2.0 * share);
+    const double harmonics = std::pow(result.options.directional_order + 1.0, 2.0) * 3.0 * sizeof(double);
+    constexpr double copies = 4.0; // coefficients at a time
+    return points * rays * (share + (1.0 - share) * seen) * sizeof(GlossyRays::Ray) +
+           surfels * share * (result.options.neighbours + 1) * sizeof(std::pair<Index, double>) +
+           (surfels + points) * share * harmonics * copies;
+}
+
 /// Of one point's row, in bytes; an upper estimate.
 double row_bytes(const Directions& directions, double rays, double bins) {
     return directions.equal_weights() ? rays * bytes_per_ray
@@ -128,6 +146,9 @@ BakeEstimate estimate_cost(const BakeResult& result, const Choices& choices, con
     estimate.segments = most_segments(sites, result, choices, lights);
     estimate.transport_bytes = static_cast<double>(points) * row_bytes(*choices.directions, rays, bins) +
                                expected_surfels(result) * bytes_per_surfel;
+    if (result.scene->mesh.glossy.any()) {
+        estimate.transport_bytes += glossy_bytes(result, static_cast<double>(points), rays, expected_surfels(result));
+    }
     if (choices.pairwise) {
         // Lists of mutually visible sites, then the matrix.
         estimate.transport_bytes += n * n * (2.0 * sizeof(Index) + sizeof(double));
