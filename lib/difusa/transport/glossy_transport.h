@@ -8,6 +8,7 @@
 #include <difusa/mesh/lobe_harmonics.h>
 #include <difusa/transport/glossy_rays.h>
 #include <difusa/transport/light_transport.h>
+#include <difusa/transport/mirrored.h>
 
 #include <memory>
 #include <utility>
@@ -25,7 +26,7 @@ namespace difusa {
 /// The irradiance is h = W x + V c, c = S R x + S R_g c: the series of glossy reflections in a row is summed to
 /// `reflections` terms, so that the whole is a linear operator like any W. Values have the channels in turn if
 /// reflectances are coloured (algebra/channel_rows.h); a single column is reflected like the brightest channel.
-class GlossyTransport final : public LinearOperator {
+class GlossyTransport final : public GlossyAddition {
   public:
     /// `plain`: transport to which the rest is added. Keeps references to nothing but shared parts; `discretisation`
     /// is needed while this is made. Throws UsageError if a projection is not local.
@@ -33,13 +34,13 @@ class GlossyTransport final : public LinearOperator {
                     const Discretisation& discretisation, const GlossySurfaces& glossy, int order,
                     const Execution& execution);
 
-    const std::shared_ptr<const LinearOperator>& plain() const { return plain_; }
+    const LinearOperator& matt() const override { return *plain_; }
     const GlossyRays& rays() const { return *rays_; }
     const SphericalHarmonics& harmonics() const { return harmonics_; }
     const LobeHarmonics& lobe(Index number) const { return lobes_[number]; }
 
     /// 1 if reflectances are grey, else 3.
-    int channels() const { return channels_; }
+    int channels() const override { return channels_; }
 
     /// Pairs of gather point and lobe: the spatial elements; each has `harmonics().count()` coefficients.
     std::size_t elements() const { return point_of_.size(); }

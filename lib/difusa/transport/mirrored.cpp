@@ -1,7 +1,5 @@
 #include <difusa/transport/mirrored.h>
 
-#include <difusa/transport/glossy_transport.h>
-
 namespace difusa {
 
 void MirroredTransport::apply(const Values& x, Values& y, const Execution& execution) const {
@@ -22,8 +20,8 @@ namespace {
 
 /// W without what glossy surfaces reflect.
 const LinearOperator& without_gloss(const LinearOperator& W) {
-    const GlossyTransport* const glossy = glossy_part(W);
-    return glossy == nullptr ? W : *glossy->plain();
+    const auto* const glossy = dynamic_cast<const GlossyAddition*>(&W);
+    return glossy == nullptr ? W : glossy->matt();
 }
 
 } // namespace
@@ -41,7 +39,7 @@ std::shared_ptr<const ChannelRows> part_in_mirrors(const LinearOperator& W) {
 
 bool tells_channels_apart(const LinearOperator& W) {
     const std::shared_ptr<const ChannelRows> in_mirrors = part_in_mirrors(W);
-    const GlossyTransport* const glossy = glossy_part(W);
+    const auto* const glossy = dynamic_cast<const GlossyAddition*>(&W);
     return (in_mirrors && in_mirrors->channels() > 1) || (glossy != nullptr && glossy->channels() > 1);
 }
 

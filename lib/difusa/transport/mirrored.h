@@ -30,6 +30,13 @@ class MirroredTransport final : public LinearOperator {
     std::shared_ptr<const ChannelRows> in_mirrors_;
 };
 
+/// Transport that adds what glossy surfaces reflect to another one (glossy_transport.h).
+class GlossyAddition : public LinearOperator {
+  public:
+    virtual const LinearOperator& matt() const = 0; ///< the other one
+    virtual int channels() const = 0;               ///< 1 if the reflectances of gloss are grey, else 3
+};
+
 /// The part of W that goes neither over mirrors nor over glossy surfaces: W itself if there are none.
 const LinearOperator& plain_part(const LinearOperator& W);
 
