@@ -25,8 +25,7 @@ Scene glossy_floor() {
     room.polygon({{0, depth, 0}, {length, depth, 0}, {length, depth, height}, {0, depth, height}}, plaster);
     room.polygon({{0, 0, 0}, {0, depth, 0}, {0, depth, height}, {0, 0, height}}, plaster);
     room.polygon({{length, 0, 0}, {length, 0, height}, {length, depth, height}, {length, depth, 0}}, red);
-    // A lamp on the wall opposite the entrance, and one on the ceiling's middle.
-    const double proud = 0.01;
+    const double proud = 0.01; // the lamp, before the wall
     room.polygon(
         {{1.6, depth - proud, 1.5}, {2.6, depth - proud, 1.5}, {2.6, depth - proud, 1.8}, {1.6, depth - proud, 1.8}},
         lamp);

@@ -1,11 +1,10 @@
 // Glossy surfaces: against the furnace, path tracing, mirrors, and themselves.
-#include <difusa/core/parallel.h>
+#include <difusa/bake/saved_transport.h>
 #include <difusa/lighting/direct_light.h>
 #include <difusa/mesh/surface_sampling.h>
 #include <difusa/render/camera_rays.h>
 #include <difusa/render/picture.h>
 #include <difusa/study/gloss_study.h>
-#include <difusa/study/path_tracer.h>
 #include <difusa/transport/glossy_transport.h>
 
 #include <support/discretised.h>
@@ -293,6 +292,12 @@ TEST(Gloss, WhatCannotBeCombinedIsRefused) {
     options = small(100, 16);
     options.solver = "gauss-seidel";
     EXPECT_THAT(refused(glossy_room(shape), options), testing::HasSubstr("relaxing one unknown"));
+    options = small(100, 16);
+    options.every_surface = true;
+    const BakeResult glossy = test::baked(glossy_room(shape), options);
+    EXPECT_THROW(saved_transport_of(glossy), UsageError);
+    options.gloss = false;
+    EXPECT_NO_THROW(saved_transport_of(test::baked(glossy_room(shape), options)));
     Scene mirrors = glossy_room(shape);
     mirrors.materials[2].mirror = Rgb::Constant(0.2);
     EXPECT_THAT(refused(mirrors, small(100, 16)), testing::HasSubstr("together with mirrors"));

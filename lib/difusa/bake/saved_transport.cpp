@@ -298,6 +298,10 @@ SavedTransport saved_transport_of(const BakeResult& result) {
         throw UsageError("a transport can be saved only with sites on all of the surface, so that any light can be "
                          "shone on it: bake with BakeOptions::every_surface");
     }
+    if (result.scene->mesh.glossy.any()) {
+        throw UsageError("a saved transport has no place for what glossy materials reflect: bake without it, "
+                         "BakeOptions::gloss");
+    }
     const auto extended = [](const auto& light) { return light.is_extended(); };
     if (std::any_of(result.requested.suns.begin(), result.requested.suns.end(), extended) ||
         std::any_of(result.requested.point_lights.begin(), result.requested.point_lights.end(),

@@ -47,7 +47,7 @@ std::uint64_t discretisation_fingerprint(const Discretisation& discretisation);
 std::uint64_t content_fingerprint(const std::filesystem::path& file);
 
 /// Throws UsageError if there are no sites on some of the surface, for which the bake needs BakeOptions::every_surface,
-/// and for suns with a disc and luminaires among its options, which the file cannot hold.
+/// for glossy materials, and for suns with a disc and luminaires among its options, which the file cannot hold.
 SavedTransport saved_transport_of(const BakeResult& result);
 
 /// Writes the file; the caller commits it. Throws ResourceError.

@@ -114,16 +114,22 @@ std::shared_ptr<const Image> GltfMaterials::image_of(const JsonValue& from, Pixe
                  encoding);
 }
 
+double GltfMaterials::mean_of(const JsonValue& texture, std::size_t channel) {
+    const std::shared_ptr<const Image> picture = image_of(texture, PixelEncoding::linear);
+    if (picture == nullptr) {
+        return 1.0;
+    }
+    double sum = 0.0;
+    for (const std::array<float, 3>& pixel : picture->pixels) {
+        sum += static_cast<double>(pixel[channel]);
+    }
+    return std::min(sum / static_cast<double>(picture->pixels.size()), 1.0);
+}
+
 double GltfMaterials::metallic(const JsonValue& pbr, const std::string& name) {
     double factor = std::clamp(input_.number(pbr, "metallicFactor", 1.0), 0.0, 1.0);
     if (const JsonValue* from = pbr.find("metallicRoughnessTexture"); from != nullptr && factor > 0.0) {
-        if (const std::shared_ptr<const Image> picture = image_of(*from, PixelEncoding::linear)) {
-            double sum = 0.0;
-            for (const std::array<float, 3>& pixel : picture->pixels) {
-                sum += static_cast<double>(pixel[2]);
-            }
-            factor *= std::min(sum / static_cast<double>(picture->pixels.size()), 1.0);
-        }
+        factor *= mean_of(*from, 2);
         input_.note("materials whose metalness has a texture", "its mean is used everywhere", name);
     } else if (pbr.find("metallicFactor") == nullptr && !is_polished(pbr)) {
         input_.note("materials without \"metallicFactor\"",
@@ -138,13 +144,7 @@ double GltfMaterials::metallic(const JsonValue& pbr, const std::string& name) {
 double GltfMaterials::roughness(const JsonValue& pbr, const std::string& name) {
     double factor = std::clamp(input_.number(pbr, "roughnessFactor", 1.0), 0.0, 1.0);
     if (const JsonValue* from = pbr.find("metallicRoughnessTexture"); from != nullptr && factor > 0.0) {
-        if (const std::shared_ptr<const Image> picture = image_of(*from, PixelEncoding::linear)) {
-            double sum = 0.0;
-            for (const std::array<float, 3>& pixel : picture->pixels) {
-                sum += static_cast<double>(pixel[1]);
-            }
-            factor *= std::min(sum / static_cast<double>(picture->pixels.size()), 1.0);
-        }
+        factor *= mean_of(*from, 1);
         input_.note("materials whose roughness has a texture", "its mean is used everywhere", name);
     }
     return std::max(LobeShape::least_roughness, factor);

@@ -42,6 +42,8 @@ class GltfMaterials {
     Map map(const JsonValue& from);
     /// The image of a "textureInfo"; null as in image().
     std::shared_ptr<const Image> image_of(const JsonValue& from, PixelEncoding encoding);
+    /// The mean of a channel of a linear texture, at most 1; 1 if it cannot be read.
+    double mean_of(const JsonValue& texture, std::size_t channel);
     /// Metals have no diffuse part. For a texture its mean is used.
     double metallic(const JsonValue& pbr, const std::string& name);
     /// The roughness, at least LobeShape::least_roughness. For a texture its mean is used.

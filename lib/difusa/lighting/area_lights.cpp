@@ -286,10 +286,14 @@ AreaLights::Sample AreaLights::sample(const SurfacePoint& x, const std::array<do
     if (!(target.form_factor > 0.0)) {
         return {};
     }
-    const Segment segment{from.position, target.position, from.face, original(choice.triangle)};
+    return is_blocked(from, target, choice.triangle, worker) ? Sample{} : sample_of(target.form_factor);
+}
+
+bool AreaLights::is_blocked(const SurfacePoint& from, const Target& target, Index light, Worker& worker) const {
+    const Segment segment{from.position, target.position, from.face, original(light)};
     std::uint8_t blocked = 0;
     worker.cast += tracer_.occluded({&segment, 1}, {&blocked, 1});
-    return blocked != 0 ? Sample{} : sample_of(target.form_factor);
+    return blocked != 0;
 }
 
 AreaLights::Sample AreaLights::sample_direction(const SurfacePoint& x, const std::array<double, 4>& u,
@@ -303,13 +307,8 @@ AreaLights::Sample AreaLights::sample_direction(const SurfacePoint& x, const std
     if (!(target.form_factor > 0.0)) {
         return {};
     }
-    if (shafts_ && may_be_blocked(from, choice.triangle)) {
-        const Segment segment{from.position, target.position, from.face, original(choice.triangle)};
-        std::uint8_t blocked = 0;
-        worker.cast += tracer_.occluded({&segment, 1}, {&blocked, 1});
-        if (blocked != 0) {
-            return {};
-        }
+    if (shafts_ && may_be_blocked(from, choice.triangle) && is_blocked(from, target, choice.triangle, worker)) {
+        return {};
     }
     return {lamps().material[choice.triangle], choice.weight * target.form_factor * emission(choice.triangle),
             (target.position - from.position).normalized()};

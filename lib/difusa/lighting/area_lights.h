@@ -109,6 +109,7 @@ class AreaLights {
         Vec3 position;
         double form_factor = 0.0; ///< an unbiased estimate
     };
+    bool is_blocked(const SurfacePoint& from, const Target& target, Index light, Worker& worker) const;
     Target target_on(const SurfacePoint& x, Index triangle, const std::array<double, 3>& u) const;
     double form_factor(const SurfacePoint& x, Index triangle) const;
     /// The mesh of the lights, which has their images, too.

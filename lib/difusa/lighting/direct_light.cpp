@@ -325,16 +325,34 @@ Values DirectLight::irradiance(std::span<const SurfacePoint> x, int channels, st
     return H;
 }
 
-void DirectLight::sample(std::span<const SurfacePoint> x, RandomStream& stream, std::span<Rgb> H, Worker& worker,
-                         Rgb* from_outside) const {
-    const std::size_t sets = sets_.count();
-    std::fill(H.begin(), H.end(), Rgb(Rgb::Zero()));
+void DirectLight::cast_drawn(std::span<const SurfacePoint> x, RandomStream& stream, Worker& worker) const {
     clear(worker);
     const Place start = extended_ > 0 ? Place{stream.uniform(), stream.uniform()} : Place{};
     for (std::size_t i = 0; i < x.size(); ++i) {
-        add_drawn(x[i], i * sets, even_point<2>(i, start), stream, worker);
+        add_drawn(x[i], i * sets_.count(), even_point<2>(i, start), stream, worker);
     }
     cast(worker);
+}
+
+template <class Sample, class Act>
+void DirectLight::for_each_lamp_sample(std::size_t count, RandomStream& stream, const Sample& sample,
+                                       const Act& act) const {
+    if (area_lights_.count() == 0) {
+        return;
+    }
+    const std::array<double, 4> shift{stream.uniform(), stream.uniform(), stream.uniform(), stream.uniform()};
+    for (std::size_t i = 0; i < count; ++i) {
+        const AreaLights::Sample one = sample(i, even_point(i, shift));
+        if (one.material != none) {
+            act(i, sets_.material[one.material], one);
+        }
+    }
+}
+
+void DirectLight::sample(std::span<const SurfacePoint> x, RandomStream& stream, std::span<Rgb> H, Worker& worker,
+                         Rgb* from_outside) const {
+    std::fill(H.begin(), H.end(), Rgb(Rgb::Zero()));
+    cast_drawn(x, stream, worker);
     for (std::size_t k = 0; k < worker.owner.size(); ++k) {
         if (worker.blocked[k] == 0) {
             H[worker.owner[k]] += worker.light[k];
@@ -346,45 +364,31 @@ void DirectLight::sample(std::span<const SurfacePoint> x, RandomStream& stream, 
     if (images_) {
         images_->sample(x, stream, worker.images, H, from_outside);
     }
-    if (area_lights_.count() == 0) {
-        return;
-    }
-    const std::array<double, 4> shift{stream.uniform(), stream.uniform(), stream.uniform(), stream.uniform()};
-    for (std::size_t i = 0; i < x.size(); ++i) {
-        const AreaLights::Sample sample = area_lights_.sample(x[i], even_point(i, shift), worker.area_lights);
-        if (sample.material != none) {
-            H[i * sets + sets_.material[sample.material]] += sample.H;
-        }
-    }
+    for_each_lamp_sample(
+        x.size(), stream,
+        [&](std::size_t i, const std::array<double, 4>& u) { return area_lights_.sample(x[i], u, worker.area_lights); },
+        [&](std::size_t i, Index set, const AreaLights::Sample& one) { H[i * sets_.count() + set] += one.H; });
 }
 
 void DirectLight::sample_directions(std::span<const SurfacePoint> x, RandomStream& stream,
                                     std::vector<Arrival>& arrivals, Worker& worker) const {
-    const std::size_t sets = sets_.count();
     arrivals.clear();
-    clear(worker);
-    const Place start = extended_ > 0 ? Place{stream.uniform(), stream.uniform()} : Place{};
-    for (std::size_t i = 0; i < x.size(); ++i) {
-        add_drawn(x[i], i * sets, even_point<2>(i, start), stream, worker);
-    }
-    cast(worker);
+    cast_drawn(x, stream, worker);
     for (std::size_t k = 0; k < worker.owner.size(); ++k) {
         if (worker.blocked[k] == 0) {
             const Segment& segment = worker.segments[k];
-            arrivals.push_back({worker.owner[k] / sets, static_cast<Index>(worker.owner[k] % sets),
+            arrivals.push_back({worker.owner[k] / sets_.count(), static_cast<Index>(worker.owner[k] % sets_.count()),
                                 (segment.to - segment.from).normalized(), worker.light[k], true});
         }
     }
-    if (area_lights_.count() == 0) {
-        return;
-    }
-    const std::array<double, 4> shift{stream.uniform(), stream.uniform(), stream.uniform(), stream.uniform()};
-    for (std::size_t i = 0; i < x.size(); ++i) {
-        const AreaLights::Sample sample = area_lights_.sample_direction(x[i], even_point(i, shift), worker.area_lights);
-        if (sample.material != none) {
-            arrivals.push_back({i, sets_.material[sample.material], sample.towards, sample.H, false});
-        }
-    }
+    for_each_lamp_sample(
+        x.size(), stream,
+        [&](std::size_t i, const std::array<double, 4>& u) {
+            return area_lights_.sample_direction(x[i], u, worker.area_lights);
+        },
+        [&](std::size_t i, Index set, const AreaLights::Sample& one) {
+            arrivals.push_back({i, set, one.towards, one.H, false});
+        });
 }
 
 } // namespace difusa

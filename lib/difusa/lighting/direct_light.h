@@ -137,6 +137,11 @@ class DirectLight {
     template <class Add>
     double visible_share(std::size_t samples, RandomStream& stream, Worker& worker, double& mean, const Add& add) const;
     void cast(Worker& worker) const;
+    /// Casts one shadow ray from each x to each sun and point light, or to drawn ones; set 0 of x[i] is i #sets.
+    void cast_drawn(std::span<const SurfacePoint> x, RandomStream& stream, Worker& worker) const;
+    /// Calls `act(i, set, sample)` for each sample(i, u) of area lights, of `count`, that is one.
+    template <class Sample, class Act>
+    void for_each_lamp_sample(std::size_t count, RandomStream& stream, const Sample& sample, const Act& act) const;
     Segment shadow_ray(const SurfacePoint& from, const Vec3& direction, double length) const;
 
     const Scene& scene_;

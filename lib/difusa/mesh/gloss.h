@@ -1,8 +1,10 @@
 // The faces of a mesh that reflect light glossily.
 #pragma once
 
+#include <difusa/core/colour.h>
 #include <difusa/mesh/glossy_lobe.h>
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -36,16 +38,14 @@ struct GlossySurfaces {
 
     bool any() const { return !kinds.empty(); }
 
+    const GlossyLobe& lobe_of(Index kind) const { return *lobes[kinds[kind].lobe]; }
+
     /// The kind of glossy surface that a triangle is, or none.
     Index kind(Index triangle) const { return any() ? of_face[triangle] : none; }
 
     bool is_grey() const {
-        for (const Kind& kind : kinds) {
-            if (kind.reflectance[0] != kind.reflectance[1] || kind.reflectance[0] != kind.reflectance[2]) {
-                return false;
-            }
-        }
-        return true;
+        return std::all_of(kinds.begin(), kinds.end(),
+                           [](const Kind& each) { return equal_channels(each.reflectance); });
     }
 };
 

@@ -1,7 +1,6 @@
 #include <difusa/mesh/glossy_lobe.h>
 
 #include <difusa/algebra/quadrature.h>
-#include <difusa/core/even_sequence.h>
 #include <difusa/core/frame.h>
 
 #include <algorithm>

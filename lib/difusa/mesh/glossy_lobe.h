@@ -41,8 +41,7 @@ class GlossyLobe {
     /// A direction by which light may have come that leaves in the direction `out`.
     struct Draw {
         Vec3 direction;
-        double weight =
-            0.0; ///< BRDF times cosine over the probability density; 0: none, direction is below the surface
+        double weight = 0.0; ///< BRDF times cosine over the density; 0: the direction is below the surface
     };
 
     /// From three numbers in [0, 1): the weights have the expectation 1.

@@ -1,8 +1,10 @@
 // The faces of a mesh in which one sees others: perfect mirrors, and the specular share of partial ones.
 #pragma once
 
+#include <difusa/core/colour.h>
 #include <difusa/core/types.h>
 
+#include <algorithm>
 #include <vector>
 
 namespace difusa {
@@ -20,12 +22,8 @@ struct Mirrors {
     Index kind(Index triangle) const { return any() ? of_face[triangle] : none; }
 
     bool is_grey() const {
-        for (const Rgb& each : reflectance) {
-            if (each[0] != each[1] || each[0] != each[2]) {
-                return false;
-            }
-        }
-        return true;
+        return std::all_of(reflectance.begin(), reflectance.end(),
+                           [](const Rgb& each) { return equal_channels(each); });
     }
 };
 

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <memory>
 #include <numbers>
+#include <optional>
 
 namespace difusa {
 
@@ -32,8 +33,11 @@ class Gatherer {
     /// Adds what x receives directly from the sky and emitters to `direct`, and the rest to `indirect`.
     void add(const SurfacePoint& x, std::size_t number, Eigen::Ref<Eigen::RowVectorXd> direct,
              Eigen::Ref<Eigen::RowVectorXd> indirect) {
-        RandomStream gloss(seed_, "gloss", number);
-        around_.look(x, number, scene_.mesh.glossy.any() ? &gloss : nullptr);
+        std::optional<RandomStream> gloss; // of rays that glossy surfaces reflect
+        if (scene_.mesh.glossy.any()) {
+            gloss.emplace(seed_, "gloss", number);
+        }
+        around_.look(x, number, gloss ? &*gloss : nullptr);
         met_.clear();
         weight_.clear();
         Rgb sky = Rgb::Zero();
@@ -55,11 +59,11 @@ class Gatherer {
         }
         colour_.clear();
         add_surface(direct, indirect);
-        if (scene_.mesh.mirrors.any() || scene_.mesh.glossy.any()) {
+        if (scene_.mesh.mirrors.any() || gloss) {
             add_mirrored(number, direct, indirect);
         }
         if (!around_.glossy_hits().empty() && parts_.direct->any()) {
-            add_glossy(gloss, indirect);
+            add_glossy(*gloss, indirect);
         }
     }
 
@@ -75,8 +79,7 @@ class Gatherer {
         for (const DirectLight::Arrival& arrival : arrivals_) {
             const GlossyHit& hit = hits[arrival.place];
             const SurfacePoint& y = met_[arrival.place];
-            const GlossyLobe& lobe =
-                *scene_.mesh.glossy.lobes[scene_.mesh.glossy.kinds[scene_.mesh.glossy.kind(y.face)].lobe];
+            const GlossyLobe& lobe = scene_.mesh.glossy.lobe_of(scene_.mesh.glossy.kind(y.face));
             const double f = std::numbers::pi * lobe.value(y.normal, arrival.towards, -hit.direction.normalized());
             of_set(indirect, arrival.set) += row_of(hit.weight * f * hit.colour * arrival.H);
         }

@@ -38,13 +38,9 @@ void Sight::reflect(const Hit& hit, const Vec3& direction, double weight, const 
         go_on(reflected_ray(mesh, hit, direction), colour * mesh.mirrors.reflectance[kind]);
     }
     if (const Index kind = stream != nullptr ? mesh.glossy.kind(hit.face) : none; kind != none) {
-        const GlossySurfaces::Kind& gloss = mesh.glossy.kinds[kind];
-        glossy_hits_.push_back({hit, direction, weight, colour * gloss.reflectance});
-        const double u = stream->uniform(), v = stream->uniform(), w = stream->uniform();
-        const GlossyLobe::Draw drawn =
-            mesh.glossy.lobes[gloss.lobe]->draw(mesh.normals[hit.face], -direction.normalized(), {u, v, w});
-        go_on({inset(mesh, mesh.at(hit.face, hit.u, hit.v)).position, drawn.direction, hit.face},
-              drawn.weight * colour * gloss.reflectance);
+        glossy_hits_.push_back({hit, direction, weight, colour * mesh.glossy.kinds[kind].reflectance});
+        const DrawnRay drawn = drawn_ray(mesh, hit, direction, mesh.normals[hit.face], *stream);
+        go_on(drawn.ray, colour * drawn.colour);
     }
 }
 

@@ -53,6 +53,22 @@ inline Ray reflected_ray(const Mesh& mesh, const Hit& hit, const Vec3& direction
             hit.face};
 }
 
+/// A ray that goes on where a ray of this direction has hit a glossy surface, drawn from its lobe around the normal n
+/// (unit; that of the face, or a shading normal), and what it is to be multiplied with: 0 if it leads below the face.
+struct DrawnRay {
+    Ray ray;
+    Rgb colour = Rgb::Zero();
+};
+inline DrawnRay drawn_ray(const Mesh& mesh, const Hit& hit, const Vec3& direction, const Vec3& n,
+                          RandomStream& stream) {
+    const Index kind = mesh.glossy.kind(hit.face);
+    const double u = stream.uniform(), v = stream.uniform(), w = stream.uniform();
+    const GlossyLobe::Draw drawn = mesh.glossy.lobe_of(kind).draw(n, -direction.normalized(), {u, v, w});
+    const bool above = mesh.normals[hit.face].dot(drawn.direction) > 0.0;
+    return {{inset(mesh, mesh.at(hit.face, hit.u, hit.v)).position, drawn.direction, hit.face},
+            (above ? drawn.weight : 0.0) * mesh.glossy.kinds[kind].reflectance};
+}
+
 /// What a ray meets that was reflected by one mirror or glossy surface, or more.
 struct ReflectedHit {
     Hit hit;                  ///< t is that of the last part of its way

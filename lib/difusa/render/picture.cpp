@@ -107,7 +107,7 @@ struct SeenInMirror {
 /// Where a glossy surface is seen: what it reflects of lights that have no surface is still to be added.
 struct SeenGloss {
     SurfacePoint at;
-    Index lobe = none;
+    Index kind = none; ///< in GlossySurfaces::kinds
     Vec3 direction;
     Rgb colour = Rgb::Ones();
 };
@@ -139,17 +139,12 @@ class SpecularPaths {
                 next = reflected_ray(mesh_, hit, direction);
                 colour *= mesh_.mirrors.reflectance[kind];
             } else if (const Index gloss = mesh_.glossy.kind(hit.face); gloss != none) {
-                const GlossySurfaces::Kind& kind_of_gloss = mesh_.glossy.kinds[gloss];
                 SurfacePoint at = mesh_.at(hit.face, hit.u, hit.v);
                 at.normal = shading_normal(mesh_, normals_, hit.face, hit.u, hit.v);
-                colour *= kind_of_gloss.reflectance;
-                glossy.push_back({at, kind_of_gloss.lobe, direction, colour});
-                const double u = stream.uniform(), v = stream.uniform(), w = stream.uniform();
-                const GlossyLobe::Draw drawn =
-                    mesh_.glossy.lobes[kind_of_gloss.lobe]->draw(at.normal, -direction.normalized(), {u, v, w});
-                const bool above = mesh_.normals[hit.face].dot(drawn.direction) > 0.0; // of the face itself, too
-                colour *= above ? drawn.weight : 0.0;
-                next = {inset(mesh_, at).position, drawn.direction, hit.face};
+                glossy.push_back({at, gloss, direction, colour * mesh_.glossy.kinds[gloss].reflectance});
+                const DrawnRay drawn = drawn_ray(mesh_, hit, direction, at.normal, stream);
+                next = drawn.ray;
+                colour *= drawn.colour;
             } else {
                 return;
             }
@@ -219,7 +214,7 @@ class Look {
         directions_.resize(batch_.size());
         const bool specular = scene_.mesh.mirrors.any() || scene_.mesh.glossy.any();
         in_mirrors_.assign(specular ? batch_.size() : 0, {});
-        glossy_.assign(scene_.mesh.glossy.any() ? batch_.size() : 0, {});
+        glossy_.assign(in_mirrors_.size(), {});
         const SpecularPaths paths(scene_.mesh, result_.system->tracer().engine(), corner_normals_, options.glossy_rays);
         parallel_for(end - first, 256, execution_, [&](std::size_t begin, std::size_t stop, unsigned) {
             for (std::size_t pixel = first + begin; pixel < first + stop; ++pixel) {
@@ -233,9 +228,7 @@ class Look {
                     const Ray ray{camera_.eye(), direction, none};
                     const Hit hit = follow(scene_.mesh, engine, ray, options.cull_backs);
                     if (specular) {
-                        std::vector<SeenGloss> none_is_glossy;
-                        paths.follow(hit, direction, stream, in_mirrors_[sample],
-                                     glossy_.empty() ? none_is_glossy : glossy_[sample]);
+                        paths.follow(hit, direction, stream, in_mirrors_[sample], glossy_[sample]);
                     }
                     directions_[sample] = direction;
                     CameraHit& seen = view_.seen[offset + sample];
@@ -304,7 +297,7 @@ class Look {
                 add_sky(show, values);
             }
         }
-        if (!glossy_.empty() && parts_.direct->any()) {
+        if (scene_.mesh.glossy.any() && parts_.direct->any()) {
             add_highlights(batch);
         }
     }
@@ -325,9 +318,9 @@ class Look {
                 for (const DirectLight::Arrival& arrival : arrivals) {
                     const SeenGloss& gloss = glossy_[i][arrival.place];
                     if (arrival.from_outside) {
+                        const GlossyLobe& lobe = scene_.mesh.glossy.lobe_of(gloss.kind);
                         const double f = std::numbers::pi *
-                                         scene_.mesh.glossy.lobes[gloss.lobe]->value(gloss.at.normal, arrival.towards,
-                                                                                     -gloss.direction.normalized());
+                                         lobe.value(gloss.at.normal, arrival.towards, -gloss.direction.normalized());
                         add_highlight(i, arrival.set, gloss.colour * f * arrival.H);
                     }
                 }
@@ -481,7 +474,7 @@ class Look {
     std::vector<Rgb> colours_;                          ///< of the mirrors they are seen in
     std::size_t seen_directly_ = 0;                     ///< the first of them; the others are seen in mirrors
     std::vector<std::vector<SeenInMirror>> in_mirrors_; ///< of each sample; empty if nothing reflects specularly
-    std::vector<std::vector<SeenGloss>> glossy_;        ///< likewise; empty if nothing is glossy
+    std::vector<std::vector<SeenGloss>> glossy_;        ///< likewise
 };
 
 void check(const BakeResult& result, const ViewOptions& options, const std::vector<Show>& shows) {

@@ -73,7 +73,7 @@ bool reflect(const Scene& scene, Path& path, RandomStream& stream) {
         const Rgb gloss = path.weight * glossy.kinds[kind].reflectance;
         const double share = gloss.sum() / (gloss + weight).sum();
         const bool glossily = stream.uniform() < share;
-        path.lobe = glossily ? glossy.lobes[glossy.kinds[kind].lobe].get() : nullptr;
+        path.lobe = glossily ? &glossy.lobe_of(kind) : nullptr;
         weight = glossily ? Rgb(gloss / share) : Rgb(weight / (1.0 - share));
     }
     if (!(weight > 0.0).any()) {
