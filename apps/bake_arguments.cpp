@@ -251,6 +251,10 @@ void add_lamp_arguments(CLI::App& app, BakeOptions& options) {
 
 void add_light_arguments(CLI::App& app, BakeOptions& options, const std::string& group) {
     add_direct_arguments(app, options, group);
+    add_name(
+        app, "--analytic", options.analytic,
+        "exact form factors of surface that a point sees whole, in place of rays: auto (if they pay), always, never",
+        group);
     add_name(app, "--kernel", options.kernel, "form factor of pairwise transport: disc (default) or point", group);
 }
 

@@ -27,6 +27,10 @@ void refuse_for_mirrors(const BakeResult& result, const Choices& choices) {
     if (!result.scene->mesh.mirrors.any()) {
         return;
     }
+    if (choices.analytic == AnalyticUse::always) {
+        throw UsageError("--analytic always: " + result.file +
+                         " has mirrors, whose images have no exact form factors; omit it");
+    }
     if (choices.pairwise) {
         if (!result.scene->mesh.mirrors.is_grey()) {
             throw UsageError("--transport " + result.options.transport + ": " + result.file +
@@ -63,6 +67,10 @@ void refuse_for_gloss(const BakeResult& result, const Choices& choices) {
 void refuse_for_repetition(const BakeResult& result, const Choices& choices) {
     if (!result.scene->mesh.repetition.any()) {
         return;
+    }
+    if (choices.analytic == AnalyticUse::always) {
+        throw UsageError("--analytic always: " + result.file +
+                         " has symmetry planes or periods, beyond which nothing is known to be seen whole; omit it");
     }
     if (choices.pairwise) {
         throw UsageError("--transport " + result.options.transport + ": " + result.file +

@@ -3,7 +3,7 @@
 #include <difusa/core/error.h>
 #include <difusa/discretisation/basis.h>
 #include <difusa/import/shapes.h>
-#include <difusa/lighting/lambert.h>
+#include <difusa/rays/lambert.h>
 #include <difusa/rays/visibility.h>
 #include <difusa/study/references/bowl.h>
 #include <difusa/study/references/form_factors.h>

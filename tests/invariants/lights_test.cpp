@@ -1,8 +1,8 @@
 // Point lights, suns and lamps against closed forms.
 #include <difusa/bake.h>
 #include <difusa/import/shapes.h>
-#include <difusa/lighting/lambert.h>
 #include <difusa/mesh/surface_sampling.h>
+#include <difusa/rays/lambert.h>
 
 #include <support/lit_scenes.h>
 

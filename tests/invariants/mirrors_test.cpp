@@ -5,8 +5,8 @@
 #include <difusa/core/random.h>
 #include <difusa/import/shapes.h>
 #include <difusa/lighting/direct_light.h>
-#include <difusa/lighting/lambert.h>
 #include <difusa/mesh/surface_sampling.h>
+#include <difusa/rays/lambert.h>
 #include <difusa/transport/mirrored.h>
 
 #include <support/discretised.h>

@@ -4,8 +4,8 @@
 #include <difusa/bake.h>
 #include <difusa/core/parallel.h>
 #include <difusa/import/shapes.h>
-#include <difusa/lighting/lambert.h>
 #include <difusa/mesh/surface_sampling.h>
+#include <difusa/rays/lambert.h>
 #include <difusa/study/path_tracer.h>
 
 #include <support/sited.h>

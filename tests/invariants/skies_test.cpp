@@ -1,9 +1,9 @@
 // Skies against closed forms and lamps of their shape, and the suns of their images.
 #include <difusa/bake.h>
 #include <difusa/import/shapes.h>
-#include <difusa/lighting/lambert.h>
 #include <difusa/mesh/surface_sampling.h>
 #include <difusa/rays/brute_force.h>
+#include <difusa/rays/lambert.h>
 #include <difusa/scene/sky_dome.h>
 #include <difusa/scene/sky_parts.h>
 #include <difusa/transport/gathered.h>

@@ -2,7 +2,7 @@
 // and bakes against both.
 #include <difusa/bake.h>
 #include <difusa/core/error.h>
-#include <difusa/lighting/lambert.h>
+#include <difusa/rays/lambert.h>
 #include <difusa/scene/cie_sky.h>
 #include <difusa/study/references/form_factors.h>
 #include <difusa/study/references/opening.h>

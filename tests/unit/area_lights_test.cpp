@@ -1,8 +1,8 @@
 #include <difusa/core/parallel.h>
 #include <difusa/lighting/area_lights.h>
-#include <difusa/lighting/lambert.h>
 #include <difusa/mesh/nearest_surface.h>
 #include <difusa/rays/brute_force.h>
+#include <difusa/rays/lambert.h>
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 #include <difusa/import/shapes.h>
 #include <difusa/lighting/bright_surfels.h>
-#include <difusa/lighting/lambert.h>
 #include <difusa/mesh/surface_sampling.h>
+#include <difusa/rays/lambert.h>
 
 #include <support/sited.h>
 

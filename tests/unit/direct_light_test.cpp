@@ -1,9 +1,9 @@
 #include <difusa/import/shapes.h>
 #include <difusa/lighting/direct_light.h>
-#include <difusa/lighting/lambert.h>
 #include <difusa/lighting/surfel_light.h>
 #include <difusa/mesh/surface_sampling.h>
 #include <difusa/rays/brute_force.h>
+#include <difusa/rays/lambert.h>
 #include <difusa/transport/gathered.h>
 
 #include <support/sited.h>

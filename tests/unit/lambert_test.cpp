@@ -1,5 +1,5 @@
 #include <difusa/core/random.h>
-#include <difusa/lighting/lambert.h>
+#include <difusa/rays/lambert.h>
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
 #include <difusa/core/random.h>
 #include <difusa/import/shapes.h>
-#include <difusa/lighting/lambert.h>
 #include <difusa/lighting/light_tree.h>
-#include <difusa/lighting/shaft.h>
 #include <difusa/mesh/surface_sampling.h>
 #include <difusa/rays/brute_force.h>
+#include <difusa/rays/lambert.h>
+#include <difusa/rays/shaft.h>
 
 #include <gtest/gtest.h>
 

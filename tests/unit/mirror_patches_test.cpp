@@ -2,7 +2,7 @@
 #include <difusa/core/error.h>
 #include <difusa/core/random.h>
 #include <difusa/import/shapes.h>
-#include <difusa/lighting/lambert.h>
+#include <difusa/rays/lambert.h>
 #include <difusa/study/mirror_study.h>
 #include <difusa/transport/mirror_patches.h>
 

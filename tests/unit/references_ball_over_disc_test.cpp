@@ -2,7 +2,7 @@
 
 #include <difusa/algebra/quadrature.h>
 #include <difusa/core/error.h>
-#include <difusa/lighting/lambert.h>
+#include <difusa/rays/lambert.h>
 
 #include <gtest/gtest.h>
 

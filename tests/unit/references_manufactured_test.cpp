@@ -1,7 +1,7 @@
 #include <difusa/study/references/manufactured.h>
 
 #include <difusa/core/error.h>
-#include <difusa/lighting/lambert.h>
+#include <difusa/rays/lambert.h>
 
 #include <gtest/gtest.h>
 

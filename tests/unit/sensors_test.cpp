@@ -3,9 +3,9 @@
 #include <difusa/bake/sensing.h>
 #include <difusa/bake/sensor_grid.h>
 #include <difusa/core/error.h>
-#include <difusa/lighting/lambert.h>
 #include <difusa/output/bake_files.h>
 #include <difusa/output/point_table.h>
+#include <difusa/rays/lambert.h>
 
 #include <support/lit_scenes.h>
 #include <support/plugins.h>

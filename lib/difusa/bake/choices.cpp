@@ -112,6 +112,21 @@ MirrorPathOptions mirror_paths(const Parameters& parameters) {
     return options;
 }
 
+/// Once the other choices are made.
+AnalyticUse choose_analytic(const Choices& choices, const BakeOptions& options) {
+    const std::string name =
+        parse_choice("analytic", options.analytic, {{"auto", {}}, {"always", {}}, {"never", {}}}).name;
+    const bool possible = !choices.pairwise && !choices.solver->needs_factors() && choices.directions->equal_weights();
+    if (name == "always" && !possible) {
+        throw UsageError(
+            "--analytic always: exact form factors complement rays of equal weight, and need a solver that "
+            "needs no rows: use --transport gather, --solver krylov or jacobi, and other --directions");
+    }
+    return !possible || name == "never" ? AnalyticUse::never
+           : name == "always"           ? AnalyticUse::always
+                                        : AnalyticUse::automatic;
+}
+
 } // namespace
 
 bool is_subdivided(const Basis& basis, const BakeOptions& options) {
@@ -191,6 +206,7 @@ Choices make_choices(const Registry& registry, const BakeOptions& options) {
                          ": needs light at more points than the sites, which pairwise transport does not compute; use "
                          "--transport gather, or another projection");
     }
+    choices.analytic = choose_analytic(choices, options);
     return choices;
 }
 

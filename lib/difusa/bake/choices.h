@@ -8,6 +8,7 @@
 #include <difusa/plugin/registry.h>
 #include <difusa/rays/directions.h>
 #include <difusa/rays/visibility.h>
+#include <difusa/transport/analytic_transport.h>
 #include <difusa/transport/kernel.h>
 #include <difusa/transport/mirror_patches.h>
 
@@ -41,9 +42,10 @@ struct Choices {
     bool neighbour_areas = false;   ///< for pairwise transport
     MirrorPathOptions over_mirrors; ///< likewise
     bool direct_in_basis = false;   ///< BakeOptions::direct is "interpolated"
-    bool operator_bounce = false;   ///< BakeOptions::first_bounce is "operator"
-    bool stop_by_change = false;    ///< BakeOptions::stop is "change"
-    bool may_be_dark = false;       ///< LightingOptions::may_be_dark
+    AnalyticUse analytic = AnalyticUse::never;
+    bool operator_bounce = false; ///< BakeOptions::first_bounce is "operator"
+    bool stop_by_change = false;  ///< BakeOptions::stop is "change"
+    bool may_be_dark = false;     ///< LightingOptions::may_be_dark
     Flip flip = Flip::certain;
     std::string sampler_name;                                 ///< BakeOptions::sampler, or the one it stands for
     std::string sensor;                                       ///< BakeOptions::sensor

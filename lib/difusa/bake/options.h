@@ -64,6 +64,9 @@ struct BakeOptions {
     std::string sampler;              ///< empty: the one that the basis demands, or else "poisson-disk"
     std::string transport = "gather"; ///< "gather", or "pairwise" with the parameter areas=integral|neighbours
     std::string directions = "fibonacci";
+    /// Closed-form form factors of surface that a point sees whole, in place of rays: "auto", if a sample of the points
+    /// shows that they pay; "always"; "never" (transport/analytic_transport.h).
+    std::string analytic = "auto";
     std::string kernel;              ///< of pairwise transport; empty: "disc" there
     std::string visibility = "auto"; ///< rays/visibility_choice.h
     std::string solver = "krylov";

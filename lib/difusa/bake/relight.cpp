@@ -30,6 +30,7 @@ BakeOptions complete_options(BakeOptions options, const BakeOptions& saved) {
     options.sampler = saved.sampler;
     options.transport = saved.transport;
     options.directions = saved.directions;
+    options.analytic = saved.analytic;
     options.kernel = saved.kernel;
     options.projection = saved.projection;
     options.flip = saved.flip;

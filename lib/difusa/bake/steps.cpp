@@ -11,6 +11,7 @@
 #include <difusa/discretisation/evaluate.h>
 #include <difusa/mesh/surface_sampling.h>
 #include <difusa/rays/unfolded_visibility.h>
+#include <difusa/transport/analytic_transport.h>
 #include <difusa/transport/gathered.h>
 #include <difusa/transport/glossy_transport.h>
 #include <difusa/transport/pairwise.h>
@@ -152,6 +153,11 @@ void solve_with(BakeResult& result, const ElementChoice& elements, const Choices
     const bool first = !transport.has_value();
     if (first) {
         transport = source(discretisation, execution);
+        transport = with_analytic_factors(std::move(*transport), result.scene->mesh, discretisation.points,
+                                          *discretisation.surfels, choices.analytic, execution);
+        const auto* const analytic = dynamic_cast<const AnalyticTransport*>(transport->W.get());
+        result.options.analytic = analytic != nullptr ? "always" : "never"; // so that a saved transport is solved alike
+        result.analytic_share = analytic != nullptr ? analytic->share() : 0.0;
     }
     LightTransport reflected =
         with_gloss(*transport, discretisation, result.scene->mesh.glossy, result.options.directional_order, execution);

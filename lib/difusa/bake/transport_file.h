@@ -7,7 +7,7 @@
 namespace difusa {
 
 inline const SealKind& transport_seal() {
-    static const SealKind kind{"difusa transport", 3, "make it anew: bake_radiosity SCENE OUT --save-transport FILE"};
+    static const SealKind kind{"difusa transport", 4, "make it anew: bake_radiosity SCENE OUT --save-transport FILE"};
     return kind;
 }
 
@@ -18,6 +18,7 @@ template <class Options, class Visit> void for_saved_choices(Options& options, c
     visit("sampler", options.sampler);
     visit("transport", options.transport);
     visit("directions", options.directions);
+    visit("analytic", options.analytic);
     visit("kernel", options.kernel);
     visit("projection", options.projection);
     visit("flip", options.flip);

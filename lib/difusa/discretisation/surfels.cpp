@@ -289,6 +289,24 @@ void Surfels::number_parts(std::vector<std::vector<Plane>> cuts) {
     }
 }
 
+/// Where in which grid a cell is that is no cluster.
+Surfels::Square Surfels::square_of(Index cell) const {
+    const auto after = std::upper_bound(slab_first_.begin(), slab_first_.end(), cell);
+    const auto at = static_cast<Index>(after - slab_first_.begin() - 1);
+    const auto grid_after = std::upper_bound(grids_.begin(), grids_.end(), at,
+                                             [](Index slab, const Grid& grid) { return slab < grid.first_slab; });
+    const Grid& grid = *(grid_after - 1);
+    return {&grid, at - grid.first_slab, cell - slab_first_[at], slab_first_[at + 1] - slab_first_[at]};
+}
+
+std::optional<std::array<Index, 2>> Surfels::square(Index s) const {
+    if (cell_[s] >= clusters_) {
+        return {};
+    }
+    const Square square = square_of(cell_[s]);
+    return {{square.slab, square.row}};
+}
+
 void Surfels::cell_pieces(Index cell, std::vector<Piece>& pieces) const {
     pieces.clear();
     if (cell >= clusters_) {
@@ -298,12 +316,9 @@ void Surfels::cell_pieces(Index cell, std::vector<Piece>& pieces) const {
         }
         return;
     }
-    const auto after = std::upper_bound(slab_first_.begin(), slab_first_.end(), cell);
-    const auto at = static_cast<Index>(after - slab_first_.begin() - 1);
-    const auto grid_after = std::upper_bound(grids_.begin(), grids_.end(), at,
-                                             [](Index slab, const Grid& grid) { return slab < grid.first_slab; });
-    const Grid& grid = *(grid_after - 1);
-    const Index slab = at - grid.first_slab, row = cell - slab_first_[at], rows = slab_first_[at + 1] - slab_first_[at];
+    const Square square = square_of(cell);
+    const Grid& grid = *square.grid;
+    const Index slab = square.slab, row = square.row, rows = square.rows;
     ConvexPolygon polygon = whole_triangle();
     const Eigen::Vector2d along_x(grid.x[1], grid.x[2]), along_y(grid.y[1], grid.y[2]);
     if (slab > 0) {

@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -42,6 +43,9 @@ class Surfels {
         ConvexPolygon outline; ///< in barycentric coordinates (u, v)
         double area = 0.0;
     };
+
+    /// The column and row of the square that it is or is a part of, in the grid of its triangle; nothing for clusters.
+    std::optional<std::array<Index, 2>> square(Index s) const;
 
     /// What a surfel consists of; never empty.
     void pieces(Index s, std::vector<Piece>& pieces) const;
@@ -100,6 +104,11 @@ class Surfels {
     std::vector<std::vector<Plane>> cuts(const Execution& execution) const;
     void mark(Index t, const Vec3& a, const Vec3& b, const Plane& plane, std::vector<std::vector<Plane>>& cuts) const;
     void number_parts(std::vector<std::vector<Plane>> cuts);
+    struct Square {
+        const Grid* grid;
+        Index slab, row, rows; ///< rows: of the slab
+    };
+    Square square_of(Index cell) const;
     void cell_pieces(Index base, std::vector<Piece>& pieces) const;
     std::vector<Part> parts_of(const Split& split, const std::vector<Piece>& pieces) const;
     void cut_pieces(const Plane& plane, bool above, std::vector<Piece>& pieces) const;

@@ -1,6 +1,6 @@
 #include <difusa/form_factors/blocked.h>
 
-#include <difusa/lighting/lambert.h>
+#include <difusa/rays/lambert.h>
 
 #include <algorithm>
 #include <array>

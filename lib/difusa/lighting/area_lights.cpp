@@ -1,8 +1,8 @@
 #include <difusa/lighting/area_lights.h>
 
 #include <difusa/core/even_sequence.h>
-#include <difusa/lighting/lambert.h>
 #include <difusa/mesh/surface_sampling.h>
+#include <difusa/rays/lambert.h>
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,7 @@
 #include <difusa/core/random.h>
 #include <difusa/lighting/lamp_images.h>
 #include <difusa/lighting/light_tree.h>
-#include <difusa/lighting/shaft.h>
+#include <difusa/rays/shaft.h>
 #include <difusa/rays/tracer.h>
 #include <difusa/scene/scene.h>
 

@@ -223,6 +223,7 @@ Json transport_of(const BakeResult& result) {
         transport["bytes"] = result.system->transport().bytes;
         transport["bytes_of_averages"] = result.system->discretisation().averages->bytes();
         transport["largest_row_sum"] = result.system->transport().largest_row_sum({});
+        transport["mean_share_of_exact_form_factors"] = result.analytic_share;
         transport["mean_share_on_backs"] = result.mean_back;
         if (result.scene->mesh.mirrors.any() || !result.scene->mesh.repetition.endless.empty()) {
             transport["mirror_depth"] = result.options.mirror_depth;

@@ -33,7 +33,8 @@ ErrorMap::ErrorMap(const Solution& solution, const ErrorEstimate& estimate, cons
     for (std::size_t p = 0; p < rows.size(); ++p) {
         double here = 0.0;
         for (std::size_t k = 0; k < rows[p].element.size(); ++k) {
-            here += rows[p].weight[k] * noise_.row(static_cast<Eigen::Index>(rows[p].element[k])).sum();
+            const auto site = static_cast<Eigen::Index>(rows[p].element[k]);
+            here += rows[p].weight[k] * estimate.at.variance_of_fresh.row(site).sum();
         }
         measured += estimate.at.weight[p] * estimate.spread[p];
         expected += estimate.at.weight[p] * std::max(0.0, here);

@@ -19,9 +19,8 @@ namespace {
 
 constexpr double rounding = 1e-12; ///< of a variance, relative to the square of the mean
 
-/// ErrorPoints::variance. `irradiance`: of the surfels, #surfels by #channels, according to the coefficients of all
-/// sets together.
-Values variance_of_rays(const Solution& solution, const Values& irradiance, const Execution& execution) {
+/// ErrorPoints::variance and variance_of_fresh. `sources`: with the light of all sets together.
+void find_variances(const Solution& solution, ErrorSources& sources, const Execution& execution) {
     const FieldParts& parts = solution.field->parts();
     const RadiositySystem& system = *parts.system;
     const SurfelLight& light = solution.light;
@@ -29,9 +28,11 @@ Values variance_of_rays(const Solution& solution, const Values& irradiance, cons
     const bool by_rays =
         dynamic_cast<const HitLists*>(&plain) != nullptr || dynamic_cast<const SparseRows*>(&plain) != nullptr;
     if (!by_rays || system.parts().directions->is_fixed()) {
-        return Values::Zero(static_cast<Eigen::Index>(system.transport().points()), parts.channels);
+        sources.variance.setZero(static_cast<Eigen::Index>(system.transport().points()), parts.channels);
+        sources.variance_of_fresh = sources.variance;
+        return;
     }
-    Values b = irradiance;
+    Values b = sources.light;
     if (!parts.direct_in_basis) {
         b += sum_of_parts(light.direct, parts.channels);
     }
@@ -42,7 +43,9 @@ Values variance_of_rays(const Solution& solution, const Values& irradiance, cons
     Values mean, square;
     plain.apply(all, mean, execution);
     plain.apply(all.cwiseAbs2(), square, execution);
-    return (square - mean.cwiseAbs2()).cwiseMax(0.0);
+    sources.variance_of_fresh = (square - mean.cwiseAbs2()).cwiseMax(0.0);
+    const RefinedTransport* const refined = refined_part(*system.transport().W);
+    sources.variance = refined != nullptr ? refined->variance_of_rays(all, execution) : sources.variance_of_fresh;
 }
 
 /// The mixture's integral over each surfel; they sum to 1, or all are 0 if nothing reflects.
@@ -99,7 +102,7 @@ ErrorSources error_sources(const Solution& solution, const Execution& execution)
     P.apply(c, sources.light, execution);
     P.apply(c.cwiseAbs2(), square, execution);
     sources.variation = (square - sources.light.cwiseAbs2()).cwiseMax(0.0);
-    sources.variance = variance_of_rays(solution, sources.light, execution);
+    find_variances(solution, sources, execution);
     P.apply(sources.variance.topRows(c.rows()), sources.noise, execution);
     sources.noise = sources.noise.cwiseMax(0.0);
     return sources;
@@ -113,7 +116,7 @@ ErrorPoints draw_error_points(const Solution& solution, std::size_t count, std::
     RandomStream stream(seed, "error points");
     const std::size_t shares = (count + ErrorPoints::groups - 1) / ErrorPoints::groups;
     ErrorPoints points{draw_surfel_points(surfels, density, shares, ErrorPoints::groups, stream),
-                       std::move(sources.variance)};
+                       std::move(sources.variance), std::move(sources.variance_of_fresh)};
     double area = 0.0;
     for (Index s = 0; s < surfels.size(); ++s) {
         area += density[s] > 0.0 ? surfels.area(s) : 0.0;

@@ -15,16 +15,20 @@ struct ErrorPoints : SurfelPoints {
     /// transport without rays, and for fixed directions, whose errors are not noise (Directions::is_fixed).
     Values variance;
 
+    /// The same of what fresh rays meet there, without the exact form factors of transport/analytic_transport.h.
+    Values variance_of_fresh;
+
     static constexpr Index groups = 3;
 };
 
 /// Where the error of a solution may be large: #surfels by #channels.
 struct ErrorSources {
-    Values light;     ///< that the coefficients represent, W/m²
-    Values variation; ///< variance of the coefficients among the basis functions there, because the error of an
-                      ///< approximation grows with the variation of what it approximates; W²/m⁴
-    Values noise;     ///< ErrorPoints::variance around; W²/m⁴
-    Values variance;  ///< ErrorPoints::variance
+    Values light;             ///< that the coefficients represent, W/m²
+    Values variation;         ///< variance of the coefficients among the basis functions there, because the error of an
+                              ///< approximation grows with the variation of what it approximates; W²/m⁴
+    Values noise;             ///< ErrorPoints::variance around; W²/m⁴
+    Values variance;          ///< ErrorPoints::variance
+    Values variance_of_fresh; ///< ErrorPoints::variance_of_fresh
 };
 
 /// What an error of the irradiance of a surfel counts as in what is judged, #surfels by #channels: rho, since the

@@ -5,7 +5,7 @@
 #include <difusa/discretisation/sampler.h>
 #include <difusa/form_factors/flat_polygon.h>
 #include <difusa/import/shapes.h>
-#include <difusa/lighting/lambert.h>
+#include <difusa/rays/lambert.h>
 
 #include <algorithm>
 #include <cmath>

@@ -29,7 +29,13 @@ const LinearOperator& without_gloss(const LinearOperator& W) {
 const LinearOperator& plain_part(const LinearOperator& W) {
     const LinearOperator& matt = without_gloss(W);
     const auto* const mirrored = dynamic_cast<const MirroredTransport*>(&matt);
-    return mirrored == nullptr ? matt : *mirrored->plain();
+    const LinearOperator& plain = mirrored == nullptr ? matt : *mirrored->plain();
+    const auto* const refined = dynamic_cast<const RefinedTransport*>(&plain);
+    return refined == nullptr ? plain : refined->by_rays();
+}
+
+const RefinedTransport* refined_part(const LinearOperator& W) {
+    return dynamic_cast<const RefinedTransport*>(&without_gloss(W));
 }
 
 std::shared_ptr<const ChannelRows> part_in_mirrors(const LinearOperator& W) {

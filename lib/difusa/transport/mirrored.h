@@ -30,6 +30,16 @@ class MirroredTransport final : public LinearOperator {
     std::shared_ptr<const ChannelRows> in_mirrors_;
 };
 
+/// Transport of which a part is known better than by rays (analytic_transport.h).
+class RefinedTransport : public LinearOperator {
+  public:
+    virtual const LinearOperator& by_rays() const = 0; ///< all of it, by rays alone
+
+    /// The variance that each ray brings in, so that the mean over the rays of a row has this over their number:
+    /// #rows by #columns of x.
+    virtual Values variance_of_rays(const Values& x, const Execution& execution) const = 0;
+};
+
 /// Transport that adds what glossy surfaces reflect to another one (glossy_transport.h).
 class GlossyAddition : public LinearOperator {
   public:
@@ -37,8 +47,11 @@ class GlossyAddition : public LinearOperator {
     virtual int channels() const = 0;               ///< 1 if the reflectances of gloss are grey, else 3
 };
 
-/// The part of W that goes neither over mirrors nor over glossy surfaces: W itself if there are none.
+/// The part of W that goes neither over mirrors nor over glossy surfaces: W itself if there are none. By rays alone.
 const LinearOperator& plain_part(const LinearOperator& W);
+
+/// The same as refined transport, or null if it is by rays alone.
+const RefinedTransport* refined_part(const LinearOperator& W);
 
 /// The other part; null if there are no mirrors.
 std::shared_ptr<const ChannelRows> part_in_mirrors(const LinearOperator& W);

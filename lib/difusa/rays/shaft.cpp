@@ -1,0 +1,197 @@
+#include <difusa/rays/shaft.h>
+
+#include <difusa/core/error.h>
+#include <difusa/core/parallel.h>
+#include <difusa/mesh/triangle_tree.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+
+namespace difusa {
+
+namespace {
+
+/// Points with normal·p < offset are outside.
+struct HalfSpace {
+    Vec3 normal = Vec3::Zero();
+    double offset = 0.0;
+
+    double highest(const BoxTree::Box& box) const {
+        return normal.dot(box.center()) + 0.5 * normal.cwiseAbs().dot(box.sizes()) - offset;
+    }
+};
+
+std::vector<Index> all_triangles(const Mesh& mesh) {
+    std::vector<Index> numbers(mesh.triangles.size());
+    std::iota(numbers.begin(), numbers.end(), Index{0});
+    return numbers;
+}
+
+/// Of heights above planes.
+double rounding_of(const Mesh& mesh) {
+    return mesh.magnitude() * 0x1p-44;
+}
+
+} // namespace
+
+Shafts::Shafts(const Mesh& mesh) : Shafts(mesh, all_triangles(mesh)) {}
+
+Shafts::Shafts(const Mesh& mesh, const std::vector<Index>& faces)
+    : mesh_(mesh), faces_(tree_of_triangles(mesh, faces)), rounding_(rounding_of(mesh)) {}
+
+bool Shafts::may_be_blocked(const SurfacePoint& x, Index t) const {
+    return may_be_blocked(x, mesh_.corners(t), mesh_.normals[t], t);
+}
+
+bool Shafts::may_be_blocked(const SurfacePoint& x, std::span<const Vec3> polygon, const Vec3& normal,
+                            Index exempt) const {
+    return visit(x, polygon, normal, [exempt](Index face) { return face != exempt; });
+}
+
+bool Shafts::find_blockers(const SurfacePoint& x, std::span<const Vec3> polygon, const Vec3& normal, std::size_t most,
+                           std::vector<Index>& blockers) const {
+    blockers.clear();
+    return !visit(x, polygon, normal, [&](Index face) {
+        blockers.push_back(face);
+        return blockers.size() > most;
+    });
+}
+
+template <class Act>
+bool Shafts::visit(const SurfacePoint& x, std::span<const Vec3> polygon, const Vec3& normal, const Act& act) const {
+    DIFUSA_REQUIRE(polygon.size() <= most_corners);
+    std::array<HalfSpace, most_corners + 2> planes;
+    std::size_t count = 0;
+    const auto add = [&](const Vec3& inwards, const Vec3& through) {
+        const double length = inwards.norm();
+        if (length > 0.0) { // otherwise the pyramid is flat there, and the plane cuts nothing off
+            planes[count++] = {inwards / length, inwards.dot(through) / length};
+        }
+    };
+    // x sees the front, so the corners run clockwise around the pyramid's sides.
+    for (std::size_t k = 0; k < polygon.size(); ++k) {
+        const Vec3& next = polygon[k + 1 < polygon.size() ? k + 1 : 0];
+        if ((next - polygon[k]).norm() <= rounding_) {
+            continue; // the direction of the side is lost to rounding
+        }
+        add((next - x.position).cross(polygon[k] - x.position), x.position);
+    }
+    add(normal, polygon[0]);
+    const Vec3& own = x.face == none ? x.normal : mesh_.normals[x.face];
+    const auto above = [&](const Vec3& corner) { return own.dot(corner - x.position) >= 0.0; };
+    // Otherwise a shading normal sees below the face.
+    if (x.normal == own || std::all_of(polygon.begin(), polygon.end(), above)) {
+        add(own, x.position);
+    }
+    BoxTree::Box around(x.position);
+    for (const Vec3& corner : polygon) {
+        around.extend(corner);
+    }
+    const auto reaches_in = [&](const BoxTree::Box& box) {
+        return around.intersects(box) && std::all_of(planes.begin(), planes.begin() + count,
+                                                     [&](const HalfSpace& p) { return p.highest(box) >= -rounding_; });
+    };
+    return faces_.visit_where(reaches_in, [&](Index face) {
+        if (face == x.face) {
+            return false;
+        }
+        const std::array<Vec3, 3> p = mesh_.corners(face);
+        // A face that merely touches the pyramid from outside hides no area.
+        for (std::size_t k = 0; k < count; ++k) {
+            const HalfSpace& plane = planes[k];
+            if (std::all_of(p.begin(), p.end(),
+                            [&](const Vec3& q) { return plane.normal.dot(q) <= plane.offset + rounding_; })) {
+                return false;
+            }
+        }
+        // Nor does one whose plane has the whole pyramid on one side.
+        const Vec3& n = mesh_.normals[face];
+        const double height = n.dot(p[0]);
+        double least = std::min(0.0, n.dot(x.position) - height), most = std::max(0.0, n.dot(x.position) - height);
+        for (const Vec3& q : polygon) {
+            least = std::min(least, n.dot(q) - height);
+            most = std::max(most, n.dot(q) - height);
+        }
+        return least < -rounding_ && most > rounding_ && act(face);
+    });
+}
+
+bool Shafts::may_reach_between(const Vec3& x, const BoxTree::Box& box) const {
+    BoxTree::Box around = box;
+    around.extend(x);
+    return faces_.visit(around, [](Index, const BoxTree::Box&) { return true; });
+}
+
+namespace {
+
+/// Whether two triangles in one plane with the unit normal n share area: no side of one has the other outside.
+bool share_area(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b, const Vec3& n, double rounding) {
+    const auto has_outside = [&](const std::array<Vec3, 3>& p, const std::array<Vec3, 3>& q) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Vec3 inwards = n.cross(p[(k + 1) % 3] - p[k]).normalized();
+            if (std::all_of(q.begin(), q.end(), [&](const Vec3& c) { return inwards.dot(c - p[k]) <= rounding; })) {
+                return true;
+            }
+        }
+        return false;
+    };
+    return !has_outside(a, b) && !has_outside(b, a);
+}
+
+} // namespace
+
+std::vector<std::uint8_t> overlaid_faces(const Mesh& mesh, const Execution& execution) {
+    const BoxTree tree = tree_of_triangles(mesh, all_triangles(mesh));
+    const double rounding = rounding_of(mesh);
+    std::vector<std::uint8_t> overlaid(mesh.triangles.size(), 0);
+    parallel_for(overlaid.size(), 256, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const auto t = static_cast<Index>(i);
+            const std::array<Vec3, 3> corners = mesh.corners(t);
+            const Vec3& n = mesh.normals[t];
+            const auto lies_on = [&](Index other, const BoxTree::Box&) {
+                const std::array<Vec3, 3> p = mesh.corners(other);
+                return other != t && n.dot(mesh.normals[other]) > 0.0 &&
+                       std::all_of(p.begin(), p.end(),
+                                   [&](const Vec3& c) { return std::abs(n.dot(c - corners[0])) <= rounding; }) &&
+                       share_area(corners, p, n, rounding);
+            };
+            overlaid[i] = tree.visit(mesh.box(t), lies_on) ? 1 : 0;
+        }
+    });
+    return overlaid;
+}
+
+std::vector<Outlook> outlooks(const Mesh& mesh, const Execution& execution) {
+    std::vector<Outlook> outlooks(mesh.triangles.size(), Outlook::before);
+    if (mesh.convex) {
+        return outlooks;
+    }
+    const BoxTree tree = tree_of_triangles(mesh, all_triangles(mesh));
+    const double rounding = rounding_of(mesh);
+    const auto is_above = [&](const HalfSpace& plane) {
+        return tree.visit_where([&](const BoxTree::Box& box) { return plane.highest(box) > rounding; },
+                                [&](Index t) {
+                                    const std::array<Vec3, 3> corners = mesh.corners(t);
+                                    return std::any_of(corners.begin(), corners.end(), [&](const Vec3& p) {
+                                        return plane.normal.dot(p) - plane.offset > rounding;
+                                    });
+                                });
+    };
+    parallel_for(outlooks.size(), 256, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const auto t = static_cast<Index>(i);
+            const Vec3& n = mesh.normals[t];
+            const double offset = n.dot(mesh.corner(t, 0));
+            if (is_above({-n, -offset})) {
+                outlooks[i] = is_above({n, offset}) ? Outlook::both : Outlook::behind;
+            }
+        }
+    });
+    return outlooks;
+}
+
+} // namespace difusa

@@ -1,0 +1,67 @@
+// Whether anything can occlude a polygon seen from a point.
+#pragma once
+
+#include <difusa/core/box_tree.h>
+#include <difusa/core/progress.h>
+#include <difusa/mesh/mesh.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace difusa {
+
+/// Faces of a mesh, found by the pyramids they may reach into.
+class Shafts {
+  public:
+    /// All faces. Keeps a reference.
+    explicit Shafts(const Mesh& mesh);
+
+    /// These faces.
+    Shafts(const Mesh& mesh, const std::vector<Index>& faces);
+
+    bool any() const { return !faces_.empty(); }
+
+    /// False only if no face hides any part of triangle t from x, for rays that start at x and end on t and are exempt
+    /// from the planes of these two faces (rays/own_plane.h). True if a face may reach into the tetrahedron between
+    /// them.
+    bool may_be_blocked(const SurfacePoint& x, Index t) const;
+
+    /// The same for a convex polygon of at most `most_corners`, counterclockwise around its unit normal, whose front
+    /// faces x. Faces in its plane do not count.
+    bool may_be_blocked(const SurfacePoint& x, std::span<const Vec3> polygon, const Vec3& normal) const {
+        return may_be_blocked(x, polygon, normal, none);
+    }
+    static constexpr std::size_t most_corners = 16;
+
+    /// Those that may hide parts of it, at most `most`, in `blockers`; false if there are more.
+    bool find_blockers(const SurfacePoint& x, std::span<const Vec3> polygon, const Vec3& normal, std::size_t most,
+                       std::vector<Index>& blockers) const;
+
+    /// False only if no face reaches into the smallest box around x and this one.
+    bool may_reach_between(const Vec3& x, const BoxTree::Box& box) const;
+
+  private:
+    bool may_be_blocked(const SurfacePoint& x, std::span<const Vec3> polygon, const Vec3& normal, Index exempt) const;
+
+    /// Calls `act(face)` for each face that may reach into the pyramid, until it returns true. True if it did.
+    template <class Act>
+    bool visit(const SurfacePoint& x, std::span<const Vec3> polygon, const Vec3& normal, const Act& act) const;
+
+    const Mesh& mesh_;
+    BoxTree faces_;
+    double rounding_; ///< of heights above planes
+};
+
+/// Where the surface is, as seen from a face: on both sides of its plane, or, as for the walls of a convex room, before
+/// it or in it, or behind it or in it. Faces of which all is on one side never come between two points of the surface.
+enum class Outlook : std::uint8_t { both, before, behind };
+
+/// #T
+std::vector<Outlook> outlooks(const Mesh& mesh, const Execution& execution);
+
+/// The faces that share area with another one in the same plane that faces the same way: which of them a ray meets is
+/// left to chance. #T, 1 or 0.
+std::vector<std::uint8_t> overlaid_faces(const Mesh& mesh, const Execution& execution);
+
+} // namespace difusa

@@ -1,0 +1,291 @@
+#include <difusa/transport/analytic_factors.h>
+
+#include <difusa/mesh/surface_sampling.h>
+#include <difusa/rays/lambert.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace difusa {
+
+namespace {
+
+/// Largest (A ΔK)² N / F of a group: the error is half of the noise of the rays.
+constexpr double most_variation = 3.0;
+
+/// Fewer rays than this are not worth looking into what hides a part of a group: what is in sight has the mean light of
+/// all.
+constexpr double least_rays = 0.25;
+
+/// Triangles that may hide parts of a polygon, and its parts in sight; of more it is left to the rays.
+constexpr std::size_t most_blockers = 24, most_parts = 32;
+
+/// Of a form factor: what is less is rounding.
+constexpr double hidden = 1e-9;
+
+std::vector<Index> occluders(const std::vector<Outlook>& outlooks) {
+    std::vector<Index> faces;
+    for (Index t = 0; t < outlooks.size(); ++t) {
+        if (outlooks[t] == Outlook::both) {
+            faces.push_back(t);
+        }
+    }
+    return faces;
+}
+
+/// Corners of an outline at which the kernel is looked at.
+constexpr std::size_t most_samples = 8;
+
+} // namespace
+
+/// A point and the half space that it sees: above its face, and with a shading normal not only above the horizon of
+/// that (Sight::lift).
+struct AnalyticFactors::View {
+    SurfacePoint x; ///< the ray origin
+    Vec3 face;      ///< normal of its face
+    Vec3 mirrored;  ///< the shading normal, mirrored at the face
+    bool is_shaded; ///< they differ
+
+    View(const Mesh& mesh, const SurfacePoint& at)
+        : x(inset(mesh, at)), face(at.face == none ? at.normal : mesh.normals[at.face]),
+          mirrored(at.normal - 2.0 * face.dot(at.normal) * face), is_shaded(at.normal != face) {}
+
+    /// What of the irradiance at x a unit of radiosity and area at y contributes.
+    double kernel(const Vec3& y, const Vec3& n_y) const {
+        const Vec3 way = y - x.position;
+        const double r2 = way.squaredNorm(), up = face.dot(way), at_y = -n_y.dot(way);
+        if (!(up > 0.0) || !(at_y > 0.0)) {
+            return 0.0;
+        }
+        double at_x = up;
+        if (is_shaded) {
+            at_x = std::max(0.0, x.normal.dot(way)) + std::max(0.0, mirrored.dot(way));
+        }
+        return at_x * at_y / (std::numbers::pi * r2 * r2);
+    }
+
+    /// Form factor of a convex polygon of at most 16 corners.
+    double factor(std::span<const Vec3> polygon) const {
+        if (!is_shaded) {
+            return lambert_form_factor(x.position, face, polygon);
+        }
+        std::array<Vec3, most_lambert_corners> above;
+        std::size_t count = 0;
+        for (std::size_t k = 0; k < polygon.size(); ++k) {
+            const Vec3 &p = polygon[k], &q = polygon[k + 1 < polygon.size() ? k + 1 : 0];
+            const double at_p = face.dot(p - x.position), at_q = face.dot(q - x.position);
+            if (at_p >= 0.0) {
+                above[count++] = p;
+            }
+            if ((at_p > 0.0 && at_q < 0.0) || (at_p < 0.0 && at_q > 0.0)) {
+                above[count++] = p + at_p / (at_p - at_q) * (q - p);
+            }
+        }
+        if (count < 3) {
+            return 0.0;
+        }
+        const std::span<const Vec3> seen(above.data(), count);
+        return lambert_form_factor(x.position, x.normal, seen) + lambert_form_factor(x.position, mirrored, seen);
+    }
+
+    /// Whether p is above the horizon of the face, and the same horizon as all others that are above.
+    bool is_above(const Vec3& p, double rounding) const {
+        const Vec3 way = p - x.position;
+        return face.dot(way) >= -rounding && (!is_shaded || (x.normal.dot(way) >= 0.0 && mirrored.dot(way) <= 0.0));
+    }
+};
+
+AnalyticFactors::AnalyticFactors(const Mesh& mesh, const Surfels& surfels, std::size_t rays, const Execution& execution)
+    : AnalyticFactors(mesh, surfels, outlooks(mesh, execution), overlaid_faces(mesh, execution), rays) {}
+
+AnalyticFactors::AnalyticFactors(const Mesh& mesh, const Surfels& surfels, const std::vector<Outlook>& outlooks,
+                                 const std::vector<std::uint8_t>& overlaid, std::size_t rays)
+    : mesh_(mesh), tree_(mesh, surfels, outlooks, overlaid), shafts_(mesh, occluders(outlooks)),
+      rays_(static_cast<double>(rays)), rounding_(mesh.magnitude() * 0x1p-44) {}
+
+void AnalyticFactors::find(const SurfacePoint& x, std::vector<Factor>& found, Worker& worker) const {
+    found.clear();
+    if (tree_.groups().size() == 0) {
+        return;
+    }
+    const View view(mesh_, x);
+    worker.open.assign(1, {static_cast<Index>(tree_.groups().size() - 1), !shafts_.any()});
+    while (!worker.open.empty()) {
+        const auto [group, open] = worker.open.back();
+        worker.open.pop_back();
+        ++worker.steps;
+        look(view, group, open, found, worker);
+    }
+    std::sort(found.begin(), found.end());
+}
+
+AnalyticFactors::Measure AnalyticFactors::measure_polygon(const View& view, const SurfelTree::Node& node) const {
+    if (node.normal.dot(view.x.position) - node.offset <= rounding_) {
+        return {}; // seen from behind, or edge-on
+    }
+    const std::span<const Vec3> corners = tree_.corners(node);
+    Measure measure;
+    measure.facing = Facing::wholly;
+    measure.factor = view.factor(corners);
+    const auto sample = [&](const Vec3& y) {
+        const double kernel = view.kernel(y, node.normal);
+        measure.least = std::min(measure.least, kernel);
+        measure.most = std::max(measure.most, kernel);
+    };
+    Vec3 middle = Vec3::Zero();
+    for (const Vec3& corner : corners) {
+        sample(corner);
+        middle += corner / static_cast<double>(corners.size());
+    }
+    sample(middle);
+    return measure;
+}
+
+AnalyticFactors::Measure AnalyticFactors::measure_outline(const View& view, const SurfelTree::Node& node) const {
+    if (node.flat ? node.normal.dot(view.x.position) - node.offset <= rounding_ : node.outlook == Outlook::behind) {
+        return {};
+    }
+    if (!node.flat && node.outlook != Outlook::before) {
+        return {Facing::partly};
+    }
+    const std::span<const SurfelTree::Edge> edges = tree_.edges(node);
+    Measure measure;
+    measure.facing = Facing::wholly;
+    const std::size_t step = (edges.size() + most_samples - 1) / most_samples;
+    for (std::size_t k = 0; k < edges.size(); ++k) {
+        const Vec3 &from = mesh_.points[edges[k].from], &to = mesh_.points[edges[k].to];
+        if (!view.is_above(from, rounding_) || !view.is_above(to, rounding_)) {
+            return {Facing::partly};
+        }
+        if (k % step == 0) {
+            const double kernel = view.kernel(from, mesh_.normals[edges[k].triangle]);
+            measure.least = std::min(measure.least, kernel);
+            measure.most = std::max(measure.most, kernel);
+        }
+    }
+    for (const SurfelTree::Edge& edge : edges) {
+        measure.factor += lambert_edge(view.x.normal, mesh_.points[edge.from] - view.x.position,
+                                       mesh_.points[edge.to] - view.x.position);
+    }
+    measure.factor = std::max(0.0, measure.factor);
+    return measure;
+}
+
+/// The form factor of what is in sight of a patch that faces x, and has the factor `factor` if nothing hides it.
+/// Nothing if too much is in between.
+std::optional<double> AnalyticFactors::visible_factor(const View& view, const SurfelTree::Node& node, double factor,
+                                                      Worker& worker) const {
+    if (node.shape == SurfelTree::Shape::outline) {
+        const bool open = node.outlook != Outlook::both && !shafts_.may_reach_between(view.x.position, node.box);
+        return open ? std::optional(factor) : std::nullopt;
+    }
+    const std::span<const Vec3> corners = tree_.corners(node);
+    if (!shafts_.find_blockers(view.x, corners, node.normal, most_blockers, worker.blockers)) {
+        return {};
+    }
+    worker.steps += worker.blockers.size();
+    if (worker.blockers.empty()) {
+        return factor;
+    }
+    if (view.is_shaded) {
+        return {};
+    }
+    const std::array<Side, 2> within{Side{node.normal, node.offset}, Side{view.face, view.face.dot(view.x.position)}};
+    worker.parts.assign(1, SpatialPolygon(corners));
+    for (const Index face : worker.blockers) {
+        if (!subtract_shadow(view.x.position, mesh_.corners(face), within, most_parts, worker.parts)) {
+            return {};
+        }
+    }
+    double sum = 0.0;
+    for (const SpatialPolygon& part : worker.parts) {
+        sum += view.factor(part.corners());
+    }
+    return std::min(sum, factor);
+}
+
+/// Whether one of the faces meets the plane of a polygon within its box.
+bool AnalyticFactors::stands_on(const SurfelTree::Node& node, const std::vector<Index>& faces) const {
+    return std::any_of(faces.begin(), faces.end(), [&](Index face) {
+        double least = std::numeric_limits<double>::infinity();
+        BoxTree::Box foot;
+        for (const Vec3& corner : mesh_.corners(face)) {
+            const double height = node.normal.dot(corner) - node.offset;
+            least = std::min(least, height);
+            if (height <= rounding_) {
+                foot.extend(corner);
+            }
+        }
+        return least < -rounding_ ? node.box.intersects(mesh_.box(face)) : node.box.intersects(foot);
+    });
+}
+
+/// Adds the group, leaves it to the rays, or opens its halves.
+void AnalyticFactors::look(const View& view, Index group, bool open, std::vector<Factor>& found, Worker& worker) const {
+    const SurfelTree::Node& node = tree_.node(group);
+    const SurfelGroups::Group& halves = tree_.groups()[group];
+    const Vec3 centre = node.box.center(), half = 0.5 * node.box.sizes();
+    if (view.face.dot(centre - view.x.position) + view.face.cwiseAbs().dot(half) <= rounding_) {
+        return; // below the horizon
+    }
+    const double distance = (centre - view.x.position).norm(), radius = half.norm();
+    const bool leaf = halves.second == none;
+    const auto descend = [&](bool is_open) {
+        if (!leaf) {
+            worker.open.emplace_back(halves.second, is_open);
+            worker.open.emplace_back(halves.first, is_open);
+        }
+    };
+    if (node.shape == SurfelTree::Shape::bundle) {
+        // What is within a ball of this radius has a form factor of at most radius² / distance².
+        if (distance <= radius || rays_ * radius * radius >= least_rays * distance * distance) {
+            descend(open);
+        }
+        return;
+    }
+    const Measure measure =
+        node.shape == SurfelTree::Shape::polygon ? measure_polygon(view, node) : measure_outline(view, node);
+    if (measure.facing == Facing::away) {
+        return;
+    }
+    if (measure.facing == Facing::partly) {
+        descend(open);
+        return;
+    }
+    if (!open) {
+        const std::optional<double> visible = visible_factor(view, node, measure.factor, worker);
+        if (visible && *visible <= hidden * measure.factor) {
+            return;
+        }
+        open = visible && *visible >= (1.0 - hidden) * measure.factor;
+        if (!open) {
+            // Where what hides a part stands on the surface, the other part often has another light.
+            const bool mixed = visible && stands_on(node, worker.blockers);
+            if (!leaf && (mixed || rays_ * measure.factor > least_rays)) {
+                descend(false);
+            } else if (visible) {
+                found.emplace_back(group, *visible);
+            }
+            return;
+        }
+    }
+    // The kernel may be greatest where it is not looked at, but then its mean tells, or the distance.
+    const double mean = measure.factor / halves.area;
+    double range = std::max(measure.most, mean) - std::min(measure.least, mean);
+    if (node.box.squaredExteriorDistance(view.x.position) < 0.25 * radius * radius) {
+        range = std::max(range, mean);
+    }
+    const double variation = halves.area * range;
+    if (leaf || variation * variation * rays_ <= most_variation * measure.factor) {
+        if (measure.factor > 0.0) {
+            found.emplace_back(group, measure.factor);
+        }
+        return;
+    }
+    descend(true);
+}
+
+} // namespace difusa

@@ -1,0 +1,92 @@
+// Surfels in groups, groups in larger groups: what lets a point see a large piece of surface as one, exactly.
+#pragma once
+
+#include <difusa/core/box_tree.h>
+#include <difusa/discretisation/surfels.h>
+#include <difusa/rays/shaft.h>
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace difusa {
+
+/// Means over groups of surfels, by area. Geometry only.
+class SurfelGroups {
+  public:
+    /// A surfel, or the union of two groups, which have smaller numbers.
+    struct Group {
+        Index first = none, second = none; ///< second is none: `first` is a surfel
+        double area = 0.0;
+    };
+
+    SurfelGroups() = default;
+    explicit SurfelGroups(std::vector<Group> groups, std::size_t surfels)
+        : groups_(std::move(groups)), surfels_(surfels) {}
+
+    std::size_t size() const { return groups_.size(); }
+    const Group& operator[](Index g) const { return groups_[g]; }
+    std::size_t bytes() const { return groups_.size() * sizeof(Group); }
+
+    /// #groups by any number of columns, from as many of the surfels (more rows are ignored).
+    Values means(const Values& of_surfels) const;
+
+    /// The transpose, added to the first rows of `of_surfels`; `of_groups` is used up.
+    void add_transposed(Values& of_groups, Values& of_surfels) const;
+
+  private:
+    std::vector<Group> groups_;
+    std::size_t surfels_ = 0;
+};
+
+/// A binary tree over the surfels of each region: within a triangle, then within a plane, then within the region, then
+/// over all of them. A **patch** is a group whose shape is known: a convex polygon in a plane, or any number of whole
+/// triangles, of which the edges of the outline are known.
+class SurfelTree {
+  public:
+    enum class Shape {
+        polygon, ///< corners counterclockwise
+        outline, ///< directed edges of whole triangles
+        bundle   ///< of groups that no outline describes, or of surfels that are not in one plane
+    };
+    struct Edge {
+        Index from = none, to = none; ///< points of the mesh, counterclockwise around what is within
+        Index triangle = none;        ///< it is a side of
+    };
+    struct Node {
+        Shape shape = Shape::bundle;
+        bool flat = false;               ///< in the plane of `normal` and `offset`
+        Outlook outlook = Outlook::both; ///< of all its faces; both: they differ
+        Vec3 normal = Vec3::Zero();      ///< flat: unit
+        double offset = 0.0;             ///< flat: of the plane
+        Index begin = 0, end = 0;        ///< of its corners or edges
+        BoxTree::Box box;
+    };
+
+    /// `outlooks`, `overlaid`: of the mesh (rays/shaft.h). Surfels of faces that are overlaid are in no group.
+    SurfelTree(const Mesh& mesh, const Surfels& surfels, const std::vector<Outlook>& outlooks,
+               const std::vector<std::uint8_t>& overlaid);
+
+    /// The last group is the root, if there is one.
+    const SurfelGroups& groups() const { return groups_; }
+    const Node& node(Index g) const { return nodes_[g]; }
+    std::span<const Vec3> corners(const Node& node) const {
+        return std::span(corners_).subspan(node.begin, node.end - node.begin);
+    }
+    std::span<const Edge> edges(const Node& node) const {
+        return std::span(edges_).subspan(node.begin, node.end - node.begin);
+    }
+
+    /// Takes the groups out; what describes their shapes is needed no more.
+    SurfelGroups take_groups() { return std::move(groups_); }
+
+  private:
+    friend class SurfelTreeBuilder;
+    SurfelGroups groups_;
+    std::vector<Node> nodes_; ///< #groups
+    std::vector<Vec3> corners_;
+    std::vector<Edge> edges_;
+};
+
+} // namespace difusa

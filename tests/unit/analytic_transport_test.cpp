@@ -1,0 +1,321 @@
+// Exact form factors in gathered transport, against closed forms, rays and surfel by surfel.
+#include <difusa/transport/analytic_transport.h>
+
+#include <difusa/algebra/dense.h>
+#include <difusa/import/shapes.h>
+#include <difusa/rays/lambert.h>
+#include <difusa/rays/visible_part.h>
+#include <difusa/transport/analytic_factors.h>
+
+#include <support/discretised.h>
+#include <support/rooms.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+namespace difusa::analytic_transport_test {
+namespace {
+
+using test::Discretised;
+
+LightTransport refined(const Discretised& made, LightTransport transport, AnalyticUse use, unsigned threads = 1) {
+    return with_analytic_factors(std::move(transport), made.scene.mesh, made.discretisation.points,
+                                 *made.discretisation.surfels, use, Execution{threads, nullptr, nullptr});
+}
+
+/// A floor of 4 by 4, a wall at its side x = 0, and a box on the floor.
+Mesh floor_wall_box() {
+    Mesh mesh = rectangle({0, -2, 0}, {4, 0, 0}, {0, 4, 0});
+    add(mesh, rectangle({0, -2, 0}, {0, 4, 0}, {0, 0, 3}), 1);
+    add(mesh, box({1, -0.5, 0}, {2, 0.5, 1}, 1, Front::outside), 2);
+    mesh.derive();
+    return mesh;
+}
+
+/// 1 on surfels of the material, 0 on others.
+Values of_material(const Discretised& made, Index material) {
+    const Surfels& surfels = *made.discretisation.surfels;
+    Values b = made.on_surfels(0.0);
+    std::vector<Surfels::Piece> pieces;
+    for (Index s = 0; s < surfels.size(); ++s) {
+        surfels.pieces(s, pieces);
+        b(s, 0) = made.scene.mesh.material[pieces.front().triangle] == material ? 1.0 : 0.0;
+    }
+    return b;
+}
+
+/// The sum of the form factors times the means of b.
+double sum_of(const AnalyticFactors& factors, const std::vector<AnalyticFactors::Factor>& found, const Values& b) {
+    const Values means = factors.tree().groups().means(b);
+    double sum = 0.0;
+    for (const auto& [group, factor] : found) {
+        sum += factor * means(group, 0);
+    }
+    return sum;
+}
+
+/// The floor as a point of the wall higher than the box sees it: less what the box hides of it, whose outline is the
+/// hull of the box' corners as projected onto the floor.
+double floor_beside_box(const SurfacePoint& x) {
+    const std::array<Vec3, 4> floor{Vec3(0, -2, 0), {4, -2, 0}, {4, 2, 0}, {0, 2, 0}};
+    const double h = x.position[2];
+    const auto shadow = [&](double px, double py, double pz) {
+        const double t = h / (h - pz);
+        return Vec3(t * px, x.position[1] + t * (py - x.position[1]), 0.0);
+    };
+    // Seen from x < 1: the near side of the box stands in front of its foot, the far side of its top behind.
+    std::vector<Vec3> corners;
+    for (const double px : {1.0, 2.0}) {
+        for (const double py : {-0.5, 0.5}) {
+            corners.push_back(shadow(px, py, 0.0));
+            corners.push_back(shadow(px, py, 1.0));
+        }
+    }
+    std::sort(corners.begin(), corners.end(),
+              [](const Vec3& a, const Vec3& b) { return a[0] != b[0] ? a[0] < b[0] : a[1] < b[1]; });
+    std::vector<Vec3> hull;
+    for (int side = 0; side < 2; ++side) {
+        const std::size_t start = hull.size();
+        for (const Vec3& p : corners) {
+            while (hull.size() >= start + 2 && (hull.back() - hull[hull.size() - 2]).cross(p - hull.back())[2] <= 0) {
+                hull.pop_back();
+            }
+            hull.push_back(p);
+        }
+        hull.pop_back();
+        std::reverse(corners.begin(), corners.end());
+    }
+    SpatialPolygon hidden(hull);
+    hidden = hidden.cut({-1, 0, 0}, -4).cut({0, 1, 0}, -2).cut({0, -1, 0}, -2);
+    return lambert_form_factor(x.position, x.normal, floor) -
+           (hidden.count < 3 ? 0.0 : lambert_form_factor(x.position, x.normal, hidden.corners()));
+}
+
+TEST(AnalyticFactors, OfAFloorBesideABox) {
+    const Discretised made(test::uniform_scene(floor_wall_box(), 0.5, 0.0), 0.25, "cgal", "shepard");
+    const Mesh& mesh = made.scene.mesh;
+    // So many rays that groups are single surfels where anything hides a part of them.
+    const AnalyticFactors factors(mesh, *made.discretisation.surfels, 1'000'000'000, Execution{});
+    const Values floor = of_material(made, 0);
+    AnalyticFactors::Worker worker;
+    std::vector<AnalyticFactors::Factor> found;
+    int tried = 0;
+    for (const SurfacePoint& x : made.discretisation.points) {
+        if (mesh.material[x.face] != 1 || x.position[2] < 1.01) {
+            continue;
+        }
+        factors.find(x, found, worker);
+        // Sums of some hundred terms of size up to 1, and clips of polygons at edges they nearly touch.
+        EXPECT_NEAR(sum_of(factors, found, floor), floor_beside_box(x), 1e-10) << x.position.transpose();
+        ++tried;
+    }
+    EXPECT_GT(tried, 50);
+}
+
+TEST(AnalyticFactors, OfABowlAreWhatTheSkyLeaves) {
+    // Facets of a bowl occlude none of each other, whatever the outlines of the groups: the bowl and its opening are
+    // the hemisphere.
+    const double half = 0.7;
+    const int rings = 9;
+    const Discretised made(test::uniform_scene(spherical_cap(1.0, half, rings, Front::inside), 0.5, 0.0), 0.1, "cgal",
+                           "shepard");
+    const Mesh& mesh = made.scene.mesh;
+    std::vector<Vec3> opening; // seen from below: clockwise from above
+    for (const Vec3& p : mesh.points) {
+        if (p[2] > -std::cos(half) - 1e-9) {
+            opening.push_back(p);
+        }
+    }
+    std::sort(opening.begin(), opening.end(),
+              [](const Vec3& a, const Vec3& b) { return std::atan2(a[1], a[0]) > std::atan2(b[1], b[0]); });
+    for (const std::size_t rays : {16, 1024, 1'000'000}) {
+        const AnalyticFactors factors(mesh, *made.discretisation.surfels, rays, Execution{});
+        AnalyticFactors::Worker worker;
+        std::vector<AnalyticFactors::Factor> found;
+        for (const SurfacePoint& x : made.discretisation.points) {
+            factors.find(x, found, worker);
+            double sky = 0.0;
+            for (std::size_t k = 0; k < opening.size(); ++k) {
+                sky += lambert_edge(x.normal, opening[k] - inset(mesh, x).position,
+                                    opening[(k + 1) % opening.size()] - inset(mesh, x).position);
+            }
+            EXPECT_NEAR(sum_of(factors, found, made.on_surfels(1.0)), 1.0 - sky, 1e-9) << x.position.transpose();
+        }
+    }
+}
+
+TEST(AnalyticFactors, GroupsErrLessThanRays) {
+    // In an empty room each surfel has its own form factor, surfel by surfel. The error of a group is at most half the
+    // range of the kernel times half the range of the light, 1: sqrt(3 F / N) / 4.
+    const Discretised made(test::uniform_scene(test::box(1.0, 1, true), 0.5, 0.0), 0.2, "cgal", "shepard");
+    const Mesh& mesh = made.scene.mesh;
+    const Surfels& surfels = *made.discretisation.surfels;
+    constexpr double N = 256;
+    const AnalyticFactors factors(mesh, surfels, static_cast<std::size_t>(N), Execution{});
+    Values b = made.on_surfels(0.0);
+    std::vector<Surfels::Piece> pieces;
+    for (Index s = 0; s < surfels.size(); ++s) {
+        b(s, 0) = 0.5 + 0.5 * std::sin(9.0 * surfels.centre(s, pieces).position.sum());
+    }
+    AnalyticFactors::Worker worker;
+    std::vector<AnalyticFactors::Factor> found;
+    std::size_t entries = 0;
+    for (const SurfacePoint& x : made.discretisation.points) {
+        factors.find(x, found, worker);
+        const SurfacePoint from = inset(mesh, x);
+        double exact = 0.0, bound = 1e-9, whole = 0.0;
+        for (Index s = 0; s < surfels.size(); ++s) {
+            surfels.pieces(s, pieces);
+            for (const Surfels::Piece& piece : pieces) {
+                std::vector<Vec3> corners;
+                for (std::size_t k = 0; k < piece.outline.count; ++k) {
+                    const Eigen::Vector2d& uv = piece.outline.corner[k];
+                    corners.push_back(mesh.at(piece.triangle, uv[0], uv[1]).position);
+                }
+                exact += mesh.normals[piece.triangle] == x.normal
+                             ? 0.0
+                             : b(s, 0) * lambert_form_factor(from.position, x.normal, corners);
+            }
+        }
+        for (const auto& [group, factor] : found) {
+            bound += std::sqrt(3.0 * factor / N) / 4.0;
+            whole += factor;
+        }
+        entries += found.size();
+        EXPECT_NEAR(whole, 1.0, 1e-9);
+        EXPECT_NEAR(sum_of(factors, found, b), exact, bound);
+    }
+    EXPECT_LT(entries, made.discretisation.points.size() * 256); // fewer than rays
+}
+
+TEST(AnalyticTransport, RowsAddUpToOne) {
+    for (const Mesh& mesh : {test::box(1.0, 1, true), test::box(1.0), test::l_room(), test::room_with_block(),
+                             test::mobius(60), test::book(5), test::shelf_over_table(0.1), test::needles(100),
+                             floor_wall_box(), spherical_cap(1.0, 0.7, 6, Front::inside)}) {
+        const Discretised made(test::uniform_scene(mesh, 0.5, 1.0), 0.2, "cgal", "normalized-radial");
+        const LightTransport by_rays = made.gathered(100);
+        const LightTransport transport = refined(made, by_rays, AnalyticUse::always);
+        const Values sums = made.row_sums(transport);
+        for (std::size_t j = 0; j < made.sites().size(); ++j) {
+            EXPECT_NEAR(sums(static_cast<Eigen::Index>(j), 0) + transport.sky[j] + transport.back[j], 1.0, 1e-12);
+            EXPECT_GE(transport.sky[j], 0.0);
+            EXPECT_GE(transport.back[j], 0.0);
+        }
+        // The same bits for any number of threads.
+        const LightTransport again = refined(made, by_rays, AnalyticUse::always, 3);
+        EXPECT_EQ(made.row_sums(again), sums);
+        EXPECT_EQ(&plain_part(*transport.W), by_rays.W.get());
+    }
+}
+
+TEST(AnalyticTransport, AgreesWithManyRays) {
+    // Both estimate the same integral: with 40,000 rays the standard deviation of a share p is below sqrt(p / 40,000)
+    // for independent rays, and these are more even; groups err by less than 1/4 of that of the 4096 rays they are made
+    // for.
+    const Discretised made(test::uniform_scene(floor_wall_box(), 0.5, 0.0), 0.4, "cgal", "shepard");
+    const LightTransport many = made.gathered(40'000),
+                         transport = refined(made, made.gathered(4096), AnalyticUse::always);
+    for (const Index material : {0U, 1U, 3U, 7U}) {
+        const Values b = of_material(made, material);
+        const Values exact = Discretised::gather(many, b), found = Discretised::gather(transport, b);
+        for (Eigen::Index j = 0; j < exact.rows(); ++j) {
+            EXPECT_NEAR(found(j, 0), exact(j, 0), 5.0 * std::sqrt((exact(j, 0) + 1e-4) / 40'000.0) + 1e-3) << material;
+        }
+    }
+}
+
+TEST(AnalyticTransport, Transposes) {
+    const Discretised made(test::uniform_scene(floor_wall_box(), 0.5, 0.0), 0.5, "cgal", "shepard");
+    const LightTransport transport = refined(made, made.gathered(64), AnalyticUse::always);
+    const auto rows = static_cast<Eigen::Index>(transport.W->rows()),
+               columns = static_cast<Eigen::Index>(transport.W->columns());
+    Values x(columns, 2), y(rows, 2), Wx, Wy;
+    RandomStream stream(1, "test");
+    for (Values* values : {&x, &y}) {
+        for (Eigen::Index i = 0; i < values->size(); ++i) {
+            values->data()[i] = stream.uniform();
+        }
+    }
+    transport.W->apply(x, Wx, Execution{});
+    transport.W->apply_transpose(y, Wy, Execution{});
+    for (Eigen::Index c = 0; c < 2; ++c) {
+        EXPECT_NEAR(Wx.col(c).dot(y.col(c)), x.col(c).dot(Wy.col(c)), 1e-12 * static_cast<double>(rows));
+    }
+}
+
+TEST(AnalyticTransport, IsForScenesThatMostRaysLeave) {
+    const Discretised room(test::uniform_scene(test::box(1.0, 1, true), 0.5, 0.0), 0.3, "cgal", "shepard"),
+        bowl(test::uniform_scene(spherical_cap(1.0, 0.7, 6, Front::inside), 0.5, 0.0), 0.2, "cgal", "shepard");
+    const LightTransport in_room = room.gathered(64), in_bowl = bowl.gathered(64);
+    EXPECT_EQ(refined(room, in_room, AnalyticUse::automatic).W, in_room.W);
+    EXPECT_EQ(refined(bowl, in_bowl, AnalyticUse::never).W, in_bowl.W);
+    EXPECT_NE(refined(bowl, in_bowl, AnalyticUse::automatic).W, in_bowl.W);
+    EXPECT_NE(refined(room, in_room, AnalyticUse::always).W, in_room.W);
+}
+
+TEST(AnalyticTransport, LeavesFacesOnTopOfEachOtherToRays) {
+    // The floor twice: no ray tells which of the two it sees, but they see one.
+    Mesh mesh = floor_wall_box();
+    add(mesh, rectangle({0.5, -1.5, 0}, {3, 0, 0}, {0, 3, 0}), 8);
+    mesh.derive();
+    const Discretised made(test::uniform_scene(mesh, 0.5, 0.0), 0.4, "cgal", "shepard");
+    const LightTransport by_rays = made.gathered(512), transport = refined(made, by_rays, AnalyticUse::always);
+    const Values floor = of_material(made, 0) + of_material(made, 8);
+    const Values found = Discretised::gather(transport, floor), expected = Discretised::gather(by_rays, floor);
+    EXPECT_LT((found - expected).cwiseAbs().maxCoeff(), 0.05);
+    const std::vector<std::uint8_t> overlaid = overlaid_faces(made.scene.mesh, Execution{});
+    for (Index t = 0; t < overlaid.size(); ++t) {
+        const Index material = made.scene.mesh.material[t];
+        EXPECT_EQ(overlaid[t], material == 0 || material == 8 ? 1 : 0) << t;
+    }
+}
+
+TEST(VisiblePart, ATriangleHidesItsCentralProjection) {
+    // From height 2, a triangle at height 1 hides one twice as large on the floor: all of it, if that is inside.
+    const Vec3 x(0.1, -0.2, 2.0);
+    const std::array<Vec3, 4> floor{Vec3(-3, -3, 0), {3, -3, 0}, {3, 3, 0}, {-3, 3, 0}};
+    const std::array<Vec3, 3> triangle{Vec3(-0.4, -0.3, 1), {0.5, -0.1, 1}, {0.1, 0.6, 1}};
+    const std::array<Side, 2> within{Side{{0, 0, 1}, 0.0}, Side{{0, 0, -1}, -2.0}};
+    std::vector<SpatialPolygon> parts{SpatialPolygon(floor)};
+    ASSERT_TRUE(subtract_shadow(x, triangle, within, 32, parts));
+    std::array<Vec3, 3> hidden;
+    for (std::size_t k = 0; k < 3; ++k) {
+        hidden[k] = x + 2.0 * (triangle[k] - x);
+    }
+    double left = 0.0;
+    for (const SpatialPolygon& part : parts) {
+        left += lambert_form_factor(x, {0, 0, -1}, part.corners());
+    }
+    EXPECT_NEAR(left,
+                lambert_form_factor(x, {0, 0, -1}, floor) -
+                    lambert_form_factor(x, {0, 0, -1}, hidden[0], hidden[1], hidden[2]),
+                1e-14);
+    // The same once more hides nothing more.
+    const std::size_t count = parts.size();
+    ASSERT_TRUE(subtract_shadow(x, triangle, within, 32, parts));
+    double still = 0.0;
+    for (const SpatialPolygon& part : parts) {
+        still += lambert_form_factor(x, {0, 0, -1}, part.corners());
+    }
+    EXPECT_NEAR(still, left, 1e-14);
+    EXPECT_GE(parts.size(), count);
+    // Below the floor it hides nothing.
+    std::array<Vec3, 3> below = triangle;
+    for (Vec3& p : below) {
+        p[2] = -1.0;
+    }
+    std::vector<SpatialPolygon> whole{SpatialPolygon(floor)};
+    ASSERT_TRUE(subtract_shadow(x, below, within, 32, whole));
+    EXPECT_EQ(whole.size(), 1U);
+    // More parts than are allowed: nothing is changed.
+    ASSERT_FALSE(subtract_shadow(x, triangle, within, 2, whole));
+    EXPECT_EQ(whole.size(), 1U);
+}
+
+} // namespace
+} // namespace difusa::analytic_transport_test
