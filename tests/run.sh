@@ -276,7 +276,7 @@ check_tidy() {
         done |
         # A pile of neighbours for each processor, unless they would be small or very large.
         awk -F '\t' -v jobs="$jobs" 'function deal(  piles, i) {
-                         piles = n < 20 ? (n > 0) : jobs * int((n + 200 * jobs - 1) / (200 * jobs))
+                         piles = n < 20 ? (n > 0) : jobs * int((n + 300 * jobs - 1) / (300 * jobs))
                          for (i = 0; i < n; i++) {
                              if (i == 0 || int(i * piles / n) != int((i - 1) * piles / n)) {
                                  printf "%s%s", (i == 0 ? "" : "\n"), options

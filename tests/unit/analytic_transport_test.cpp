@@ -280,7 +280,7 @@ TEST(VisiblePart, ATriangleHidesItsCentralProjection) {
     const Vec3 x(0.1, -0.2, 2.0);
     const std::array<Vec3, 4> floor{Vec3(-3, -3, 0), {3, -3, 0}, {3, 3, 0}, {-3, 3, 0}};
     const std::array<Vec3, 3> triangle{Vec3(-0.4, -0.3, 1), {0.5, -0.1, 1}, {0.1, 0.6, 1}};
-    const std::array<Side, 2> within{Side{{0, 0, 1}, 0.0}, Side{{0, 0, -1}, -2.0}};
+    const std::array<ClipPlane, 2> within{ClipPlane{{0, 0, 1}, 0.0}, ClipPlane{{0, 0, -1}, -2.0}};
     std::vector<SpatialPolygon> parts{SpatialPolygon(floor)};
     ASSERT_TRUE(subtract_shadow(x, triangle, within, 32, parts));
     std::array<Vec3, 3> hidden;

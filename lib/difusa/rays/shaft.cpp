@@ -165,10 +165,10 @@ std::vector<std::uint8_t> overlaid_faces(const Mesh& mesh, const Execution& exec
     return overlaid;
 }
 
-std::vector<Outlook> outlooks(const Mesh& mesh, const Execution& execution) {
-    std::vector<Outlook> outlooks(mesh.triangles.size(), Outlook::before);
+std::vector<Exposure> exposures(const Mesh& mesh, const Execution& execution) {
+    std::vector<Exposure> exposures(mesh.triangles.size(), Exposure::before);
     if (mesh.convex) {
-        return outlooks;
+        return exposures;
     }
     const BoxTree tree = tree_of_triangles(mesh, all_triangles(mesh));
     const double rounding = rounding_of(mesh);
@@ -181,17 +181,17 @@ std::vector<Outlook> outlooks(const Mesh& mesh, const Execution& execution) {
                                     });
                                 });
     };
-    parallel_for(outlooks.size(), 256, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
+    parallel_for(exposures.size(), 256, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
         for (std::size_t i = begin; i < end; ++i) {
             const auto t = static_cast<Index>(i);
             const Vec3& n = mesh.normals[t];
             const double offset = n.dot(mesh.corner(t, 0));
             if (is_above({-n, -offset})) {
-                outlooks[i] = is_above({n, offset}) ? Outlook::both : Outlook::behind;
+                exposures[i] = is_above({n, offset}) ? Exposure::both : Exposure::behind;
             }
         }
     });
-    return outlooks;
+    return exposures;
 }
 
 } // namespace difusa

@@ -55,10 +55,10 @@ class Shafts {
 
 /// Where the surface is, as seen from a face: on both sides of its plane, or, as for the walls of a convex room, before
 /// it or in it, or behind it or in it. Faces of which all is on one side never come between two points of the surface.
-enum class Outlook : std::uint8_t { both, before, behind };
+enum class Exposure : std::uint8_t { both, before, behind };
 
 /// #T
-std::vector<Outlook> outlooks(const Mesh& mesh, const Execution& execution);
+std::vector<Exposure> exposures(const Mesh& mesh, const Execution& execution);
 
 /// The faces that share area with another one in the same plane that faces the same way: which of them a ray meets is
 /// left to chance. #T, 1 or 0.

@@ -38,10 +38,10 @@ SpatialPolygon SpatialPolygon::cut(const Vec3& normal, double offset) const {
     return kept;
 }
 
-bool subtract_shadow(const Vec3& x, const std::array<Vec3, 3>& triangle, const std::array<Side, 2>& within,
+bool subtract_shadow(const Vec3& x, const std::array<Vec3, 3>& triangle, const std::array<ClipPlane, 2>& within,
                      std::size_t most, std::vector<SpatialPolygon>& parts) {
     SpatialPolygon blocker(triangle);
-    for (const Side& side : within) {
+    for (const ClipPlane& side : within) {
         blocker = blocker.cut(side.normal, side.offset);
     }
     if (blocker.count < 3) {
@@ -52,7 +52,7 @@ bool subtract_shadow(const Vec3& x, const std::array<Vec3, 3>& triangle, const s
     for (const Vec3& p : blocker.corners()) {
         middle += (p - x) / static_cast<double>(blocker.count);
     }
-    std::vector<Side> inner;
+    std::vector<ClipPlane> inner;
     for (std::size_t k = 0; k < blocker.count; ++k) {
         const Vec3 p = blocker.corner[k] - x, q = blocker.corner[k + 1 < blocker.count ? k + 1 : 0] - x;
         Vec3 normal = (q - p).cross(p);
@@ -65,7 +65,7 @@ bool subtract_shadow(const Vec3& x, const std::array<Vec3, 3>& triangle, const s
     std::vector<SpatialPolygon> left;
     for (const SpatialPolygon& part : parts) {
         SpatialPolygon hidden = part;
-        for (const Side& side : inner) {
+        for (const ClipPlane& side : inner) {
             hidden = hidden.cut(side.normal, side.offset);
         }
         if (hidden.count < 3) {
@@ -73,7 +73,7 @@ bool subtract_shadow(const Vec3& x, const std::array<Vec3, 3>& triangle, const s
             continue;
         }
         SpatialPolygon rest = part;
-        for (const Side& side : inner) {
+        for (const ClipPlane& side : inner) {
             const SpatialPolygon outside = rest.cut(-side.normal, -side.offset);
             if (outside.count >= 3) {
                 left.push_back(outside);

@@ -26,7 +26,7 @@ struct SpatialPolygon {
 };
 
 /// A half space, normal·p >= offset.
-struct Side {
+struct ClipPlane {
     Vec3 normal = Vec3::Zero();
     double offset = 0.0;
 };
@@ -34,7 +34,7 @@ struct Side {
 /// Takes away from `parts`, convex polygons as seen from x, what a triangle hides that is in front of them. Of the
 /// triangle counts what is on both sides `within`: before the plane of the parts and above the horizon of x. False,
 /// with `parts` as they were, if more than `most` would remain.
-bool subtract_shadow(const Vec3& x, const std::array<Vec3, 3>& triangle, const std::array<Side, 2>& within,
+bool subtract_shadow(const Vec3& x, const std::array<Vec3, 3>& triangle, const std::array<ClipPlane, 2>& within,
                      std::size_t most, std::vector<SpatialPolygon>& parts);
 
 } // namespace difusa

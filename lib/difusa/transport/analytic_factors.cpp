@@ -18,18 +18,18 @@ constexpr double most_variation = 3.0;
 
 /// Fewer rays than this are not worth looking into what hides a part of a group: what is in sight has the mean light of
 /// all.
-constexpr double least_rays = 0.25;
+constexpr double rays_of_smallest = 0.25;
 
 /// Triangles that may hide parts of a polygon, and its parts in sight; of more it is left to the rays.
 constexpr std::size_t most_blockers = 24, most_parts = 32;
 
 /// Of a form factor: what is less is rounding.
-constexpr double hidden = 1e-9;
+constexpr double negligible_part = 1e-9;
 
-std::vector<Index> occluders(const std::vector<Outlook>& outlooks) {
+std::vector<Index> occluders(const std::vector<Exposure>& exposures) {
     std::vector<Index> faces;
-    for (Index t = 0; t < outlooks.size(); ++t) {
-        if (outlooks[t] == Outlook::both) {
+    for (Index t = 0; t < exposures.size(); ++t) {
+        if (exposures[t] == Exposure::both) {
             faces.push_back(t);
         }
     }
@@ -37,7 +37,7 @@ std::vector<Index> occluders(const std::vector<Outlook>& outlooks) {
 }
 
 /// Corners of an outline at which the kernel is looked at.
-constexpr std::size_t most_samples = 8;
+constexpr std::size_t outline_samples = 8;
 
 } // namespace
 
@@ -99,11 +99,11 @@ struct AnalyticFactors::View {
 };
 
 AnalyticFactors::AnalyticFactors(const Mesh& mesh, const Surfels& surfels, std::size_t rays, const Execution& execution)
-    : AnalyticFactors(mesh, surfels, outlooks(mesh, execution), overlaid_faces(mesh, execution), rays) {}
+    : AnalyticFactors(mesh, surfels, exposures(mesh, execution), overlaid_faces(mesh, execution), rays) {}
 
-AnalyticFactors::AnalyticFactors(const Mesh& mesh, const Surfels& surfels, const std::vector<Outlook>& outlooks,
+AnalyticFactors::AnalyticFactors(const Mesh& mesh, const Surfels& surfels, const std::vector<Exposure>& exposures,
                                  const std::vector<std::uint8_t>& overlaid, std::size_t rays)
-    : mesh_(mesh), tree_(mesh, surfels, outlooks, overlaid), shafts_(mesh, occluders(outlooks)),
+    : mesh_(mesh), tree_(mesh, surfels, exposures, overlaid), shafts_(mesh, occluders(exposures)),
       rays_(static_cast<double>(rays)), rounding_(mesh.magnitude() * 0x1p-44) {}
 
 void AnalyticFactors::find(const SurfacePoint& x, std::vector<Factor>& found, Worker& worker) const {
@@ -145,16 +145,16 @@ AnalyticFactors::Measure AnalyticFactors::measure_polygon(const View& view, cons
 }
 
 AnalyticFactors::Measure AnalyticFactors::measure_outline(const View& view, const SurfelTree::Node& node) const {
-    if (node.flat ? node.normal.dot(view.x.position) - node.offset <= rounding_ : node.outlook == Outlook::behind) {
+    if (node.flat ? node.normal.dot(view.x.position) - node.offset <= rounding_ : node.exposure == Exposure::behind) {
         return {};
     }
-    if (!node.flat && node.outlook != Outlook::before) {
+    if (!node.flat && node.exposure != Exposure::before) {
         return {Facing::partly};
     }
     const std::span<const SurfelTree::Edge> edges = tree_.edges(node);
     Measure measure;
     measure.facing = Facing::wholly;
-    const std::size_t step = (edges.size() + most_samples - 1) / most_samples;
+    const std::size_t step = (edges.size() + outline_samples - 1) / outline_samples;
     for (std::size_t k = 0; k < edges.size(); ++k) {
         const Vec3 &from = mesh_.points[edges[k].from], &to = mesh_.points[edges[k].to];
         if (!view.is_above(from, rounding_) || !view.is_above(to, rounding_)) {
@@ -179,7 +179,7 @@ AnalyticFactors::Measure AnalyticFactors::measure_outline(const View& view, cons
 std::optional<double> AnalyticFactors::visible_factor(const View& view, const SurfelTree::Node& node, double factor,
                                                       Worker& worker) const {
     if (node.shape == SurfelTree::Shape::outline) {
-        const bool open = node.outlook != Outlook::both && !shafts_.may_reach_between(view.x.position, node.box);
+        const bool open = node.exposure != Exposure::both && !shafts_.may_reach_between(view.x.position, node.box);
         return open ? std::optional(factor) : std::nullopt;
     }
     const std::span<const Vec3> corners = tree_.corners(node);
@@ -193,7 +193,8 @@ std::optional<double> AnalyticFactors::visible_factor(const View& view, const Su
     if (view.is_shaded) {
         return {};
     }
-    const std::array<Side, 2> within{Side{node.normal, node.offset}, Side{view.face, view.face.dot(view.x.position)}};
+    const std::array<ClipPlane, 2> within{ClipPlane{node.normal, node.offset},
+                                          ClipPlane{view.face, view.face.dot(view.x.position)}};
     worker.parts.assign(1, SpatialPolygon(corners));
     for (const Index face : worker.blockers) {
         if (!subtract_shadow(view.x.position, mesh_.corners(face), within, most_parts, worker.parts)) {
@@ -241,7 +242,7 @@ void AnalyticFactors::look(const View& view, Index group, bool open, std::vector
     };
     if (node.shape == SurfelTree::Shape::bundle) {
         // What is within a ball of this radius has a form factor of at most radius² / distance².
-        if (distance <= radius || rays_ * radius * radius >= least_rays * distance * distance) {
+        if (distance <= radius || rays_ * radius * radius >= rays_of_smallest * distance * distance) {
             descend(open);
         }
         return;
@@ -257,14 +258,14 @@ void AnalyticFactors::look(const View& view, Index group, bool open, std::vector
     }
     if (!open) {
         const std::optional<double> visible = visible_factor(view, node, measure.factor, worker);
-        if (visible && *visible <= hidden * measure.factor) {
+        if (visible && *visible <= negligible_part * measure.factor) {
             return;
         }
-        open = visible && *visible >= (1.0 - hidden) * measure.factor;
+        open = visible && *visible >= (1.0 - negligible_part) * measure.factor;
         if (!open) {
             // Where what hides a part stands on the surface, the other part often has another light.
             const bool mixed = visible && stands_on(node, worker.blockers);
-            if (!leaf && (mixed || rays_ * measure.factor > least_rays)) {
+            if (!leaf && (mixed || rays_ * measure.factor > rays_of_smallest)) {
                 descend(false);
             } else if (visible) {
                 found.emplace_back(group, *visible);

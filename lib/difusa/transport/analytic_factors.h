@@ -52,7 +52,7 @@ class AnalyticFactors {
         double factor = 0.0;                                                ///< unoccluded
         double least = std::numeric_limits<double>::infinity(), most = 0.0; ///< kernel, where it was looked at
     };
-    AnalyticFactors(const Mesh& mesh, const Surfels& surfels, const std::vector<Outlook>& outlooks,
+    AnalyticFactors(const Mesh& mesh, const Surfels& surfels, const std::vector<Exposure>& exposures,
                     const std::vector<std::uint8_t>& overlaid, std::size_t rays);
     void look(const View& view, Index group, bool open, std::vector<Factor>& found, Worker& worker) const;
     Measure measure_polygon(const View& view, const SurfelTree::Node& node) const;

@@ -12,7 +12,7 @@ namespace difusa {
 
 namespace {
 
-constexpr double rounding = 1e-9; ///< of areas, and of normals in one plane
+constexpr double plane_rounding = 1e-9; ///< of areas, and of normals in one plane
 
 /// The corners of the convex hull, counterclockwise around the normal. Changes the order of the points.
 std::vector<Vec3> convex_hull(std::vector<Vec3>& points, const Vec3& normal) {
@@ -32,7 +32,7 @@ std::vector<Vec3> convex_hull(std::vector<Vec3>& points, const Vec3& normal) {
     std::sort(sorted.begin(), sorted.end(), [](const Planar& a, const Planar& b) {
         return a.x != b.x ? a.x < b.x : (a.y != b.y ? a.y < b.y : a.number < b.number);
     });
-    const double least = rounding * size * size;
+    const double least = plane_rounding * size * size;
     std::vector<Planar> hull;
     const auto add_side = [&](const auto begin, const auto end) {
         const std::size_t start = hull.size();
@@ -119,13 +119,14 @@ void SurfelGroups::add_transposed(Values& of_groups, Values& of_surfels) const {
 /// Builds a tree from its surfels upwards.
 class SurfelTreeBuilder {
   public:
-    SurfelTreeBuilder(const Mesh& mesh, const Surfels& surfels, const std::vector<Outlook>& outlooks,
+    SurfelTreeBuilder(const Mesh& mesh, const Surfels& surfels, const std::vector<Exposure>& exposures,
                       const std::vector<std::uint8_t>& overlaid, SurfelTree& tree)
-        : mesh_(mesh), surfels_(surfels), tree_(tree), outlooks_(outlooks), overlaid_(overlaid) {}
+        : mesh_(mesh), surfels_(surfels), tree_(tree), exposures_(exposures), overlaid_(overlaid) {}
 
     void build() {
         sort_surfels();
-        // By region, then by plane: normals and offsets that differ by rounding may be sorted apart, which costs time.
+        // By region, then by plane: normals and offsets that differ by plane_rounding may be sorted apart, which costs
+        // time.
         std::map<Index, std::map<std::array<long, 4>, std::vector<Part>>> regions;
         for (Index t = 0; t < squares_.size(); ++t) {
             if (!squares_[t].empty()) {
@@ -164,7 +165,7 @@ class SurfelTreeBuilder {
         Index triangle = none; ///< one of its triangles
         bool flat = false;
         bool whole = false;                  ///< consists of whole triangles, with the outline `edges`
-        Outlook outlook = Outlook::both;     ///< of all its faces
+        Exposure exposure = Exposure::both;  ///< of all its faces
         Vec3 normal = Vec3::Zero();          ///< flat: unit
         std::vector<Vec3> hull;              ///< flat: convex, counterclockwise
         std::vector<SurfelTree::Edge> edges; ///< whole
@@ -193,7 +194,7 @@ class SurfelTreeBuilder {
             for (const Surfels::Piece& piece : pieces) {
                 area += mesh_.areas[piece.triangle];
             }
-            if (std::abs(area - surfels_.area(s)) <= rounding * area) {
+            if (std::abs(area - surfels_.area(s)) <= plane_rounding * area) {
                 clusters_.push_back(s);
             }
         }
@@ -215,12 +216,12 @@ class SurfelTreeBuilder {
         node.flat = part.flat;
         node.normal = part.normal;
         node.box = part.box;
-        node.outlook = part.outlook;
+        node.exposure = part.exposure;
         if (part.flat) {
             node.offset = part.normal.dot(part.hull.front());
         }
         if (part.flat && part.hull.size() >= 3 && part.hull.size() <= most_corners &&
-            std::abs(area_of(part.hull, part.normal) - group.area) <= rounding * group.area) {
+            std::abs(area_of(part.hull, part.normal) - group.area) <= plane_rounding * group.area) {
             node.shape = SurfelTree::Shape::polygon;
             node.begin = static_cast<Index>(tree_.corners_.size());
             tree_.corners_.insert(tree_.corners_.end(), part.hull.begin(), part.hull.end());
@@ -239,7 +240,7 @@ class SurfelTreeBuilder {
         std::vector<Square>& squares = squares_[t];
         Part part = united_squares(t, squares);
         const double area = groups_[part.group].area;
-        part.whole = std::abs(area - mesh_.areas[t]) <= rounding * area;
+        part.whole = std::abs(area - mesh_.areas[t]) <= plane_rounding * area;
         part.edges = sides_of(t);
         return part;
     }
@@ -284,7 +285,9 @@ class SurfelTreeBuilder {
         for (std::size_t k = 0; k < outline.count; ++k) {
             const Vec3 corner = mesh_.at(t, outline.corner[k][0], outline.corner[k][1]).position;
             part.box.extend(corner);
-            const auto is_new = [&](const Vec3& known) { return (corner - known).norm() > rounding * surfels_.edge(); };
+            const auto is_new = [&](const Vec3& known) {
+                return (corner - known).norm() > plane_rounding * surfels_.edge();
+            };
             if (std::all_of(part.hull.begin(), part.hull.end(), is_new)) {
                 part.hull.push_back(corner);
             }
@@ -298,7 +301,7 @@ class SurfelTreeBuilder {
         part.triangle = t;
         part.flat = true;
         part.normal = mesh_.normals[t];
-        part.outlook = outlooks_[t];
+        part.exposure = exposures_[t];
         return part;
     }
 
@@ -338,7 +341,7 @@ class SurfelTreeBuilder {
         both.flat = a.flat && b.flat && (a.normal - b.normal).norm() <= 1e-7 &&
                     std::abs(a.normal.dot(b.hull.front() - a.hull.front())) <= 1e-7 * both.box.diagonal().norm();
         both.whole = a.whole && b.whole;
-        both.outlook = a.outlook == b.outlook ? a.outlook : Outlook::both;
+        both.exposure = a.exposure == b.exposure ? a.exposure : Exposure::both;
         if (both.flat) {
             both.normal = a.normal;
             both.hull = std::move(a.hull);
@@ -374,7 +377,7 @@ class SurfelTreeBuilder {
     const Mesh& mesh_;
     const Surfels& surfels_;
     SurfelTree& tree_;
-    const std::vector<Outlook>& outlooks_;
+    const std::vector<Exposure>& exposures_;
     const std::vector<std::uint8_t>& overlaid_;
     std::vector<std::vector<Square>> squares_; ///< by triangle
     std::vector<Index> clusters_;
@@ -382,9 +385,9 @@ class SurfelTreeBuilder {
     std::vector<Surfels::Piece> pieces_;
 };
 
-SurfelTree::SurfelTree(const Mesh& mesh, const Surfels& surfels, const std::vector<Outlook>& outlooks,
+SurfelTree::SurfelTree(const Mesh& mesh, const Surfels& surfels, const std::vector<Exposure>& exposures,
                        const std::vector<std::uint8_t>& overlaid) {
-    SurfelTreeBuilder(mesh, surfels, outlooks, overlaid, *this).build();
+    SurfelTreeBuilder(mesh, surfels, exposures, overlaid, *this).build();
 }
 
 } // namespace difusa

@@ -56,16 +56,16 @@ class SurfelTree {
     };
     struct Node {
         Shape shape = Shape::bundle;
-        bool flat = false;               ///< in the plane of `normal` and `offset`
-        Outlook outlook = Outlook::both; ///< of all its faces; both: they differ
-        Vec3 normal = Vec3::Zero();      ///< flat: unit
-        double offset = 0.0;             ///< flat: of the plane
-        Index begin = 0, end = 0;        ///< of its corners or edges
+        bool flat = false;                  ///< in the plane of `normal` and `offset`
+        Exposure exposure = Exposure::both; ///< of all its faces; both: they differ
+        Vec3 normal = Vec3::Zero();         ///< flat: unit
+        double offset = 0.0;                ///< flat: of the plane
+        Index begin = 0, end = 0;           ///< of its corners or edges
         BoxTree::Box box;
     };
 
-    /// `outlooks`, `overlaid`: of the mesh (rays/shaft.h). Surfels of faces that are overlaid are in no group.
-    SurfelTree(const Mesh& mesh, const Surfels& surfels, const std::vector<Outlook>& outlooks,
+    /// `exposures`, `overlaid`: of the mesh (rays/shaft.h). Surfels of faces that are overlaid are in no group.
+    SurfelTree(const Mesh& mesh, const Surfels& surfels, const std::vector<Exposure>& exposures,
                const std::vector<std::uint8_t>& overlaid);
 
     /// The last group is the root, if there is one.
