@@ -12,7 +12,7 @@ namespace difusa {
 
 namespace {
 
-constexpr double plane_rounding = 1e-9; ///< of areas, and of normals in one plane
+constexpr double tree_rounding = 1e-9; ///< of areas, and of normals in one plane
 
 /// The corners of the convex hull, counterclockwise around the normal. Changes the order of the points.
 std::vector<Vec3> convex_hull(std::vector<Vec3>& points, const Vec3& normal) {
@@ -32,7 +32,7 @@ std::vector<Vec3> convex_hull(std::vector<Vec3>& points, const Vec3& normal) {
     std::sort(sorted.begin(), sorted.end(), [](const Planar& a, const Planar& b) {
         return a.x != b.x ? a.x < b.x : (a.y != b.y ? a.y < b.y : a.number < b.number);
     });
-    const double least = plane_rounding * size * size;
+    const double least = tree_rounding * size * size;
     std::vector<Planar> hull;
     const auto add_side = [&](const auto begin, const auto end) {
         const std::size_t start = hull.size();
@@ -125,8 +125,8 @@ class SurfelTreeBuilder {
 
     void build() {
         sort_surfels();
-        // By region, then by plane: normals and offsets that differ by plane_rounding may be sorted apart, which costs
-        // time.
+        // By region, then by plane: normals and offsets that differ by tree_rounding may be sorted apart, which
+        // costs time.
         std::map<Index, std::map<std::array<long, 4>, std::vector<Part>>> regions;
         for (Index t = 0; t < squares_.size(); ++t) {
             if (!squares_[t].empty()) {
@@ -194,7 +194,7 @@ class SurfelTreeBuilder {
             for (const Surfels::Piece& piece : pieces) {
                 area += mesh_.areas[piece.triangle];
             }
-            if (std::abs(area - surfels_.area(s)) <= plane_rounding * area) {
+            if (std::abs(area - surfels_.area(s)) <= tree_rounding * area) {
                 clusters_.push_back(s);
             }
         }
@@ -221,7 +221,7 @@ class SurfelTreeBuilder {
             node.offset = part.normal.dot(part.hull.front());
         }
         if (part.flat && part.hull.size() >= 3 && part.hull.size() <= most_corners &&
-            std::abs(area_of(part.hull, part.normal) - group.area) <= plane_rounding * group.area) {
+            std::abs(area_of(part.hull, part.normal) - group.area) <= tree_rounding * group.area) {
             node.shape = SurfelTree::Shape::polygon;
             node.begin = static_cast<Index>(tree_.corners_.size());
             tree_.corners_.insert(tree_.corners_.end(), part.hull.begin(), part.hull.end());
@@ -240,7 +240,7 @@ class SurfelTreeBuilder {
         std::vector<Square>& squares = squares_[t];
         Part part = united_squares(t, squares);
         const double area = groups_[part.group].area;
-        part.whole = std::abs(area - mesh_.areas[t]) <= plane_rounding * area;
+        part.whole = std::abs(area - mesh_.areas[t]) <= tree_rounding * area;
         part.edges = sides_of(t);
         return part;
     }
@@ -286,7 +286,7 @@ class SurfelTreeBuilder {
             const Vec3 corner = mesh_.at(t, outline.corner[k][0], outline.corner[k][1]).position;
             part.box.extend(corner);
             const auto is_new = [&](const Vec3& known) {
-                return (corner - known).norm() > plane_rounding * surfels_.edge();
+                return (corner - known).norm() > tree_rounding * surfels_.edge();
             };
             if (std::all_of(part.hull.begin(), part.hull.end(), is_new)) {
                 part.hull.push_back(corner);
