@@ -312,9 +312,21 @@ TEST(VisiblePart, ATriangleHidesItsCentralProjection) {
     std::vector<SpatialPolygon> whole{SpatialPolygon(floor)};
     ASSERT_TRUE(subtract_shadow(x, below, within, 32, whole));
     EXPECT_EQ(whole.size(), 1U);
-    // More parts than are allowed: nothing is changed.
+    // Neither more parts than are allowed, nor more corners than there is room for: nothing is changed.
     ASSERT_FALSE(subtract_shadow(x, triangle, within, 2, whole));
     EXPECT_EQ(whole.size(), 1U);
+    std::vector<Vec3> circle;
+    for (std::size_t k = 0; k < SpatialPolygon::most; ++k) {
+        const double angle =
+            2.0 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(SpatialPolygon::most);
+        circle.emplace_back(std::cos(angle), std::sin(angle), 0.0);
+    }
+    std::vector<SpatialPolygon> round{SpatialPolygon(circle)};
+    // A side that cuts off one corner leaves 19.
+    const std::array<Vec3, 3> beside{Vec3(0.498, -9, 1), {9, 0, 1}, {0.498, 9, 1}};
+    ASSERT_FALSE(subtract_shadow({0, 0, 2}, beside, within, 32, round));
+    ASSERT_EQ(round.size(), 1U);
+    EXPECT_EQ(round[0].count, SpatialPolygon::most);
 }
 
 } // namespace

@@ -113,7 +113,7 @@ TEST(HitLists, MultiplyLikeADenseMatrixWithTheSameBitsForAnyThreads) {
             dense(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(bin)) += 1.0 / rays;
         }
     }
-    for (const Eigen::Index width : {1, 2, 3, 9}) {
+    for (const Eigen::Index width : {1, 2, 3, 9, 24, 61}) {
         const Values x = random_values(columns, width, random), y = random_values(count, width, random);
         Values Wx, Wty;
         W.apply(x, Wx, Execution{});
@@ -122,7 +122,12 @@ TEST(HitLists, MultiplyLikeADenseMatrixWithTheSameBitsForAnyThreads) {
         // in the first ones.
         EXPECT_LT((Wx - dense * x).cwiseAbs().maxCoeff(), 50 * 0x1p-53);
         EXPECT_LT((Wty - dense.transpose() * y).cwiseAbs().maxCoeff(), 1e-12);
-        EXPECT_NEAR(y.cwiseProduct(Wx).sum(), Wty.cwiseProduct(x).sum(), 1e-12);
+        EXPECT_NEAR(y.cwiseProduct(Wx).sum(), Wty.cwiseProduct(x).sum(), 1e-12 * static_cast<double>(width));
+        for (Eigen::Index c = 0; c < width; ++c) { // whatever columns are beside it
+            Values alone;
+            W.apply(x.col(c), alone, Execution{});
+            EXPECT_EQ(alone, Wx.col(c));
+        }
         for (const unsigned threads : {2U, 3U, 8U}) {
             Values z;
             W.apply(x, z, Execution{threads});

@@ -1,6 +1,7 @@
 #include <difusa/algebra/hit_lists.h>
 
 #include <difusa/algebra/transpose_sum.h>
+#include <difusa/algebra/vector_blocks.h>
 #include <difusa/core/error.h>
 #include <difusa/core/parallel.h>
 
@@ -113,8 +114,11 @@ template <class Act> void decode(const std::uint8_t* codes, const Act& act) {
     }
 }
 
+/// Columns that are multiplied together.
+constexpr int panel = 24;
+
 /// `to` = `share` times the sums of `count` columns over the bins. Several columns of all bins are more than fits in a
-/// cache that is near, so they are fetched some bins ahead: with 24 columns that takes a quarter of the time.
+/// cache that is near, so they are fetched some bins ahead: with a panel of columns that takes a quarter of the time.
 template <int count>
 void sum_columns(const std::vector<Index>& bins, const double* from, Eigen::Index width, double share, double* to) {
     constexpr std::size_t ahead = 12;
@@ -285,6 +289,19 @@ void HitLists::apply(const Values& x, Values& y, const Execution& execution) con
     DIFUSA_REQUIRE(static_cast<std::size_t>(x.rows()) == columns_);
     const Eigen::Index width = x.cols();
     y.resize(static_cast<Eigen::Index>(rows_), width);
+    if (width > panel) { // so many columns of all bins fit in a cache, and to decode the rows again takes less
+        Values part, result;
+        for (Eigen::Index first = 0; first < width; first += panel) {
+            const Eigen::Index count = std::min<Eigen::Index>(panel, width - first);
+            part.resize(x.rows(), count);
+            for_blocks(x.rows(), execution, [&](Eigen::Index row, Eigen::Index rows, Eigen::Index) {
+                part.middleRows(row, rows) = x.block(row, first, rows, count);
+            });
+            apply(part, result, execution);
+            y.middleCols(first, count) = result;
+        }
+        return;
+    }
     const double* const from = x.data();
     const double share = 1.0 / static_cast<double>(rays_);
     parallel_for(rows_, 64, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
@@ -309,8 +326,8 @@ void HitLists::apply(const Values& x, Values& y, const Execution& execution) con
             } else {
                 row(j, bins);
                 Eigen::Index c = 0;
-                for (; c + 24 <= width; c += 24) {
-                    sum_columns<24>(bins, from + c, width, share, out + c);
+                for (; c + panel <= width; c += panel) {
+                    sum_columns<panel>(bins, from + c, width, share, out + c);
                 }
                 for (; c + 8 <= width; c += 8) {
                     sum_columns<8>(bins, from + c, width, share, out + c);

@@ -119,8 +119,8 @@ AnalyticUse choose_analytic(const Choices& choices, const BakeOptions& options) 
     const bool possible = !choices.pairwise && !choices.solver->needs_factors() && choices.directions->equal_weights();
     if (name == "always" && !possible) {
         throw UsageError(
-            "--analytic always: exact form factors complement rays of equal weight, and need a solver that "
-            "needs no rows: use --transport gather, --solver krylov or jacobi, and other --directions");
+            "--analytic always: exact form factors complement rays of equal weight, and are not for solvers that relax "
+            "single unknowns: use --transport gather, --solver krylov or jacobi, and other --directions");
     }
     return !possible || name == "never" ? AnalyticUse::never
            : name == "always"           ? AnalyticUse::always

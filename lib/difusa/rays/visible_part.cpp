@@ -11,15 +11,19 @@ constexpr double shortest = 0x1p-40; ///< side, relative to its distance
 
 } // namespace
 
-SpatialPolygon::SpatialPolygon(std::span<const Vec3> corners) : count(std::min(corners.size(), most)) {
+SpatialPolygon::SpatialPolygon(std::span<const Vec3> corners)
+    : count(std::min(corners.size(), most)), is_cut_short(corners.size() > most) {
     std::copy_n(corners.begin(), count, corner.begin());
 }
 
 SpatialPolygon SpatialPolygon::cut(const Vec3& normal, double offset) const {
     SpatialPolygon kept;
+    kept.is_cut_short = is_cut_short;
     const auto add = [&](const Vec3& p) {
         if (kept.count < most) {
             kept.corner[kept.count++] = p;
+        } else {
+            kept.is_cut_short = true;
         }
     };
     for (std::size_t k = 0; k < count; ++k) {
@@ -80,7 +84,10 @@ bool subtract_shadow(const Vec3& x, const std::array<Vec3, 3>& triangle, const s
             }
             rest = rest.cut(side.normal, side.offset);
         }
-        if (left.size() > most) {
+        const bool is_cut_short =
+            hidden.is_cut_short || rest.is_cut_short ||
+            std::any_of(left.begin(), left.end(), [](const SpatialPolygon& each) { return each.is_cut_short; });
+        if (left.size() > most || is_cut_short) {
             return false;
         }
     }

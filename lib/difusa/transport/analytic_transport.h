@@ -23,7 +23,7 @@ class AnalyticTransport final : public RefinedTransport {
                       std::vector<double> scale, SparseRows factors, SurfelGroups groups);
 
     const HitLists& by_rays() const override { return *by_rays_; }
-    const SparseRows& factors() const { return factors_; }
+    const SparseRows& exact_factors() const { return factors_; }
     const SurfelGroups& groups() const { return groups_; }
 
     std::size_t rows() const override { return by_rays_->rows(); }

@@ -125,8 +125,7 @@ class SurfelTreeBuilder {
 
     void build() {
         sort_surfels();
-        // By region, then by plane: normals and offsets that differ by tree_rounding may be sorted apart, which
-        // costs time.
+        // By region, then by plane: normals and offsets that differ by rounding may be sorted apart, which costs time.
         std::map<Index, std::map<std::array<long, 4>, std::vector<Part>>> regions;
         for (Index t = 0; t < squares_.size(); ++t) {
             if (!squares_[t].empty()) {
