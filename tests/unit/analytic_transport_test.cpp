@@ -90,10 +90,10 @@ double floor_beside_box(const SurfacePoint& x) {
         hull.pop_back();
         std::reverse(corners.begin(), corners.end());
     }
-    SpatialPolygon hidden(hull);
-    hidden = hidden.cut({-1, 0, 0}, -4).cut({0, 1, 0}, -2).cut({0, -1, 0}, -2);
+    const FlatPolygon hidden =
+        FlatPolygon(hull).above({{-1, 0, 0}, -4.0}, 0.0).above({{0, 1, 0}, -2.0}, 0.0).above({{0, -1, 0}, -2.0}, 0.0);
     return lambert_form_factor(x.position, x.normal, floor) -
-           (hidden.count < 3 ? 0.0 : lambert_form_factor(x.position, x.normal, hidden.corners()));
+           (hidden.empty() ? 0.0 : lambert_form_factor(x.position, x.normal, hidden.corners()));
 }
 
 TEST(AnalyticFactors, OfAFloorBesideABox) {
@@ -275,58 +275,71 @@ TEST(AnalyticTransport, LeavesFacesOnTopOfEachOtherToRays) {
     }
 }
 
+/// Form factor of what is in sight from x, looking down.
+double in_sight(const Vec3& x, const VisiblePart& visible) {
+    double sum = 0.0;
+    for (const FlatPolygon& piece : visible.pieces()) {
+        sum += lambert_form_factor(x, {0, 0, -1}, piece.corners());
+    }
+    return sum;
+}
+
+/// Hides what a triangle above the floor hides from x.
+bool hide(const Vec3& x, const std::array<Vec3, 3>& triangle, VisiblePart& visible) {
+    const FlatPolygon blocker = FlatPolygon(triangle).above({{0, 0, 1}, 0.0}, 0.0).above({{0, 0, -1}, -x[2]}, 0.0);
+    const Vec3 normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).normalized();
+    return visible.hide(x, blocker, {normal, normal.dot(triangle[0])}, 0.0);
+}
+
 TEST(VisiblePart, ATriangleHidesItsCentralProjection) {
     // From height 2, a triangle at height 1 hides one twice as large on the floor: all of it, if that is inside.
     const Vec3 x(0.1, -0.2, 2.0);
     const std::array<Vec3, 4> floor{Vec3(-3, -3, 0), {3, -3, 0}, {3, 3, 0}, {-3, 3, 0}};
     const std::array<Vec3, 3> triangle{Vec3(-0.4, -0.3, 1), {0.5, -0.1, 1}, {0.1, 0.6, 1}};
-    const std::array<ClipPlane, 2> within{ClipPlane{{0, 0, 1}, 0.0}, ClipPlane{{0, 0, -1}, -2.0}};
-    std::vector<SpatialPolygon> parts{SpatialPolygon(floor)};
-    ASSERT_TRUE(subtract_shadow(x, triangle, within, 32, parts));
+    VisiblePart visible;
+    visible.set(FlatPolygon(floor));
+    EXPECT_TRUE(hide(x, triangle, visible));
     std::array<Vec3, 3> hidden;
     for (std::size_t k = 0; k < 3; ++k) {
         hidden[k] = x + 2.0 * (triangle[k] - x);
     }
-    double left = 0.0;
-    for (const SpatialPolygon& part : parts) {
-        left += lambert_form_factor(x, {0, 0, -1}, part.corners());
-    }
+    const double left = in_sight(x, visible);
     EXPECT_NEAR(left,
                 lambert_form_factor(x, {0, 0, -1}, floor) -
                     lambert_form_factor(x, {0, 0, -1}, hidden[0], hidden[1], hidden[2]),
                 1e-14);
     // The same once more hides nothing more.
-    const std::size_t count = parts.size();
-    ASSERT_TRUE(subtract_shadow(x, triangle, within, 32, parts));
-    double still = 0.0;
-    for (const SpatialPolygon& part : parts) {
-        still += lambert_form_factor(x, {0, 0, -1}, part.corners());
-    }
-    EXPECT_NEAR(still, left, 1e-14);
-    EXPECT_GE(parts.size(), count);
-    // Below the floor it hides nothing.
+    const std::size_t count = visible.pieces().size();
+    hide(x, triangle, visible);
+    EXPECT_NEAR(in_sight(x, visible), left, 1e-14);
+    EXPECT_GE(visible.pieces().size(), count);
+    // Below the floor it hides nothing; nor does one without area.
     std::array<Vec3, 3> below = triangle;
     for (Vec3& p : below) {
         p[2] = -1.0;
     }
-    std::vector<SpatialPolygon> whole{SpatialPolygon(floor)};
-    ASSERT_TRUE(subtract_shadow(x, below, within, 32, whole));
-    EXPECT_EQ(whole.size(), 1U);
-    // Neither more parts than are allowed, nor more corners than there is room for: nothing is changed.
-    ASSERT_FALSE(subtract_shadow(x, triangle, within, 2, whole));
-    EXPECT_EQ(whole.size(), 1U);
+    visible.set(FlatPolygon(floor));
+    EXPECT_FALSE(hide(x, below, visible));
+    EXPECT_FALSE(visible.hide(x, FlatPolygon(std::array<Vec3, 3>{triangle[0], triangle[0], triangle[1]}),
+                              {{0, 0, 1}, 1.0}, 0.0));
+    EXPECT_EQ(visible.pieces().size(), 1U);
+}
+
+TEST(VisiblePart, PolygonsOfManyCornersLoseNone) {
+    constexpr std::size_t corners = 18;
     std::vector<Vec3> circle;
-    for (std::size_t k = 0; k < SpatialPolygon::most; ++k) {
-        const double angle =
-            2.0 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(SpatialPolygon::most);
+    for (std::size_t k = 0; k < corners; ++k) {
+        const double angle = 2.0 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(corners);
         circle.emplace_back(std::cos(angle), std::sin(angle), 0.0);
     }
-    std::vector<SpatialPolygon> round{SpatialPolygon(circle)};
-    // A side that cuts off one corner leaves 19.
-    const std::array<Vec3, 3> beside{Vec3(0.498, -9, 1), {9, 0, 1}, {0.498, 9, 1}};
-    ASSERT_FALSE(subtract_shadow({0, 0, 2}, beside, within, 32, round));
-    ASSERT_EQ(round.size(), 1U);
-    EXPECT_EQ(round[0].count, SpatialPolygon::most);
+    // A side that cuts off one corner, at (1, 0), leaves 19.
+    const Vec3 x(0, 0, 2);
+    VisiblePart visible;
+    visible.set(FlatPolygon(circle));
+    EXPECT_TRUE(hide(x, {Vec3(0.498, -9, 1), {9, 0, 1}, {0.498, 9, 1}}, visible));
+    const FlatPolygon rest = FlatPolygon(circle).above({{-1, 0, 0}, -0.996}, 0.0);
+    EXPECT_EQ(rest.size(), corners + 1);
+    EXPECT_NEAR(in_sight(x, visible), lambert_form_factor(x, {0, 0, -1}, rest.corners()), 1e-14);
 }
 
 } // namespace

@@ -11,10 +11,6 @@ namespace difusa {
 
 namespace {
 
-/// Polygons with more corners are divided before they are clipped by the edges of one more blocker.
-constexpr std::size_t many_corners = FlatPolygon::capacity - 2 * Blocker::most_corners;
-static_assert(many_corners >= 6);
-
 /// A rule that sees nothing of what a corner sees is wrong by this share of the difference at most: the part of a
 /// triangle that a straight line cuts off beyond the points of the 7-point rule.
 constexpr double corner_share = 1.0 / 6.0;
@@ -107,68 +103,20 @@ void BlockedView::set(const PolygonEnd& from, const PolygonEnd& to, std::span<co
     }
 }
 
-/// Takes from the visible pieces what the blocker hides.
-void BlockedView::hide(const Vec3& x, const FlatPolygon& blocker, const Plane& plane) {
-    const double height = plane.height(x);
-    if (std::abs(height) <= rounding_) {
-        return; // seen edge-on
-    }
-    sides_.clear();
-    for (std::size_t k = 0; k < blocker.size(); ++k) {
-        // Inwards is to the left of the edge seen from the front.
-        const Vec3 normal = (blocker[k] - x).cross(blocker.next(k) - x) * (height > 0.0 ? -1.0 : 1.0);
-        const double length = normal.norm();
-        if (length > 0.0) {
-            sides_.push_back({normal / length, normal.dot(x) / length});
-        }
-    }
-    next_.clear();
-    const auto keep = [&](const FlatPolygon& piece) {
-        if (piece.size() <= many_corners) {
-            next_.push_back(piece);
-        } else {
-            for (const FlatPolygon& half : piece.halves()) {
-                next_.push_back(half);
-            }
-        }
-    };
-    for (const FlatPolygon& piece : pieces_) {
-        FlatPolygon inside = piece;
-        for (const Plane& side : sides_) {
-            inside = inside.above(side, 0.0);
-            if (inside.empty()) {
-                break;
-            }
-        }
-        if (inside.empty()) {
-            next_.push_back(piece); // nothing of it is hidden
-            continue;
-        }
-        seen_ = Seen::part;
-        inside = piece;
-        for (const Plane& side : sides_) {
-            const FlatPolygon outside = inside.above(side, 0.0, -1.0);
-            if (!outside.empty()) {
-                keep(outside);
-                inside = inside.above(side, 0.0);
-            }
-        }
-    }
-    std::swap(pieces_, next_);
-}
-
 double BlockedView::form_factor(const Vec3& x) {
-    pieces_.assign(1, to_->polygon);
+    visible_.set(to_->polygon);
     seen_ = Seen::everything;
-    for (std::size_t k = 0; k < blockers_.size() && !pieces_.empty(); ++k) {
-        hide(x, blockers_[k], planes_[k]);
+    for (std::size_t k = 0; k < blockers_.size() && !visible_.pieces().empty(); ++k) {
+        if (visible_.hide(x, blockers_[k], planes_[k], rounding_)) {
+            seen_ = Seen::part;
+        }
     }
-    if (pieces_.empty()) {
+    if (visible_.pieces().empty()) {
         seen_ = Seen::nothing;
     }
     double sum = 0.0;
     std::array<Vec3, FlatPolygon::capacity> seen; // NOLINT: filled before use
-    for (const FlatPolygon& piece : pieces_) {
+    for (const FlatPolygon& piece : visible_.pieces()) {
         for (std::size_t k = 0; k < piece.size(); ++k) {
             seen[k] = piece[k] - x;
         }

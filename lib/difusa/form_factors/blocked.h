@@ -4,6 +4,7 @@
 
 #include <difusa/form_factors/blockers.h>
 #include <difusa/form_factors/unblocked.h>
+#include <difusa/rays/visible_part.h>
 
 #include <cstddef>
 #include <vector>
@@ -23,23 +24,20 @@ class BlockedView {
     /// The form factor from the element at x, in the plane of `from` and with its normal, to the visible part of `to`.
     /// Exact to rounding: a convex blocker hides from x what lies inside all planes through x and its edges. What lies
     /// outside is at most one convex polygon for each edge; Lambert's formula is summed over those that remain
-    /// (lighting/lambert.h).
+    /// (rays/lambert.h).
     double form_factor(const Vec3& x);
 
     /// What the last point saw.
     Seen seen() const { return seen_; }
 
   private:
-    void hide(const Vec3& x, const FlatPolygon& blocker, const Plane& plane);
-
     const PolygonEnd* from_ = nullptr;
     const PolygonEnd* to_ = nullptr;
     double rounding_ = 0.0;
     Seen seen_ = Seen::everything;
     std::vector<FlatPolygon> blockers_;
-    std::vector<Plane> planes_;              ///< of the blockers
-    std::vector<FlatPolygon> pieces_, next_; ///< what is visible of `to`
-    std::vector<Plane> sides_;               ///< through x and the edges of a blocker
+    std::vector<Plane> planes_; ///< of the blockers
+    VisiblePart visible_;       ///< of `to`
 };
 
 /// A_P F_PQ through blockers, with an estimated error of at most `tolerance` (an area) if `most_triangles` suffice: the

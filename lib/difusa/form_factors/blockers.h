@@ -1,8 +1,9 @@
 // What can come between two polygons: the surface as few, large, convex, flat pieces.
 #pragma once
 
-#include <difusa/form_factors/flat_polygon.h>
 #include <difusa/mesh/mesh.h>
+#include <difusa/rays/own_plane.h>
+#include <difusa/rays/visible_part.h>
 
 #include <vector>
 
@@ -14,14 +15,9 @@ struct Blocker {
     Plane plane;         ///< unit normal
     Vec3 low = Vec3::Zero(), high = Vec3::Zero(); ///< bounding box
 
-    static constexpr std::size_t most_corners = 12;
+    static constexpr std::size_t most_corners = VisiblePart::most_corners;
     explicit Blocker(const FlatPolygon& corners);
 };
-
-/// Heights above planes within this count as 0: a few hundred units in the last place of the largest coordinate.
-inline double plane_rounding(const Mesh& mesh) {
-    return mesh.magnitude() * 0x1p-44;
-}
 
 /// The flat parts of a surface: triangles in one plane that are joined across edges have the same number. Numbers are
 /// in the order of their first triangles.

@@ -1,7 +1,7 @@
 // The exchange area of two polygons that see each other completely, by Stokes' theorem.
 #pragma once
 
-#include <difusa/form_factors/flat_polygon.h>
+#include <difusa/rays/flat_polygon.h>
 
 namespace difusa {
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <difusa/core/types.h>
-#include <difusa/form_factors/flat_polygon.h>
 #include <difusa/mesh/mesh.h>
+#include <difusa/rays/flat_polygon.h>
 
 #include <array>
 #include <vector>

@@ -66,7 +66,7 @@ class AreaLights {
     };
 
     /// Adds the irradiance in W/m² that x receives to H[set_of[m]], for the lights of each material m: closed-form form
-    /// factors (lighting/lambert.h) times the visible share. The contribution of a material does not depend on how
+    /// factors (rays/lambert.h) times the visible share. The contribution of a material does not depend on how
     /// materials are assigned to sets.
     ///
     /// Many lights: those of a group that x sees under a small angle are represented by one of them, chosen at random

@@ -25,6 +25,6 @@ double lambert_form_factor(const Vec3& x, const Vec3& n, const Vec3& a, const Ve
 
 /// The same for a convex polygon of at most `most_lambert_corners`, counterclockwise as seen from the front.
 double lambert_form_factor(const Vec3& x, const Vec3& n, std::span<const Vec3> polygon);
-inline constexpr std::size_t most_lambert_corners = 18;
+inline constexpr std::size_t most_lambert_corners = 32;
 
 } // namespace difusa

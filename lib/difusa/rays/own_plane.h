@@ -6,10 +6,15 @@
 
 namespace difusa {
 
+/// Heights above planes within this count as 0: a few hundred units in the last place of the largest coordinate.
+inline double plane_rounding(const Mesh& mesh) {
+    return mesh.magnitude() * 0x1p-44;
+}
+
 /// The rule for one mesh. Cheap to make; keeps a reference to the mesh.
 class OwnPlane {
   public:
-    explicit OwnPlane(const Mesh& mesh) : mesh_(&mesh), rounding_(mesh.magnitude() * 0x1p-44) {}
+    explicit OwnPlane(const Mesh& mesh) : mesh_(&mesh), rounding_(plane_rounding(mesh)) {}
 
     /// True if `met` is the face `own`, or lies in its plane to within the rounding of coordinates (a few hundred units
     /// in the last place of the largest coordinate). `height` is how far above the plane of `own` the ray hits it, t

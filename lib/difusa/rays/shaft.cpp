@@ -3,6 +3,8 @@
 #include <difusa/core/error.h>
 #include <difusa/core/parallel.h>
 #include <difusa/mesh/triangle_tree.h>
+#include <difusa/rays/flat_polygon.h>
+#include <difusa/rays/own_plane.h>
 
 #include <algorithm>
 #include <array>
@@ -14,15 +16,10 @@ namespace difusa {
 
 namespace {
 
-/// Points with normal·p < offset are outside.
-struct HalfSpace {
-    Vec3 normal = Vec3::Zero();
-    double offset = 0.0;
-
-    double highest(const BoxTree::Box& box) const {
-        return normal.dot(box.center()) + 0.5 * normal.cwiseAbs().dot(box.sizes()) - offset;
-    }
-};
+/// The largest height of the box above a plane.
+double highest(const Plane& plane, const BoxTree::Box& box) {
+    return plane.height(box.center()) + 0.5 * plane.normal.cwiseAbs().dot(box.sizes());
+}
 
 std::vector<Index> all_triangles(const Mesh& mesh) {
     std::vector<Index> numbers(mesh.triangles.size());
@@ -30,17 +27,12 @@ std::vector<Index> all_triangles(const Mesh& mesh) {
     return numbers;
 }
 
-/// Of heights above planes.
-double rounding_of(const Mesh& mesh) {
-    return mesh.magnitude() * 0x1p-44;
-}
-
 } // namespace
 
 Shafts::Shafts(const Mesh& mesh) : Shafts(mesh, all_triangles(mesh)) {}
 
 Shafts::Shafts(const Mesh& mesh, const std::vector<Index>& faces)
-    : mesh_(mesh), faces_(tree_of_triangles(mesh, faces)), rounding_(rounding_of(mesh)) {}
+    : mesh_(mesh), faces_(tree_of_triangles(mesh, faces)), rounding_(plane_rounding(mesh)) {}
 
 bool Shafts::may_be_blocked(const SurfacePoint& x, Index t) const {
     return may_be_blocked(x, mesh_.corners(t), mesh_.normals[t], t);
@@ -63,7 +55,7 @@ bool Shafts::find_blockers(const SurfacePoint& x, std::span<const Vec3> polygon,
 template <class Act>
 bool Shafts::visit(const SurfacePoint& x, std::span<const Vec3> polygon, const Vec3& normal, const Act& act) const {
     DIFUSA_REQUIRE(polygon.size() <= most_corners);
-    std::array<HalfSpace, most_corners + 2> planes;
+    std::array<Plane, most_corners + 2> planes;
     std::size_t count = 0;
     const auto add = [&](const Vec3& inwards, const Vec3& through) {
         const double length = inwards.norm();
@@ -92,7 +84,7 @@ bool Shafts::visit(const SurfacePoint& x, std::span<const Vec3> polygon, const V
     }
     const auto reaches_in = [&](const BoxTree::Box& box) {
         return around.intersects(box) && std::all_of(planes.begin(), planes.begin() + count,
-                                                     [&](const HalfSpace& p) { return p.highest(box) >= -rounding_; });
+                                                     [&](const Plane& p) { return highest(p, box) >= -rounding_; });
     };
     return faces_.visit_where(reaches_in, [&](Index face) {
         if (face == x.face) {
@@ -101,9 +93,8 @@ bool Shafts::visit(const SurfacePoint& x, std::span<const Vec3> polygon, const V
         const std::array<Vec3, 3> p = mesh_.corners(face);
         // A face that merely touches the pyramid from outside hides no area.
         for (std::size_t k = 0; k < count; ++k) {
-            const HalfSpace& plane = planes[k];
-            if (std::all_of(p.begin(), p.end(),
-                            [&](const Vec3& q) { return plane.normal.dot(q) <= plane.offset + rounding_; })) {
+            const Plane& plane = planes[k];
+            if (std::all_of(p.begin(), p.end(), [&](const Vec3& q) { return plane.height(q) <= rounding_; })) {
                 return false;
             }
         }
@@ -145,7 +136,7 @@ bool share_area(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b, cons
 
 std::vector<std::uint8_t> overlaid_faces(const Mesh& mesh, const Execution& execution) {
     const BoxTree tree = tree_of_triangles(mesh, all_triangles(mesh));
-    const double rounding = rounding_of(mesh);
+    const double rounding = plane_rounding(mesh);
     std::vector<std::uint8_t> overlaid(mesh.triangles.size(), 0);
     parallel_for(overlaid.size(), 256, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
         for (std::size_t i = begin; i < end; ++i) {
@@ -171,14 +162,13 @@ std::vector<Exposure> exposures(const Mesh& mesh, const Execution& execution) {
         return exposures;
     }
     const BoxTree tree = tree_of_triangles(mesh, all_triangles(mesh));
-    const double rounding = rounding_of(mesh);
-    const auto is_above = [&](const HalfSpace& plane) {
-        return tree.visit_where([&](const BoxTree::Box& box) { return plane.highest(box) > rounding; },
+    const double rounding = plane_rounding(mesh);
+    const auto is_above = [&](const Plane& plane) {
+        return tree.visit_where([&](const BoxTree::Box& box) { return highest(plane, box) > rounding; },
                                 [&](Index t) {
                                     const std::array<Vec3, 3> corners = mesh.corners(t);
-                                    return std::any_of(corners.begin(), corners.end(), [&](const Vec3& p) {
-                                        return plane.normal.dot(p) - plane.offset > rounding;
-                                    });
+                                    return std::any_of(corners.begin(), corners.end(),
+                                                       [&](const Vec3& p) { return plane.height(p) > rounding; });
                                 });
     };
     parallel_for(exposures.size(), 256, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {

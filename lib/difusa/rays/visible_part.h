@@ -1,41 +1,35 @@
-// What of a polygon is not hidden by triangles in front of it.
+// What of a polygon is not hidden by convex ones in front of it.
 #pragma once
 
-#include <difusa/core/types.h>
+#include <difusa/rays/flat_polygon.h>
 
-#include <array>
 #include <cstddef>
 #include <span>
 #include <vector>
 
 namespace difusa {
 
-/// A small convex polygon in space.
-struct SpatialPolygon {
-    static constexpr std::size_t most = 18;
-    std::array<Vec3, most> corner; ///< the first `count`
-    std::size_t count = 0;
-    bool is_cut_short = false; ///< it had more corners than `most`
+/// The part of a polygon that a point sees, as convex pieces. Scratch of one thread.
+class VisiblePart {
+  public:
+    /// Of a blocker, before it is clipped by two planes.
+    static constexpr std::size_t most_corners = 12;
 
-    SpatialPolygon() = default;
-    explicit SpatialPolygon(std::span<const Vec3> corners);
+    /// Nothing is in front of it yet.
+    void set(const FlatPolygon& polygon) { pieces_.assign(1, polygon); }
 
-    std::span<const Vec3> corners() const { return {corner.data(), count}; }
+    /// Takes away what a blocker hides from x: what lies inside all planes through x and its edges. It is wholly in
+    /// front of the polygon and above the horizon of x. `plane`: its own, with a unit normal; seen from within
+    /// `rounding` of this it hides nothing. True if it hides something.
+    bool hide(const Vec3& x, const FlatPolygon& blocker, const Plane& plane, double rounding);
 
-    /// The part with normal·p >= offset; no corners if less than a triangle remains.
-    SpatialPolygon cut(const Vec3& normal, double offset) const;
+    std::span<const FlatPolygon> pieces() const { return pieces_; }
+
+  private:
+    void keep(const FlatPolygon& piece);
+
+    std::vector<FlatPolygon> pieces_, next_;
+    std::vector<Plane> sides_; ///< through x and the edges of a blocker
 };
-
-/// A half space, normal·p >= offset.
-struct ClipPlane {
-    Vec3 normal = Vec3::Zero();
-    double offset = 0.0;
-};
-
-/// Takes away from `parts`, convex polygons as seen from x, what a triangle hides that is in front of them. Of the
-/// triangle counts what is on both sides `within`: before the plane of the parts and above the horizon of x. False,
-/// with `parts` as they were, if more than `most` would remain, or one of too many corners.
-bool subtract_shadow(const Vec3& x, const std::array<Vec3, 3>& triangle, const std::array<ClipPlane, 2>& within,
-                     std::size_t most, std::vector<SpatialPolygon>& parts);
 
 } // namespace difusa

@@ -3,8 +3,8 @@
 #include <difusa/core/error.h>
 #include <difusa/discretisation/discretisation.h>
 #include <difusa/discretisation/sampler.h>
-#include <difusa/form_factors/flat_polygon.h>
 #include <difusa/import/shapes.h>
+#include <difusa/rays/flat_polygon.h>
 #include <difusa/rays/lambert.h>
 
 #include <algorithm>

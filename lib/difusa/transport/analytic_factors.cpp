@@ -2,6 +2,7 @@
 
 #include <difusa/mesh/surface_sampling.h>
 #include <difusa/rays/lambert.h>
+#include <difusa/rays/own_plane.h>
 
 #include <algorithm>
 #include <array>
@@ -104,7 +105,7 @@ AnalyticFactors::AnalyticFactors(const Mesh& mesh, const Surfels& surfels, std::
 AnalyticFactors::AnalyticFactors(const Mesh& mesh, const Surfels& surfels, const std::vector<Exposure>& exposures,
                                  const std::vector<std::uint8_t>& overlaid, std::size_t rays)
     : mesh_(mesh), tree_(mesh, surfels, exposures, overlaid), shafts_(mesh, occluders(exposures)),
-      rays_(static_cast<double>(rays)), rounding_(mesh.magnitude() * 0x1p-44) {}
+      rays_(static_cast<double>(rays)), rounding_(plane_rounding(mesh)) {}
 
 void AnalyticFactors::find(const SurfacePoint& x, std::vector<Factor>& found, Worker& worker) const {
     found.clear();
@@ -193,17 +194,19 @@ std::optional<double> AnalyticFactors::visible_factor(const View& view, const Su
     if (view.is_shaded) {
         return {};
     }
-    const std::array<ClipPlane, 2> within{ClipPlane{node.normal, node.offset},
-                                          ClipPlane{view.face, view.face.dot(view.x.position)}};
-    worker.parts.assign(1, SpatialPolygon(corners));
+    const Plane before{node.normal, node.offset}, above{view.face, view.face.dot(view.x.position)};
+    worker.visible.set(FlatPolygon(corners));
     for (const Index face : worker.blockers) {
-        if (!subtract_shadow(view.x.position, mesh_.corners(face), within, most_parts, worker.parts)) {
+        const FlatPolygon blocker = FlatPolygon(mesh_.corners(face)).above(before, rounding_).above(above, rounding_);
+        const Vec3& n = mesh_.normals[face];
+        worker.visible.hide(view.x.position, blocker, {n, n.dot(mesh_.corner(face, 0))}, rounding_);
+        if (worker.visible.pieces().size() > most_parts) {
             return {};
         }
     }
     double sum = 0.0;
-    for (const SpatialPolygon& part : worker.parts) {
-        sum += view.factor(part.corners());
+    for (const FlatPolygon& piece : worker.visible.pieces()) {
+        sum += view.factor(piece.corners());
     }
     return std::min(sum, factor);
 }

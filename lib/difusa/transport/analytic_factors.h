@@ -36,7 +36,7 @@ class AnalyticFactors {
         std::vector<std::pair<Index, bool>> open; ///< groups to look at, and whether it is known that nothing occludes
         std::size_t steps = 0; ///< all that were looked at, and the faces that may hide a part of them
         std::vector<Index> blockers;
-        std::vector<SpatialPolygon> parts; ///< of a polygon that is in sight
+        VisiblePart visible; ///< of a polygon
     };
 
     /// The groups that x sees, and how much of them; none contains another. What x sees of groups that are not among

@@ -231,7 +231,7 @@ bool pays(const LightTransport& transport, const AnalyticRows& rows, std::span<c
 }
 
 /// The row as two sparse ones, and what escapes.
-void put(const AnalyticRows::Row& row, std::size_t j, std::size_t rays, SparseRows& factors, HitLists& rest,
+void put(AnalyticRows::Row& row, std::size_t j, std::size_t rays, SparseRows& factors, HitLists& rest,
          LightTransport& transport) {
     SparseRows::Row& exact = factors.row(j);
     exact.column.reserve(row.found.size());
@@ -245,8 +245,7 @@ void put(const AnalyticRows::Row& row, std::size_t j, std::size_t rays, SparseRo
     const auto escaped = std::count_if(row.rest.begin(), row.rest.end(), [&](Index bin) { return bin >= first_sky; });
     transport.sky[j] = weight * static_cast<double>(escaped);
     transport.back[j] = weight * static_cast<double>(rays - row.bins.size());
-    std::vector<Index> bins = row.rest;
-    rest.set(j, bins);
+    rest.set(j, row.rest);
 }
 
 } // namespace
