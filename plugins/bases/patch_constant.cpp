@@ -48,6 +48,8 @@ class PatchConstant final : public difusa::MeshBasis {
     }
     using Basis::evaluate;
 
+    bool displays_otherwise() const override { return gouraud_; }
+
     void display(const difusa::SurfacePoint& x, difusa::BasisRow& row) const override {
         if (!gouraud_) {
             evaluate(x, row);

@@ -385,12 +385,14 @@ struct PairCount {
     std::size_t all = 0, hidden = 0;
 };
 
-/// Sites and random points within their radius: pairs of each kind, and how many of these are hidden from each other.
+/// Sites and random points within their radius: pairs of each kind, and how many of these are hidden from each other,
+/// whether each is asked about alone or all sites of a point one after the other.
 template <class Kind> std::map<Pair, PairCount> count_pairs(const Mesh& mesh, double spacing, const Kind& kind) {
     const SiteSet sites = test::poisson_sites(mesh, spacing);
     const Separators separators(mesh, sites, sites.radius);
     std::map<Pair, PairCount> count;
     for (const SurfacePoint& x : test::random_points(mesh, 2000, RandomStream(2, "probes"))) {
+        Separators::Viewpoint shared(x);
         for (Index i = 0; i < sites.size(); ++i) {
             const SurfacePoint& p = sites.points[i];
             if (mesh.region[x.face] != sites.region[i] || (p.position - x.position).norm() >= sites.radius[i] ||
@@ -399,7 +401,9 @@ template <class Kind> std::map<Pair, PairCount> count_pairs(const Mesh& mesh, do
             }
             PairCount& of_kind = count[kind(p.position, x.position)];
             ++of_kind.all;
-            of_kind.hidden += separators.any() && separators.near(i) && separators.hides(i, x) ? 1 : 0;
+            const bool near = separators.any() && separators.near(i), hidden = near && separators.hides(i, x);
+            EXPECT_EQ(near && separators.hides(i, shared), hidden);
+            of_kind.hidden += hidden ? 1 : 0;
         }
     }
     return count;

@@ -33,8 +33,9 @@ SurfacePoint centre_of(const BakeResult& result, std::size_t f) {
 }
 
 PointValues values_at(const BakeResult& result, const std::vector<SurfacePoint>& x, const std::string& purpose,
-                      const Execution& execution) {
-    PointValues values = result.field().at(x, result.options.final_gather, result.options.seed, purpose, execution);
+                      const Execution& execution, const RowVisitor& visit = {}) {
+    PointValues values =
+        result.field().at(x, result.options.final_gather, result.options.seed, purpose, execution, visit);
     execution.count("output rays", values.rays);
     execution.count("output segments", values.segments);
     execution.count("unobstructed points", values.clear);
@@ -71,14 +72,19 @@ GatherNoise noise_of(const BakeResult& result) {
     return {(sum.array() / weight.array().max(least)).sqrt(), std::sqrt(all / std::max(least, area))};
 }
 
-void map_errors(BakeResult& result, const ErrorMap& map, const Execution& execution) {
+/// The output and its errors, both from one look at the basis.
+void evaluate_with_errors(BakeResult& result, const ErrorMap& map, const Execution& execution) {
+    const std::vector<SurfacePoint>& vertices = result.mesh.vertices;
     if (result.options.final_gather == 0) {
-        result.errors = map.at(result.mesh.vertices, execution);
+        ErrorsAt& errors = result.errors.emplace(vertices.size());
+        result.output = values_at(result, vertices, "output", execution,
+                                  [&](std::size_t i, const BasisRow& row) { map.put(vertices[i], row, i, errors); });
         return;
     }
+    result.output = values_at(result, vertices, "output", execution);
     const GatherNoise noise = noise_of(result);
     judge_gathered(*result.error, noise.rms);
-    result.errors = map.gathered_at(result.mesh.vertices, noise.around, execution);
+    result.errors = map.gathered_at(vertices, noise.around, execution);
 }
 
 } // namespace
@@ -125,11 +131,12 @@ void refine_output(BakeResult& result, const Execution& execution) {
 void evaluate_output(BakeResult& result, const Execution& execution) {
     const BakeOptions& options = result.options;
     execution.phase("evaluate");
-    result.output = values_at(result, result.mesh.vertices, "output", execution);
     std::optional<ErrorMap> map;
     if (result.error) {
         map.emplace(result.solution, *result.error, execution);
-        map_errors(result, *map, execution);
+        evaluate_with_errors(result, *map, execution);
+    } else {
+        result.output = values_at(result, result.mesh.vertices, "output", execution);
     }
     if (options.face_centres) {
         std::vector<SurfacePoint> centres;

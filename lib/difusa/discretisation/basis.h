@@ -80,6 +80,9 @@ class Basis {
     /// The weights of the coefficients at x in the field that is displayed, where these are others than those of the
     /// field in the equation: the extrapolation of patches to their vertices (L 53). Thread-safe likewise.
     virtual void display(const SurfacePoint& x, BasisRow& row) const { evaluate(x, row); }
+
+    /// True if the weights of `display` are others than those of `evaluate`.
+    virtual bool displays_otherwise() const { return false; }
 };
 
 } // namespace difusa

@@ -73,6 +73,7 @@ Index PointBasis::nearest(const SurfacePoint& x) const {
         return *std::min_element(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(count),
                                  [&](Index i, Index j) { return distance(i) < distance(j); });
     }
+    Separators::Viewpoint viewpoint(x);
     std::vector<Index> found;
     std::vector<double> squared;
     for (std::size_t tried = 0, count = few_sites; tried < tree.size() && count <= many_sites; count *= 4) {
@@ -83,7 +84,7 @@ Index PointBasis::nearest(const SurfacePoint& x) const {
         double least = std::numeric_limits<double>::infinity();
         for (std::size_t k = tried; k < now; ++k) {
             const double d = distance(found[k]);
-            if ((best == none || d < least) && !separators_.hides(found[k], x)) {
+            if ((best == none || d < least) && !separators_.hides(found[k], viewpoint)) {
                 best = found[k];
                 least = d;
             }
@@ -145,9 +146,10 @@ void PointBasis::evaluate_among(const SurfacePoint& x, std::span<const Index> ca
     }
     if (separators_.any()) {
         std::size_t kept = 0;
+        Separators::Viewpoint viewpoint(x);
         for (std::size_t i = 0; i < count; ++i) {
             const Index site = row.element[i];
-            if (separators_.near(site) && separators_.hides(site, x)) {
+            if (separators_.near(site) && separators_.hides(site, viewpoint)) {
                 continue;
             }
             row.element[kept] = site;

@@ -159,32 +159,36 @@ std::vector<double> reach_within_region(const RegionTrees& regions, const SiteSe
     return reach;
 }
 
-/// A segment, by its centre and half of its extent: of boxes in a tree of very many triangles it meets few, though all
-/// are within its own.
+/// A segment that boxes are tested against: of a tree of very many triangles it meets few, though all are within its
+/// own box.
 class SightLine {
   public:
-    SightLine(const Vec3& a, const Vec3& b, double rounding)
-        : centre_(0.5 * (a + b)), half_(0.5 * (b - a)), extent_(half_.cwiseAbs()), rounding_(rounding) {}
+    SightLine(const Vec3& a, const Vec3& b, double rounding) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const auto i = static_cast<Eigen::Index>(k);
+            // Parallel to the sides of a box: in between for all of the segment, or for none.
+            const double along = b[i] - a[i], least = std::numeric_limits<double>::min() * 0x1p8;
+            inverse_[k] = 1.0 / (std::abs(along) < least ? least : along);
+            low_[k] = a[i] + rounding;
+            high_[k] = a[i] - rounding;
+        }
+    }
 
-    /// No axis and no direction across the segment and an axis tells them apart.
+    /// True if some part of the segment is closer to the box than rounding.
     bool meets(const Box& box) const {
-        const Vec3 m = centre_ - 0.5 * (box.min() + box.max());
-        const Vec3 h = (0.5 * (box.max() - box.min())).array() + rounding_;
-        if ((m.cwiseAbs().array() > (h + extent_).array()).any()) {
-            return false;
+        double from = 0.0, to = 1.0;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const auto i = static_cast<Eigen::Index>(k);
+            const double at_low = (box.min()[i] - low_[k]) * inverse_[k];
+            const double at_high = (box.max()[i] - high_[k]) * inverse_[k];
+            from = std::max(from, std::min(at_low, at_high));
+            to = std::min(to, std::max(at_low, at_high));
         }
-        for (Eigen::Index i = 0; i < 3; ++i) {
-            const Eigen::Index j = (i + 1) % 3, k = (i + 2) % 3;
-            if (std::abs(m[j] * half_[k] - m[k] * half_[j]) > h[j] * extent_[k] + h[k] * extent_[j]) {
-                return false;
-            }
-        }
-        return true;
+        return from <= to;
     }
 
   private:
-    Vec3 centre_, half_, extent_;
-    double rounding_;
+    std::array<double, 3> inverse_{}, low_{}, high_{};
 };
 
 } // namespace
@@ -220,6 +224,7 @@ Separators::Separators(const Mesh& mesh, const SiteSet& sites, std::span<const d
         simple[region] = flat || (simple[region] != 0 && sight_[region].walls.empty()) ? 1 : 0;
     }
     find_near(planes, simple, unreported);
+    find_clearances(unreported);
     any_ = std::any_of(sight_.begin(), sight_.end(), [](const Sight& here) { return here.obstructed; });
 }
 
@@ -254,24 +259,57 @@ void Separators::find_near(const std::vector<Index>& planes, const std::vector<c
     }
 }
 
+/// Of the sites: as far as points of their supports ask.
+void Separators::find_clearances(const Execution& execution) {
+    clearance_.resize(sites_->size());
+    parallel_for(sites_->size(), 256, execution, [&](std::size_t begin, std::size_t end, unsigned) {
+        for (std::size_t i = begin; i < end; ++i) {
+            if (near_[i] != 0) {
+                Viewpoint site(sites_->points[i]);
+                clearance_[i] = clearance(sites_->region[i], site, (most_lift + 0.5) * support_[i]);
+            }
+        }
+    });
+}
+
 /// True if lines of sight of the region end at the triangle of another one.
 bool Separators::blocks(Index triangle, Index region) const {
     const std::vector<Index>& walls = sight_[region].walls;
     return std::binary_search(walls.begin(), walls.end(), triangle) || obstacles_->may_obstruct(triangle, region);
 }
 
-/// Calls `act(T, known)` for triangles in boxes that `meets` says yes to, until it returns true; `known`: T is of the
-/// region itself. Of other regions' triangles, `blocks` tells which are obstacles.
+/// The triangles of the regions, but for its own, whose boxes overlap a box around a viewpoint.
+std::span<const BoxTree* const> Separators::others(Index region, Viewpoint& x, const Box& box) const {
+    if (!x.around_.contains(box)) {
+        // Half as much again, so that it need not grow with each site.
+        const Vec3 &centre = x.x_.position, reach = (box.max() - centre).cwiseMax(centre - box.min());
+        x.around_.extend(Box(centre - 1.5 * reach, centre + 1.5 * reach));
+        x.others_.clear();
+        obstacles_->trees().regions().visit(x.around_, [&](Index other, const Box&) {
+            if (other != region) {
+                x.others_.push_back(&obstacles_->trees().triangles(other));
+            }
+            return false;
+        });
+    }
+    return x.others_;
+}
+
+/// Calls `act(T, known)` for triangles of the region and of others in boxes that `meets` says yes to, until it returns
+/// true; `known`: T is of the region itself. Of other regions' triangles, `blocks` tells which are obstacles.
 template <class Meets, class Act>
-bool Separators::visit_obstacles(Index region, const Meets& meets, const Act& act) const {
-    if (obstacles_->visit_others(region, meets, [&](Index T) { return act(T, false); })) {
-        return true;
+bool Separators::visit_obstacles(Index region, std::span<const BoxTree* const> others, const Meets& meets,
+                                 const Act& act) const {
+    for (const BoxTree* other : others) {
+        if (other->visit_where(meets, [&](Index T) { return act(T, false); })) {
+            return true;
+        }
     }
     return sight_[region].by_itself &&
            obstacles_->trees().triangles(region).visit_where(meets, [&](Index T) { return act(T, true); });
 }
 
-bool Separators::crosses(Index triangle, const Vec3& a, const Vec3& b, double& t) const {
+bool Separators::crosses(Index triangle, const Vec3& a, const Vec3& b) const {
     const Vec3& normal = mesh_->normals[triangle];
     const Vec3& foot = mesh_->corner(triangle, 0);
     const double at_a = normal.dot(a - foot), at_b = normal.dot(b - foot);
@@ -279,69 +317,117 @@ bool Separators::crosses(Index triangle, const Vec3& a, const Vec3& b, double& t
         return false;
     }
     WatertightRay::Meeting meeting;
-    t = at_a / (at_a - at_b);
     return WatertightRay(a, b - a).meets(foot, mesh_->corner(triangle, 1), mesh_->corner(triangle, 2), meeting);
 }
 
 bool Separators::crosses_wall(Index region, const Vec3& a, const Vec3& b) const {
     const auto meets = [segment = SightLine(a, b, rounding_)](const Box& box) { return segment.meets(box); };
-    return sight_[region].tree.visit_where(meets, [&](Index triangle) {
-        double t = 0.0;
-        return crosses(triangle, a, b, t);
-    });
+    return sight_[region].tree.visit_where(meets, [&](Index triangle) { return crosses(triangle, a, b); });
 }
 
-bool Separators::crosses_obstacle(Index region, const Vec3& a, const Vec3& b) const {
+bool Separators::crosses_obstacle(Index region, std::span<const BoxTree* const> others, const Vec3& a,
+                                  const Vec3& b) const {
     const auto meets = [segment = SightLine(a, b, rounding_)](const Box& box) { return segment.meets(box); };
-    return visit_obstacles(region, meets, [&](Index triangle, bool known) {
-        double t = 0.0;
-        return crosses(triangle, a, b, t) && (known || blocks(triangle, region));
+    return visit_obstacles(region, others, meets, [&](Index triangle, bool known) {
+        return crosses(triangle, a, b) && (known || blocks(triangle, region));
     });
 }
 
-Vec3 Separators::lifted(Index region, const Vec3& from, const Vec3& normal, double wanted) const {
-    const Vec3 to = from + wanted * normal;
-    double clear = 1.0;
-    const auto meets = [segment = SightLine(from, to, rounding_)](const Box& box) { return segment.meets(box); };
-    visit_obstacles(region, meets, [&](Index triangle, bool known) {
-        double t = 1.0;
-        if (crosses(triangle, from, to, t) && 0.5 * t < clear && (known || blocks(triangle, region))) {
-            clear = 0.5 * t;
+Separators::Clearance Separators::clearance(Index region, Viewpoint& viewpoint, double range) const {
+    Clearance air{range, std::numeric_limits<double>::infinity()};
+    const SurfacePoint& from = viewpoint.x_;
+    const Vec3 to = from.position + range * from.normal;
+    const WatertightRay ray(from.position, from.normal);
+    const auto meets = [segment = SightLine(from.position, to, rounding_)](const Box& box) {
+        return segment.meets(box);
+    };
+    const std::span<const BoxTree* const> near =
+        others(region, viewpoint, grown(Box(from.position).extend(to), rounding_));
+    visit_obstacles(region, near, meets, [&](Index triangle, bool known) {
+        const Vec3& foot = mesh_->corner(triangle, 0);
+        const double height = mesh_->normals[triangle].dot(from.position - foot);
+        const double slope = mesh_->normals[triangle].dot(from.normal);
+        // Crossed once the other end is beyond the plane by more than rounding.
+        const bool ahead = height > 0.0 ? slope < 0.0 : slope > 0.0;
+        if (!(std::abs(height) > rounding_) || !ahead) {
+            return false;
+        }
+        const double crossed = (std::abs(height) + rounding_) / std::abs(slope);
+        WatertightRay::Meeting meeting;
+        if (crossed < std::min(range, air.first) &&
+            ray.meets(foot, mesh_->corner(triangle, 1), mesh_->corner(triangle, 2), meeting) &&
+            (known || blocks(triangle, region))) {
+            air.first = crossed;
         }
         return false;
     });
-    return from + clear * wanted * normal;
+    return air;
+}
+
+namespace {
+
+/// How far along its normal a point is lifted: half the way to what is in the way.
+double lift_within(const Separators::Clearance& air, double wanted) {
+    return wanted > air.first ? 0.5 * air.first : wanted;
+}
+
+} // namespace
+
+double Separators::lift(Index site, double wanted) const {
+    const Clearance& known = clearance_[site];
+    if (wanted <= known.searched || known.first < known.searched) {
+        return lift_within(known, wanted);
+    }
+    Viewpoint from(sites_->points[site]);
+    return lift_within(clearance(sites_->region[site], from, wanted), wanted);
+}
+
+double Separators::lift(Index region, Viewpoint& x, double wanted) const {
+    if (wanted > x.clearance_.searched && !(x.clearance_.first < x.clearance_.searched)) {
+        x.clearance_ = clearance(region, x, 2.0 * wanted);
+    }
+    return lift_within(x.clearance_, wanted);
 }
 
 bool Separators::hides(Index site, const SurfacePoint& x) const {
-    const SurfacePoint& p = sites_->points[site];
+    Viewpoint from(x);
+    return hides(site, from);
+}
+
+bool Separators::hides(Index site, Viewpoint& viewpoint) const {
+    const SurfacePoint &p = sites_->points[site], &x = viewpoint.x_;
     const Index region = sites_->region[site];
     const Vec3 away = x.position - p.position;
     const double below_p = 0.5 * std::max(0.0, -away.dot(p.normal)), below_x = 0.5 * std::max(0.0, away.dot(x.normal));
-    const double least = least_lift * support_[site];
-    // Most pairs have none in the box around them.
-    Box around(p.position);
-    around.extend(x.position)
-        .extend(p.position + (least + below_p) * p.normal)
-        .extend(x.position + (least + below_x) * x.normal);
-    const auto overlaps = [&](const Box& box) { return box.intersects(around); };
-    if (!visit_obstacles(region, overlaps, [](Index, bool) { return true; })) {
-        return false;
+    if (!sight_[region].by_itself) {
+        // Most pairs have none in the box around them.
+        const double least = least_lift * support_[site];
+        Box around(p.position);
+        around.extend(x.position)
+            .extend(p.position + (least + below_p) * p.normal)
+            .extend(x.position + (least + below_x) * x.normal);
+        const auto overlaps = [&](const Box& box) { return box.intersects(around); };
+        const std::span<const BoxTree* const> near = others(region, viewpoint, around);
+        if (!visit_obstacles(region, near, overlaps, [](Index, bool) { return true; })) {
+            return false;
+        }
     }
     for (double share = least_lift; share <= most_lift; share *= 4.0) {
-        const double lift = share * support_[site];
-        const Vec3 a = lifted(region, p.position, p.normal, lift + below_p),
-                   b = lifted(region, x.position, x.normal, lift + below_x);
+        const double wanted = share * support_[site];
+        const double above_p = lift(site, wanted + below_p), above_x = lift(region, viewpoint, wanted + below_x);
+        const Vec3 a = p.position + above_p * p.normal, b = x.position + above_x * x.normal;
         if (share == least_lift && crosses_wall(region, a, b)) {
             return true;
         }
-        if (!crosses_obstacle(region, a, b)) {
+        const Box around = Box(p.position).extend(x.position).extend(a).extend(b);
+        const std::span<const BoxTree* const> near = others(region, viewpoint, grown(around, rounding_));
+        if (!crosses_obstacle(region, near, a, b)) {
             return false;
         }
         // Under a low ceiling over one of them, as between a shelf and the table below it.
-        const double low = std::min((a - p.position).norm(), (b - x.position).norm());
-        if (share == least_lift && low > 4.0 * rounding_ && low < lift &&
-            !crosses_obstacle(region, p.position + low * p.normal, x.position + low * x.normal)) {
+        const double low = std::min(above_p, above_x);
+        if (share == least_lift && low > 4.0 * rounding_ && low < wanted &&
+            !crosses_obstacle(region, near, p.position + low * p.normal, x.position + low * x.normal)) {
             return false;
         }
     }

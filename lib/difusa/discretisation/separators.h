@@ -9,6 +9,7 @@
 #include <difusa/mesh/mesh.h>
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -33,6 +34,25 @@ std::vector<Separator> find_separators(const Mesh& mesh, const RegionTrees& tree
 /// Which sites are out of sight of a point of their own region.
 class Separators {
   public:
+    /// The air before a point, along its normal.
+    struct Clearance {
+        double searched = 0.0;                                  ///< how far obstacles were looked for
+        double first = std::numeric_limits<double>::infinity(); ///< the nearest that was found
+    };
+
+    /// A point seen from many sites: what is found out about it for one serves the next. The point must outlive it.
+    class Viewpoint {
+      public:
+        explicit Viewpoint(const SurfacePoint& x) : x_(x) {}
+
+      private:
+        friend class Separators;
+        const SurfacePoint& x_;
+        Clearance clearance_;
+        BoxTree::Box around_;                ///< where other regions were looked for
+        std::vector<const BoxTree*> others_; ///< their triangles
+    };
+
     Separators() = default;
 
     /// `support`: #S, the Euclidean radii of the elements. The mesh must outlive this; the sites too.
@@ -56,6 +76,7 @@ class Separators {
     /// Points are lifted along their normals by 2^-6 of the site's support, if that is not enough by four times and 16
     /// times as much, and by half of how far the other point lies below their tangent plane, so that lines stay above a
     /// surface that bulges; by less if something is in the way.
+    bool hides(Index site, Viewpoint& x) const;
     bool hides(Index site, const SurfacePoint& x) const;
 
   private:
@@ -67,17 +88,24 @@ class Separators {
         BoxTree tree;             ///< of the walls
     };
     void find_near(const std::vector<Index>& planes, const std::vector<char>& simple, const Execution& execution);
-    template <class Meets, class Act> bool visit_obstacles(Index region, const Meets& meets, const Act& act) const;
+    std::span<const BoxTree* const> others(Index region, Viewpoint& x, const BoxTree::Box& box) const;
+    template <class Meets, class Act>
+    bool visit_obstacles(Index region, std::span<const BoxTree* const> others, const Meets& meets,
+                         const Act& act) const;
     bool blocks(Index triangle, Index region) const;
-    Vec3 lifted(Index region, const Vec3& from, const Vec3& normal, double wanted) const;
-    bool crosses(Index triangle, const Vec3& a, const Vec3& b, double& t) const;
+    void find_clearances(const Execution& execution);
+    Clearance clearance(Index region, Viewpoint& viewpoint, double range) const;
+    double lift(Index site, double wanted) const;
+    double lift(Index region, Viewpoint& x, double wanted) const;
+    bool crosses(Index triangle, const Vec3& a, const Vec3& b) const;
     bool crosses_wall(Index region, const Vec3& a, const Vec3& b) const;
-    bool crosses_obstacle(Index region, const Vec3& a, const Vec3& b) const;
+    bool crosses_obstacle(Index region, std::span<const BoxTree* const> others, const Vec3& a, const Vec3& b) const;
 
     const Mesh* mesh_ = nullptr;
     const SiteSet* sites_ = nullptr;
     std::vector<double> support_;                ///< #S, at most the extent of the site's region
     std::vector<std::uint8_t> near_;             ///< #S
+    std::vector<Clearance> clearance_;           ///< #S, of those that are near something
     std::shared_ptr<const Obstacles> obstacles_; ///< of other regions
     std::vector<Sight> sight_;                   ///< #regions
     bool any_ = false;

@@ -22,6 +22,9 @@ struct ErrorMap::Local {
     double noise = 0.0, variation = 0.0, carried = 0.0;
 };
 
+ErrorsAt::ErrorsAt(std::size_t points)
+    : noise(Values::Zero(static_cast<Eigen::Index>(points), 1)), discretisation(noise), error(noise) {}
+
 ErrorMap::ErrorMap(const Solution& solution, const ErrorEstimate& estimate, const Execution& execution)
     : solution_(solution), estimate_(estimate),
       coefficients_(sum_of_parts(solution.field->parts().smooth, solution.field->channels())) {
@@ -119,30 +122,32 @@ void ErrorMap::fit(const std::vector<BasisRow>& rows) {
     }
 }
 
-ErrorsAt ErrorMap::at(std::span<const SurfacePoint> x, const Execution& execution) const {
-    const Basis& basis = *solution_.field->parts().system->discretisation().basis;
-    const auto count = static_cast<Eigen::Index>(x.size());
-    ErrorsAt errors{Values::Zero(count, 1), Values::Zero(count, 1), Values::Zero(count, 1)};
-    const double typical = mean_seen_ / static_cast<double>(basis.size());
+void ErrorMap::put(const SurfacePoint& x, const BasisRow& row, std::size_t i, ErrorsAt& errors) const {
+    const Local here = local(x, row);
+    double ratio = 0.0, seen = 0.0;
+    for (std::size_t k = 0; k < row.element.size(); ++k) {
+        ratio += std::abs(row.weight[k]) * ratio_[row.element[k]];
+        seen += std::abs(row.weight[k]) * seen_[row.element[k]];
+    }
+    // Few points are around: their ratio is drawn towards that of all.
     const double mean = mean_seen_ > 0.0 ? std::max(0.0, mean_ratio_ / mean_seen_) : 0.0;
+    const double prior = 4.0 * mean_seen_ / static_cast<double>(ratio_.size());
+    const double factor = seen + prior > 0.0 ? std::max(0.0, (ratio + prior * mean) / (seen + prior)) : 0.0;
+    const double discretisation = factor * here.variation;
+    const auto at = static_cast<Eigen::Index>(i);
+    errors.noise(at, 0) = std::sqrt(here.noise);
+    errors.discretisation(at, 0) = std::sqrt(discretisation);
+    errors.error(at, 0) = std::sqrt(here.noise + discretisation + here.carried);
+}
+
+ErrorsAt ErrorMap::at(std::span<const SurfacePoint> x, const Execution& execution) const {
+    const FieldParts& field = solution_.field->parts();
+    ErrorsAt errors(x.size());
     parallel_for(x.size(), 256, execution, [&](std::size_t begin, std::size_t end, unsigned) {
         BasisRow row;
         for (std::size_t i = begin; i < end; ++i) {
-            basis.evaluate(inset(solution_.field->parts().scene->mesh, x[i]), row);
-            const Local here = local(x[i], row);
-            double ratio = 0.0, seen = 0.0;
-            for (std::size_t k = 0; k < row.element.size(); ++k) {
-                ratio += std::abs(row.weight[k]) * ratio_[row.element[k]];
-                seen += std::abs(row.weight[k]) * seen_[row.element[k]];
-            }
-            // Few points are around: their ratio is drawn towards that of all.
-            const double prior = 4.0 * typical;
-            const double factor = seen + prior > 0.0 ? std::max(0.0, (ratio + prior * mean) / (seen + prior)) : 0.0;
-            const double discretisation = factor * here.variation;
-            const auto at = static_cast<Eigen::Index>(i);
-            errors.noise(at, 0) = std::sqrt(here.noise);
-            errors.discretisation(at, 0) = std::sqrt(discretisation);
-            errors.error(at, 0) = std::sqrt(here.noise + discretisation + here.carried);
+            field.system->discretisation().basis->evaluate(inset(field.scene->mesh, x[i]), row);
+            put(x[i], row, i, errors);
         }
     });
     return errors;
@@ -150,7 +155,8 @@ ErrorsAt ErrorMap::at(std::span<const SurfacePoint> x, const Execution& executio
 
 ErrorsAt ErrorMap::gathered_at(std::span<const SurfacePoint> x, const Values& noise, const Execution& execution) const {
     const Basis& basis = *solution_.field->parts().system->discretisation().basis;
-    ErrorsAt errors{noise, Values::Zero(noise.rows(), 1), noise};
+    ErrorsAt errors(x.size());
+    errors.noise = noise;
     parallel_for(x.size(), 256, execution, [&](std::size_t begin, std::size_t end, unsigned) {
         BasisRow row;
         for (std::size_t i = begin; i < end; ++i) {

@@ -11,6 +11,8 @@ namespace difusa {
 /// Estimated errors of the radiosity, of thermal scenes of the irradiation, at points: roots of the sum of the squares
 /// of all channels: #x by 1, W/m².
 struct ErrorsAt {
+    ErrorsAt() = default;
+    explicit ErrorsAt(std::size_t points);
     Values noise;          ///< of the rays cast from the sites
     Values discretisation; ///< what the basis cannot represent; of gathered light, what bounces carry on to it
     Values error;          ///< of both, and of what bounces carry on from elsewhere
@@ -26,6 +28,10 @@ class ErrorMap {
     ErrorMap(const Solution& solution, const ErrorEstimate& estimate, const Execution& execution);
 
     ErrorsAt at(std::span<const SurfacePoint> x, const Execution& execution) const;
+
+    /// The same for a single point x, number i of them, where `row` is the basis slightly inside the face of x (Field).
+    /// `errors` has room for it.
+    void put(const SurfacePoint& x, const BasisRow& row, std::size_t i, ErrorsAt& errors) const;
 
     /// The same for light gathered at the points, with this noise (#x by 1, W/m²).
     ErrorsAt gathered_at(std::span<const SurfacePoint> x, const Values& noise, const Execution& execution) const;

@@ -173,7 +173,8 @@ Values Field::sharp(std::span<const SurfacePoint> x, std::uint64_t seed, std::st
     return parts_.direct->irradiance(x, channels(), parts_.shadow_rays_per_round, seed, purpose, execution, effort);
 }
 
-Irradiance Field::evaluate_smooth(std::span<const SurfacePoint> x, const Execution& execution, bool displayed) const {
+Irradiance Field::evaluate_smooth(std::span<const SurfacePoint> x, const Execution& execution, bool displayed,
+                                  const RowVisitor& visit) const {
     Values both(parts_.smooth.rows(), 2 * parts_.smooth.cols());
     both << parts_.soft_direct, parts_.smooth;
     std::vector<SurfacePoint> inside;
@@ -182,8 +183,8 @@ Irradiance Field::evaluate_smooth(std::span<const SurfacePoint> x, const Executi
         inside.push_back(inset(parts_.scene->mesh, point));
     }
     const Basis& basis = *parts_.system->discretisation().basis;
-    const Values h =
-        displayed ? evaluate_display(basis, both, inside, execution) : difusa::evaluate(basis, both, inside, execution);
+    const Values h = displayed ? evaluate_display(basis, both, inside, execution, visit)
+                               : difusa::evaluate(basis, both, inside, execution);
     Irradiance H;
     H.direct = h.leftCols(parts_.smooth.cols());
     H.indirect = h.rightCols(parts_.smooth.cols()) - H.direct;
@@ -191,8 +192,8 @@ Irradiance Field::evaluate_smooth(std::span<const SurfacePoint> x, const Executi
 }
 
 Irradiance Field::evaluate(std::span<const SurfacePoint> x, std::uint64_t seed, std::string_view purpose,
-                           const Execution& execution) const {
-    Irradiance H = evaluate_smooth(x, execution, true);
+                           const Execution& execution, const RowVisitor& visit) const {
+    Irradiance H = evaluate_smooth(x, execution, true, visit);
     if (!parts_.direct_in_basis) {
         DirectLight::Effort effort;
         H.direct += sharp(x, seed, purpose, execution, effort);
@@ -256,12 +257,12 @@ Values Field::radiosity(std::span<const SurfacePoint> x, const Values& H) const 
 }
 
 PointValues Field::at(std::span<const SurfacePoint> x, std::size_t final_gather, std::uint64_t seed,
-                      const std::string& purpose, const Execution& execution) const {
+                      const std::string& purpose, const Execution& execution, const RowVisitor& visit) const {
     const Scene& scene = *parts_.scene;
     PointValues values;
     Irradiance H;
     if (final_gather == 0) {
-        H = evaluate(x, seed, purpose, execution);
+        H = evaluate(x, seed, purpose, execution, visit);
     } else {
         const std::size_t half = (final_gather + 1) / 2;
         H = gather(x, half, seed, purpose + ", first", execution);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <difusa/core/types.h>
+#include <difusa/discretisation/evaluate.h>
 #include <difusa/lighting/bright_surfels.h>
 #include <difusa/lighting/direct_light.h>
 
@@ -77,7 +78,7 @@ class Field {
 
     /// `seed` and `purpose` select the random streams of shadow rays, one per point.
     Irradiance evaluate(std::span<const SurfacePoint> x, std::uint64_t seed, std::string_view purpose,
-                        const Execution& execution) const;
+                        const Execution& execution, const RowVisitor& visit = {}) const;
 
     /// h from `rays` rays from each point:
     ///     h(x) = sky + mean over the rays of E(y) + rho(y) (H_sharp(y) + sum_i c_i phi_i(y)).
@@ -87,8 +88,8 @@ class Field {
                       const Execution& execution) const;
 
     /// What `evaluate` and `gather` give without the light of sharp sources (except what the coefficients represent).
-    Irradiance evaluate_smooth(std::span<const SurfacePoint> x, const Execution& execution,
-                               bool displayed = false) const;
+    Irradiance evaluate_smooth(std::span<const SurfacePoint> x, const Execution& execution, bool displayed = false,
+                               const RowVisitor& visit = {}) const;
     Irradiance gather_smooth(std::span<const SurfacePoint> x, std::size_t rays, std::uint64_t seed,
                              std::string_view purpose, const Execution& execution) const;
 
@@ -100,9 +101,10 @@ class Field {
     Values radiosity(std::span<const SurfacePoint> x, const Values& H) const;
 
     /// Everything at points, with no sum of irradiances below 0, except of thermal scenes. `final_gather` rays from
-    /// each (an even number), in two independent halves whose difference gives the noise; 0: the basis is evaluated.
+    /// each (an even number), in two independent halves whose difference gives the noise; 0: the basis is evaluated,
+    /// and shown to `visit`.
     PointValues at(std::span<const SurfacePoint> x, std::size_t final_gather, std::uint64_t seed,
-                   const std::string& purpose, const Execution& execution) const;
+                   const std::string& purpose, const Execution& execution, const RowVisitor& visit = {}) const;
 
   private:
     FieldParts parts_;
