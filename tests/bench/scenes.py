@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
 """Error against processor time of bakes of the scenes in data/ and of generated ones, for any choices of options.
 
-    tests/bench/scenes.py BIN_DIR [--scene NAME]... [--points N] [--seeds N] [OPTIONS]...
+    tests/bench/scenes.py BIN_DIR [--scene NAME]... [--points N] [--seeds N] [--other BIN_DIR] [OPTIONS]...
 
 Each OPTIONS is one argument with the options of a bake, such as "--rays 256 --sites 4000"; "" stands for the defaults.
 For each scene (all by default) and each of them it prints the root mean square error of the indirect irradiance at N
 points drawn uniformly by area, relative to the rms of that irradiance, over several seeds; and the least processor
 time of a bake. Faces that emit are left out. The reference is a final gather at the same points, which evaluates light
-where rays hit: with 16384 rays from a field of 20000 sites. BIN_DIR may be that of another version, if it has --at.
+where rays hit: with 16384 rays from a field of 20000 sites; the hall, whose many vertices would be gathered at as well, has a
+field of 30000 sites of 2048 rays each, or what --reference says. --other is the BIN_DIR of another version that has
+--at, whose defaults are measured in the same run.
 The scenes hall and engine are made by its generate_scenes; with --scenes DIR, files of these names there are used.
 """
 import argparse
@@ -32,6 +34,8 @@ SCENES = {
     "room_d": "room_d.json",
 }
 GENERATED = ("hall", "engine")
+GATHERED = "--sites 20000 --final-gather 16384 --seed 977 --output-spacing 1000"
+REFERENCES = {"hall": "--sites 30000 --rays 2048 --seed 977 --output-spacing 1000"}
 
 
 def read_obj(file):
@@ -137,6 +141,8 @@ def main():
     parser.add_argument("--scenes", type=pathlib.Path, help="folder of the generated scenes")
     parser.add_argument("--points", type=int, default=4000)
     parser.add_argument("--seeds", type=int, default=2)
+    parser.add_argument("--other", type=pathlib.Path, help="folder of another version's bake_radiosity")
+    parser.add_argument("--reference", help="options of the bake that the others are compared with")
     parser.add_argument("options", nargs="*", default=[""])
     # An argument with a space is one of ours, whatever it begins with.
     words = [" " + word if " " in word or word == "" else word for word in sys.argv[1:]]
@@ -148,16 +154,20 @@ def main():
             folder = pathlib.Path(temporary)
             scene = scene_file(name, arguments, folder)
             write_points(scene, arguments.points, folder / "points.txt")
-            exact, _ = irradiance(program, scene, shlex.split("--sites 20000 --final-gather 16384 --seed 977 "
-                                                              "--output-spacing 1000"), folder)
-            for options in arguments.options or [""]:
+            reference = arguments.reference or REFERENCES.get(name, GATHERED)
+            exact, _ = irradiance(program, scene, shlex.split(reference), folder)
+            measured = [(program, options) for options in arguments.options or [""]]
+            if arguments.other:
+                measured.append((arguments.other / "bake_radiosity", ""))
+            for which, options in measured:
                 error, least = 0.0, math.inf
                 for seed in range(1, arguments.seeds + 1):
-                    found, took = irradiance(program, scene, [*shlex.split(options), "--seed", str(seed)], folder)
+                    found, took = irradiance(which, scene, [*shlex.split(options), "--seed", str(seed)], folder)
                     error += squares([[x - y for x, y in zip(a, b)] for a, b in zip(found, exact)])
                     least = min(least, took)
                 relative = math.sqrt(error / arguments.seeds / squares(exact))
-                print(f"| {name} | {options.strip() or 'defaults'} | {100 * relative:.2f} | {least:.2f} |", flush=True)
+                label = "defaults of the other version" if which != program else options.strip() or "defaults"
+                print(f"| {name} | {label} | {100 * relative:.2f} | {least:.2f} |", flush=True)
 
 
 if __name__ == "__main__":
