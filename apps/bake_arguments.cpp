@@ -1,5 +1,6 @@
 #include "bake_arguments.h"
 
+#include <difusa/bake/choices.h>
 #include <difusa/bake/goals.h>
 #include <difusa/import/text_scanner.h>
 #include <difusa/output/point_list.h>
@@ -313,9 +314,11 @@ void add_bake_arguments(CLI::App& app, BakeArguments& arguments, const std::stri
     app.add_option("--quality", options.quality, quality_help)->group(discretisation)->type_name("NAME");
     add_site_arguments(app, options, discretisation);
     app.add_flag(
-           "--adaptive", options.adaptive,
+           "--adaptive,!--no-adaptive", options.adaptive,
            "place the sites where they help: the same number, denser where two short pilot bakes find that the light "
-           "varies; with --basis patch-constant, elements into which patches are divided there")
+           "varies; the default, except with --spacing, for drafts and fewer than 400 sites, for transports that are "
+           "saved, and for bases or samplers with sites of their own; with --basis patch-constant, elements into which "
+           "patches are divided there")
         ->group(discretisation);
     add_parsed(app, "--levels", options.levels,
                "how often --adaptive may quarter a patch of --basis patch-constant, each part again (default: " +
@@ -405,6 +408,16 @@ void add_mesh_output_arguments(CLI::App& app, BakeArguments& arguments) {
     app.add_flag("--face-centres", arguments.options.face_centres,
                  "also write the light at the centres of the output's triangles, as cell arrays (in a .vtp)")
         ->group(output_group);
+}
+
+void grade_by_default(const BakeArguments& arguments, const Registry& registry, BakeOptions& options) {
+    // Pilots with a quarter of them would tell little.
+    constexpr std::size_t few = 400;
+    const bool open = !arguments.given("--adaptive") && !arguments.given("--spacing") && !options.target &&
+                      !options.every_surface && options.quality != presets.front().name;
+    if (open && (options.sites == 0 || options.sites >= few)) {
+        options.adaptive = can_be_graded(registry, options);
+    }
 }
 
 BakeOptions bake_options(const BakeArguments& arguments, const Registry& registry) {

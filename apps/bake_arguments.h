@@ -92,6 +92,10 @@ void check_bake_outputs(const BakeArguments& arguments, std::vector<OutputName> 
 /// Throws NotConverged if the accuracy ordered was missed, after the best result has been written.
 void require_target(const BakeResult& result);
 
+/// Sites are placed where they help, unless the command line says whether they are, gives their spacing, asks for few
+/// of them, a draft, an accuracy or a transport for any light, or chooses what has no such sites.
+void grade_by_default(const BakeArguments& arguments, const Registry& registry, BakeOptions& options);
+
 /// The options, with what --quality chooses for those that are not given, the points of --at and the goals of --goal
 /// read, and the files of the bake as outputs. Throws what reading them throws, and UsageError for --rays beside
 /// directions that state their number.

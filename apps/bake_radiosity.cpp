@@ -165,6 +165,7 @@ void run(const Arguments& a) {
             }
         };
     }
+    grade_by_default(a.bake, registry, options);
     difusa::BakeFiles files = a.bake.files;
     if (a.dry_run) {
         files = {.report = files.report};

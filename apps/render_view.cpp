@@ -388,6 +388,9 @@ void run(Arguments& a) {
         refuse_choices_of_transport(a);
     }
     difusa::BakeOptions options = bake_options(a.bake, registry);
+    if (!saved) {
+        grade_by_default(a.bake, registry, options);
+    }
     if (a.size.size() == 2) {
         a.view.width = a.size[0];
         a.view.height = a.size[1];

@@ -135,8 +135,13 @@ void forecast(BakeResult& result, const Registry& registry, const Choices& choic
     if (!many) {
         result.sites = place_sites(result, choices, lit, execution);
     }
-    check_request(result, choices, stage.lights, many ? *many : result.sites->size(), execution);
-    result.estimate.predicted = many.has_value();
+    // Graded sites follow from the light, of which a dry run knows nothing: about as many as are wanted.
+    const bool graded = result.options.adaptive;
+    const std::size_t sites = graded && result.options.sites > 0 ? result.options.sites
+                              : many                             ? *many
+                                                                 : result.sites->size();
+    check_request(result, choices, stage.lights, sites, execution);
+    result.estimate.predicted = graded || many;
     count_further_rays(result.estimate, result, execution);
     predict_time(
         result, registry, choices,

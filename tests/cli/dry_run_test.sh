@@ -1,7 +1,7 @@
 # A dry run writes nothing but its report, and its numbers are those of the real run or bound them.
 . "$(dirname "$0")/lib.sh"
 
-for choice in "" "--basis shepard" "--basis radial" "--transport pairwise --sky 1" "--spacing 0.1 --rays 100" \
+for choice in "--no-adaptive" "--basis shepard --no-adaptive" "--basis radial --no-adaptive" "--transport pairwise --sky 1" "--spacing 0.1 --rays 100" \
     "--sampler view-driven"; do
     case $choice in
     *--spacing*) size= ;;
@@ -32,8 +32,15 @@ for choice in "" "--basis shepard" "--basis radial" "--transport pairwise --sky 
     awk '/"seconds":/ { sum += $2 } END { exit !(sum > 0) }' dry.times || fail "no time was estimated"
 done
 
+# Graded sites follow from the light, as many as are wanted to 5 %.
+expect_exit 0 "$bake" "$box" out.vtp --sites 1000 --rays 64 --dry-run
+expect_text stdout "sites: about 1000, graded"
+expect_exit 0 "$bake" "$box" out.vtp --sites 1000 --rays 64
+sites=$(sed -n 's/^sites: \([0-9]*\), graded.*/\1/p' stdout)
+[ "$sites" -ge 950 ] && [ "$sites" -le 1050 ] || fail "$sites of 1000 graded sites"
+
 # Of very many sites the number is predicted: nothing as large as they are is made.
-expect_exit 0 "$bake" "$box" out.vtp --sites 2000000 --rays 16 --dry-run --report dry.json
+expect_exit 0 "$bake" "$box" out.vtp --sites 2000000 --rays 16 --no-adaptive --dry-run --report dry.json
 expect_text stdout "sites: about "
 sites=$(sed -n 's/^sites: about \([0-9]*\) .*/\1/p' stdout)
 [ "$sites" -gt 1900000 ] && [ "$sites" -lt 2100000 ] || fail "$sites of 2000000 sites"

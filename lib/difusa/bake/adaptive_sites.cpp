@@ -19,6 +19,15 @@ namespace {
 constexpr std::array<double, 2> pilot_shares{0.25, 0.5};
 static_assert(pilot_shares[0] + pilot_shares[1] == pilot_sites);
 
+constexpr double close_enough = 0.05; ///< to the wanted number of sites
+constexpr int most_attempts = 3;      ///< at it
+
+/// What a pilot tells: the spacing around each of its sites, and the size of the error there.
+struct Judged {
+    std::shared_ptr<const SiteSet> sites;
+    std::vector<double> spacing, error;
+};
+
 /// What a pilot bakes: the scene with few rays and the default elements.
 BakeOptions pilot_options(const BakeOptions& options) {
     BakeOptions own = options;
@@ -37,7 +46,7 @@ BakeOptions pilot_options(const BakeOptions& options) {
 std::vector<double> errors_of(const BakeResult& pilot, const Execution& execution) {
     const Discretisation& discretisation = pilot.system->discretisation();
     const SiteSet& sites = *discretisation.sites;
-    const Values residual = reflected_at_sites(
+    const Values residual = judged_at_sites(
         pilot, leave_one_out(*discretisation.basis, sites, sum_of_parts(pilot.solution.h, pilot.channels), execution));
     std::vector<double> error(sites.size());
     for (std::size_t i = 0; i < sites.size(); ++i) {
@@ -55,8 +64,9 @@ std::shared_ptr<SiteSet> place_adaptively(BakeResult& result, const Registry& re
     const Mesh& mesh = result.scene->mesh;
     const double largest = result.options.spacing / std::sqrt(pilot_shares.front());
     const std::vector<SurfacePoint> even = lit_points(result, choices, lit, largest, execution);
+    std::optional<Judged> judged;
     std::optional<SizeField> size;
-    const auto sites_for = [&](double share) {
+    const auto sites_at = [&](double share) {
         std::vector<SurfacePoint> points = even;
         if (size) {
             points = refine_sites(mesh, std::move(points), *size, most_sites_now(result.options),
@@ -65,19 +75,35 @@ std::shared_ptr<SiteSet> place_adaptively(BakeResult& result, const Registry& re
         return site_set_of(result, lit, std::move(points), result.options.spacing / std::sqrt(share), execution,
                            size ? &*size : nullptr);
     };
-    for (std::size_t k = 0; k < pilot_shares.size(); ++k) {
+    const double all = result.options.sites > 0 ? static_cast<double>(result.options.sites)
+                                                : static_cast<double>(even.size()) / pilot_shares.front();
+    double yield = 1.0; // where spacings change, fewer sites fit than their squares say
+    const auto sites_for = [&](double share) {
+        if (!judged) {
+            return sites_at(share);
+        }
+        const double target = std::max(static_cast<double>(even.size()), share * all);
+        for (int attempt = 1;; ++attempt) {
+            size = graded_spacing(*judged->sites, judged->spacing, judged->error, largest, target / yield,
+                                  mesh.region_count, execution);
+            const std::shared_ptr<SiteSet> sites = sites_at(share);
+            const double got = static_cast<double>(sites->size()) / target;
+            if (attempt == most_attempts || std::abs(got - 1.0) <= close_enough) {
+                return sites;
+            }
+            yield *= got;
+        }
+    };
+    for (const double share : pilot_shares) {
         execution.phase("pilot bake");
-        const std::shared_ptr<SiteSet> sites = sites_for(pilot_shares[k]);
+        const std::shared_ptr<SiteSet> sites = sites_for(share);
         bake_pilot(result, pilot_options(result.options), registry, choices, {sites, lit.dark_area}, tracer, execution,
                    [&](const BakeResult& pilot, const Execution& own) {
-                       std::vector<double> spacing(sites->size(), largest);
-                       for (std::size_t i = 0; size && i < spacing.size(); ++i) {
-                           spacing[i] = size->placed_at(sites->points[i].position, sites->region[i]);
+                       Judged here{sites, std::vector<double>(sites->size(), largest), errors_of(pilot, own)};
+                       for (std::size_t i = 0; size && i < sites->size(); ++i) {
+                           here.spacing[i] = size->placed_at(sites->points[i].position, sites->region[i]);
                        }
-                       const double next = k + 1 < pilot_shares.size() ? pilot_shares[k + 1] : 1.0;
-                       const double wanted = next / pilot_shares.front() * static_cast<double>(even.size());
-                       size = graded_spacing(*sites, spacing, errors_of(pilot, own), largest, wanted, mesh.region_count,
-                                             own);
+                       judged = std::move(here);
                    });
     }
     execution.phase("place sites");

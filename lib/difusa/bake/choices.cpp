@@ -101,6 +101,12 @@ Choice choose_transport(const std::string& text) {
     return parse_choice("transport", text, {{"gather", {}}, {"pairwise", pairwise}});
 }
 
+constexpr const char *sure_basis = "normalized-radial", *accurate_basis = "moving-least-squares";
+
+std::string basis_of(const BakeOptions& options, bool pairwise) {
+    return !options.basis.empty() ? options.basis : pairwise ? sure_basis : accurate_basis;
+}
+
 MirrorPathOptions mirror_paths(const Parameters& parameters) {
     MirrorPathOptions options;
     const std::string& paths = parameters.word("mirrors");
@@ -145,6 +151,16 @@ std::string fitting_sampler(const std::string& chosen, const std::string& basis_
     return chosen;
 }
 
+bool can_be_graded(const Registry& registry, const BakeOptions& options) {
+    if (choose_transport(options.transport).name == "pairwise") {
+        return false;
+    }
+    const std::string choice = basis_of(options, false);
+    const std::shared_ptr<Basis> basis = registry.create<Basis>(choice);
+    const std::shared_ptr<Sampler> sampler = registry.create<Sampler>(fitting_sampler(options.sampler, choice, *basis));
+    return !basis->can_be_subdivided() && sampler->can_be_graded() && !sampler->needs_visibility();
+}
+
 Choices make_choices(const Registry& registry, const BakeOptions& options) {
     check_options(options);
     Choices choices;
@@ -171,11 +187,10 @@ Choices make_choices(const Registry& registry, const BakeOptions& options) {
     const std::string flip = parse_choice("flip", options.flip, {{"auto", {}}, {"all", {}}, {"none", {}}}).name;
     choices.flip = flip == "all" ? Flip::all : flip == "none" ? Flip::nothing : Flip::certain;
 
-    const std::string sure = "normalized-radial", accurate = "moving-least-squares";
-    const std::string basis = !options.basis.empty() ? options.basis : choices.pairwise ? sure : accurate;
+    const std::string basis = basis_of(options, choices.pairwise);
     choices.elements = make_elements(registry, basis, options);
     if (options.basis.empty() && !choices.pairwise) {
-        choices.fallback = make_elements(registry, sure, options);
+        choices.fallback = make_elements(registry, sure_basis, options);
     }
     choices.sampler_name = fitting_sampler(options.sampler, basis, *choices.elements.basis);
     make(choices.sampler, choices.sampler_name);

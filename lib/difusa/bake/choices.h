@@ -61,6 +61,10 @@ std::string fitting_sampler(const std::string& chosen, const std::string& basis_
 /// Whether patches are divided into elements where it helps (bake/subdivided_patches.h).
 bool is_subdivided(const Basis& basis, const BakeOptions& options);
 
+/// True if sites can be added where they help to those that the options choose: gathered transport, a basis that any
+/// sites will do for, and a sampler that covers all of the surface evenly. Throws UsageError for unknown names.
+bool can_be_graded(const Registry& registry, const BakeOptions& options);
+
 /// Throws UsageError for anything unknown, contradictory or without effect.
 Choices make_choices(const Registry& registry, const BakeOptions& options);
 

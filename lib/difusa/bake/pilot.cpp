@@ -6,6 +6,12 @@
 
 namespace difusa {
 
+namespace {
+
+constexpr double least_weight = 0.25; ///< of the mean weight
+
+} // namespace
+
 void bake_pilot(const BakeResult& result, BakeOptions options, const Registry& registry, const Choices& choices,
                 const Placed& placed, const Tracer& tracer, const Execution& execution,
                 const std::function<void(const BakeResult& pilot, const Execution& own)>& look) {
@@ -23,18 +29,20 @@ void bake_pilot(const BakeResult& result, BakeOptions options, const Registry& r
     }
 }
 
-Values reflected_at_sites(const BakeResult& pilot, const Values& light) {
+Values judged_at_sites(const BakeResult& pilot, const Values& light) {
     const Discretisation& discretisation = pilot.system->discretisation();
     const SiteSet& sites = *discretisation.sites;
-    const Values weights = judged_weights(pilot.solution);
-    Values reflected(static_cast<Eigen::Index>(sites.size()), light.cols());
+    const Values all = judged_weights(pilot.solution);
+    Values weights(static_cast<Eigen::Index>(sites.size()), light.cols());
     for (std::size_t i = 0; i < sites.size(); ++i) {
         const SurfacePoint& x = sites.points[i];
-        const auto surfel = static_cast<Eigen::Index>(discretisation.surfels->at(x.face, x.u, x.v));
-        const auto row = static_cast<Eigen::Index>(i);
-        reflected.row(row) = light.row(row).cwiseProduct(weights.row(surfel));
+        weights.row(static_cast<Eigen::Index>(i)) =
+            all.row(static_cast<Eigen::Index>(discretisation.surfels->at(x.face, x.u, x.v)));
     }
-    return reflected;
+    const double mean = weights.mean();
+    return light.topRows(weights.rows())
+        .cwiseProduct(mean > 0.0 ? Values(weights.cwiseMax(least_weight * mean))
+                                 : Values(Values::Ones(weights.rows(), weights.cols())));
 }
 
 } // namespace difusa

@@ -21,7 +21,9 @@ void bake_pilot(const BakeResult& result, BakeOptions options, const Registry& r
                 const Placed& placed, const Tracer& tracer, const Execution& execution,
                 const std::function<void(const BakeResult& pilot, const Execution& own)>& look);
 
-/// What the sites of a pilot would send back of `light`, #S or more rows by #channels, W/m²: #S rows.
-Values reflected_at_sites(const BakeResult& pilot, const Values& light);
+/// How much it matters at the sites of a pilot if `light`, #S or more rows by #channels, is off by that, W/m²: what
+/// they would send back of it, but at least as much as sites with a quarter of the mean reflectance would, because the
+/// irradiance of dark surfaces is looked at, too; the light itself if nothing reflects any. #S rows.
+Values judged_at_sites(const BakeResult& pilot, const Values& light);
 
 } // namespace difusa

@@ -25,7 +25,8 @@ namespace difusa {
 /// The cost of a bake.
 struct BakeEstimate {
     std::size_t sites = 0;
-    bool predicted = false; ///< the sites have not been placed: their number is predicted to about 1 %
+    bool predicted =
+        false; ///< the sites have not been placed: their number is predicted to about 1 %, or 5 % if graded
     std::size_t rays = 0, segments = 0;
     double transport_bytes = 0.0; ///< upper estimate
     std::size_t further_rays = 0; ///< those of the error estimate, of goals and of a final gather; 0 if not counted

@@ -72,7 +72,7 @@ std::shared_ptr<SiteSet> place_elements(BakeResult& result, const Registry& regi
         const std::shared_ptr<SiteSet> sites = sites_now();
         bake_pilot(result, patch_pilot_options(options), registry, choices, {sites, lit.dark_area}, tracer, execution,
                    [&](const BakeResult& pilot, const Execution& own) {
-                       const Values light = reflected_at_sites(pilot, sum_of_parts(pilot.solution.h, pilot.channels));
+                       const Values light = judged_at_sites(pilot, sum_of_parts(pilot.solution.h, pilot.channels));
                        elements = PatchElements(patches, sites->points);
                        const double rms = std::sqrt(light.squaredNorm() / static_cast<double>(sites->size()));
                        const SubdivisionLimits limits{target + without_sites, options.levels.value_or(default_levels),

@@ -49,6 +49,7 @@ SizeField graded_spacing(const SiteSet& sites, const std::vector<double>& own, c
     DIFUSA_REQUIRE(n > 0 && own.size() == n && error.size() == n);
     const auto unscaled = [&](std::size_t i) { return std::sqrt(own[i] / error[i]); };
     SizeField field(sites.points, sites.region, std::vector<double>(n, largest), largest, region_count);
+    field.look_around(execution);
     const auto scale = [&](double factor) {
         std::vector<double> sizes(n);
         for (std::size_t i = 0; i < n; ++i) {
@@ -63,7 +64,7 @@ SizeField graded_spacing(const SiteSet& sites, const std::vector<double>& own, c
         scale(factor);
         parallel_for(n, sites_at_once, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
             for (std::size_t i = begin; i < end; ++i) {
-                const double ratio = own[i] / field.placed_at(sites.points[i].position, sites.region[i]);
+                const double ratio = own[i] / field.placed_at_point(i);
                 share[i] = ratio * ratio;
             }
         });

@@ -251,15 +251,13 @@ class GapFilling {
             const std::array<Vec3, 3> corners = places(mesh_, piece);
             const LongestEdge longest(corners, smallest_);
             const auto [a, b] = halves(piece, longest);
-            if (!is_wanted(piece, corners, longest)) {
+            const bool large = longest.squared > spacing_ * spacing_; // rarely covered by a single site
+            if ((!large && grid_.covers(piece.face, corners)) || !is_wanted(piece, corners, longest)) {
                 continue;
             }
-            if (longest.squared > spacing_ * spacing_) { // rarely covered by a single site
+            if (large) {
                 stack.push_back(b);
                 stack.push_back(a);
-                continue;
-            }
-            if (grid_.covers(piece.face, corners)) {
                 continue;
             }
             const SurfacePoint x = dart(mesh_, piece, stream);

@@ -1,23 +1,17 @@
 #include <difusa/discretisation/size_field.h>
 
 #include <difusa/core/error.h>
+#include <difusa/core/parallel.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
 namespace difusa {
 
-namespace {
-
-constexpr std::size_t nearest_points = 16;
-
-} // namespace
-
 SizeField::SizeField(std::vector<SurfacePoint> points, const std::vector<Index>& region, std::vector<double> sizes,
                      double largest, Index region_count)
-    : points_(std::move(points)), largest_(largest), smallest_(largest) {
+    : points_(std::move(points)), region_(region), largest_(largest), smallest_(largest) {
     DIFUSA_REQUIRE(points_.size() == region.size());
     assign(std::move(sizes));
     std::vector<std::vector<Index>> members(region_count);
@@ -42,18 +36,33 @@ void SizeField::assign(std::vector<double> sizes) {
     DIFUSA_REQUIRE(smallest_ > 0.0);
 }
 
-double SizeField::at(const Vec3& x, Index region) const {
-    if (!trees_[region]) {
-        return largest_;
+SizeField::Around SizeField::around(const Vec3& x, Index region) const {
+    Around near;
+    if (trees_[region]) {
+        near.count = trees_[region]->nearest(x, near.point, near.squared_distance);
     }
-    std::array<Index, nearest_points> near{};
-    std::array<double, nearest_points> squared{};
-    const std::size_t count = trees_[region]->nearest(x, near, squared);
+    return near;
+}
+
+double SizeField::least_of(const Around& near) const {
     double least = largest_;
-    for (std::size_t k = 0; k < count; ++k) {
-        least = std::min(least, sizes_[near[k]] + slope * std::sqrt(squared[k]));
+    for (std::size_t k = 0; k < near.count; ++k) {
+        least = std::min(least, sizes_[near.point[k]] + slope * std::sqrt(near.squared_distance[k]));
     }
     return least;
+}
+
+double SizeField::at(const Vec3& x, Index region) const {
+    return least_of(around(x, region));
+}
+
+void SizeField::look_around(const Execution& execution) {
+    around_.resize(points_.size());
+    parallel_for(points_.size(), 256, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
+        for (std::size_t i = begin; i < end; ++i) {
+            around_[i] = around(points_[i].position, region_[i]);
+        }
+    });
 }
 
 double SizeField::spacing_of(double largest, int level) {
