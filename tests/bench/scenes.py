@@ -7,9 +7,9 @@ Each OPTIONS is one argument with the options of a bake, such as "--rays 256 --s
 For each scene (all by default) and each of them it prints the root mean square error of the indirect irradiance at N
 points drawn uniformly by area, relative to the rms of that irradiance, over several seeds; and the least processor
 time of a bake. Faces that emit are left out. The reference is a final gather at the same points, which evaluates light
-where rays hit: with 16384 rays from a field of 20000 sites; the hall, whose many vertices would be gathered at as well, has a
-field of 30000 sites of 2048 rays each, or what --reference says. --other is the BIN_DIR of another version that has
---at, whose defaults are measured in the same run.
+where rays hit: with 16384 rays from a field of 20000 sites. For hall and engine, whose many vertices would be gathered
+at as well, it is a field of 30000 sites of 2048 rays each, and --reference says another. --other is the BIN_DIR of
+another version that has --at; its defaults are measured in the same run.
 The scenes hall and engine are made by its generate_scenes; with --scenes DIR, files of these names there are used.
 """
 import argparse
@@ -35,7 +35,8 @@ SCENES = {
 }
 GENERATED = ("hall", "engine")
 GATHERED = "--sites 20000 --final-gather 16384 --seed 977 --output-spacing 1000"
-REFERENCES = {"hall": "--sites 30000 --rays 2048 --seed 977 --output-spacing 1000"}
+FINE = "--sites 30000 --rays 2048 --seed 977 --output-spacing 1000"
+REFERENCES = {"hall": FINE, "engine": FINE}
 
 
 def read_obj(file):

@@ -169,6 +169,26 @@ TEST(Grading, SharesTheSquaredErrorEvenlyAmongAsManyElementsAsAreWanted) {
     EXPECT_NEAR(*least / *most, 1.0, 1e-9);
 }
 
+TEST(Grading, SpacingsAtThePointsOfAFieldAreThoseOfAnyPlace) {
+    for (const Mesh& mesh : meshes()) {
+        const SiteSet sites = test::poisson_sites(mesh, 0.1);
+        RandomStream random(12, "sizes");
+        std::vector<double> sizes(sites.size());
+        for (double& size : sizes) {
+            size = 0.01 + 0.09 * random.uniform();
+        }
+        SizeField field(sites.points, sites.region, sizes, 0.1, mesh.region_count);
+        field.look_around(Execution{});
+        for (int round = 0; round < 2; ++round) {
+            for (std::size_t i = 0; i < sites.size(); ++i) {
+                EXPECT_EQ(field.placed_at_point(i), field.placed_at(sites.points[i].position, sites.region[i]));
+            }
+            std::reverse(sizes.begin(), sizes.end());
+            field.assign(sizes);
+        }
+    }
+}
+
 TEST(Grading, DoesNotRefineWhatHasNoError) {
     const Mesh mesh = test::grid(1, 1);
     const SiteSet sites = test::poisson_sites(mesh, 0.05);

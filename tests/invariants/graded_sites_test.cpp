@@ -1,0 +1,70 @@
+// Bakes whose sites are placed where they help (BakeOptions::adaptive).
+#include <difusa/bake.h>
+#include <difusa/import/shapes.h>
+
+#include <support/furnace.h>
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+
+namespace difusa::graded_sites_test {
+namespace {
+
+constexpr double edge_at = 1.0 / 3.0; ///< of the lid over the floor
+
+/// The floor [0,1]² under an even sky of 1 W/m², with a black lid 0.1 above its part x < edge_at.
+Scene floor_under_lid(double reflectance) {
+    Scene scene;
+    scene.mesh = rectangle(Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY());
+    add(scene.mesh, rectangle(Vec3(-1.0, -1.0, 0.1), Vec3(1.0 + edge_at, 0, 0), Vec3(0, 3.0, 0)), 1);
+    scene.materials.resize(2);
+    scene.materials[0].name = "floor";
+    scene.materials[0].reflectance = Rgb::Constant(reflectance);
+    scene.materials[1].name = "lid";
+    scene.materials[1].reflectance = Rgb::Zero();
+    return scene;
+}
+
+BakeOptions graded(std::size_t sites) {
+    BakeOptions options;
+    options.adaptive = true;
+    options.sites = sites;
+    options.rays = 256;
+    options.sky = Rgb::Ones();
+    options.visibility = "cgal";
+    options.error_points = 0;
+    return options;
+}
+
+/// Sites of the floor less than 0.1 from the edge of the lid, over those more than 0.4 from it: 0.75, as the areas, if
+/// they are evenly spaced.
+double denser_at_edge(const BakeResult& result) {
+    double near = 0.0, far = 0.0;
+    for (const SurfacePoint& site : result.sites->points) {
+        const double off = std::abs(site.position.x() - edge_at);
+        near += site.position.z() == 0.0 && off < 0.1 ? 1.0 : 0.0;
+        far += site.position.z() == 0.0 && off > 0.4 ? 1.0 : 0.0;
+    }
+    return near / far;
+}
+
+TEST(GradedSites, AreAsManyAsWanted) {
+    for (const std::size_t sites : {500U, 2000U}) {
+        const BakeResult result = test::baked(floor_under_lid(0.5), graded(sites));
+        EXPECT_NEAR(static_cast<double>(result.sites->size()), static_cast<double>(sites),
+                    0.05 * static_cast<double>(sites));
+    }
+}
+
+TEST(GradedSites, AreDenseWhereTheLightVariesWhateverTheReflectance) {
+    // A black floor sends nothing back, but its irradiance is looked at.
+    for (const double reflectance : {0.5, 0.0}) {
+        const BakeResult result = test::baked(floor_under_lid(reflectance), graded(1500));
+        EXPECT_GT(denser_at_edge(result), 1.5) << reflectance; // twice as dense
+        EXPECT_NEAR(static_cast<double>(result.sites->size()), 1500.0, 75.0) << reflectance;
+    }
+}
+
+} // namespace
+} // namespace difusa::graded_sites_test
