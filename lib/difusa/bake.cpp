@@ -8,6 +8,7 @@
 #include <difusa/bake/fronts.h>
 #include <difusa/bake/placing.h>
 #include <difusa/bake/scene.h>
+#include <difusa/bake/sites_in_sight.h>
 #include <difusa/bake/steps.h>
 #include <difusa/bake/subdivided_patches.h>
 #include <difusa/bake/trial.h>
@@ -17,6 +18,7 @@
 #include <memory>
 #include <optional>
 #include <utility>
+#include <vector>
 
 namespace difusa {
 
@@ -113,12 +115,19 @@ void solve_on(const Stage& stage, BakeResult& result, const Choices& choices, co
     // An accuracy can be ordered from any sampler.
     result.options.adaptive = result.options.adaptive && !choices.sampler->needs_visibility();
     const auto place = [&] {
-        if (!result.options.adaptive) {
-            return place_sites(result, choices, stage.lit, execution);
+        if (result.options.adaptive) {
+            const bool subdivided = is_subdivided(*choices.elements.basis, result.options);
+            if (const auto graded = (subdivided ? place_elements : place_adaptively)(
+                    result, stage.registry, choices, stage.lit, stage.tracer, execution)) {
+                return graded;
+            }
+            result.options.adaptive = false;
         }
-        const bool subdivided = is_subdivided(*choices.elements.basis, result.options);
-        return (subdivided ? place_elements : place_adaptively)(result, stage.registry, choices, stage.lit,
-                                                                stage.tracer, execution);
+        return with_sites_in_sight(result, stage.registry, choices, stage.lit, stage.tracer,
+                                   place_sites(result, choices, stage.lit, execution), execution,
+                                   [&](std::vector<SurfacePoint> points, double spacing) {
+                                       return site_set_of(result, stage.lit, std::move(points), spacing, execution);
+                                   });
     };
     const Placed placed{place(), stage.lit.dark_area};
     result.sites = placed.sites;

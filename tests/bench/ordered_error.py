@@ -58,7 +58,7 @@ def fixed_settings(bakes, seeds, longest):
     for rays in RAYS:
         sites, took = 1000, 0.0
         while took < longest / 2:
-            options = ["--sites", str(sites), "--rays", str(rays)]
+            options = ["--no-adaptive", "--sites", str(sites), "--rays", str(rays)]
             errors, took = bakes.over_seeds(options, seeds)
             found.append((rms(errors), took, " ".join(options)))
             sites *= 2

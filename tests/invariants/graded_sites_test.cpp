@@ -1,6 +1,7 @@
 // Bakes whose sites are placed where they help (BakeOptions::adaptive).
 #include <difusa/bake.h>
 #include <difusa/import/shapes.h>
+#include <difusa/mesh/nearest_surface.h>
 
 #include <support/furnace.h>
 
@@ -63,6 +64,52 @@ TEST(GradedSites, AreDenseWhereTheLightVariesWhateverTheReflectance) {
         const BakeResult result = test::baked(floor_under_lid(reflectance), graded(1500));
         EXPECT_GT(denser_at_edge(result), 1.5) << reflectance; // twice as dense
         EXPECT_NEAR(static_cast<double>(result.sites->size()), 1500.0, 75.0) << reflectance;
+    }
+}
+
+/// A floor of 2 by 1 m under an even sky of 1 W/m², with black double-sided walls 0.1 m high across it every 0.1 m.
+Scene floor_with_walls() {
+    Scene scene;
+    scene.mesh = rectangle(Vec3::Zero(), 2.0 * Vec3::UnitX(), Vec3::UnitY());
+    for (int k = 1; k < 20; ++k) {
+        add(scene.mesh, rectangle(Vec3(0.1 * k, 0, 0), Vec3::UnitY(), 0.1 * Vec3::UnitZ()), 1);
+    }
+    scene.materials.resize(2);
+    scene.materials[0].name = "floor";
+    scene.materials[0].reflectance = Rgb::Constant(0.5);
+    scene.materials[1].name = "wall";
+    scene.materials[1].reflectance = Rgb::Zero();
+    scene.materials[1].double_sided = true;
+    return scene;
+}
+
+/// The point of the floor, which is the first two triangles, at this place.
+SurfacePoint on_floor(const Mesh& mesh, const Vec3& place) {
+    for (const Index t : {0U, 1U}) {
+        const auto weight = nearest_on_triangle(place, mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2));
+        const SurfacePoint x = mesh.at(t, weight[1], weight[2]);
+        if ((x.position - place).norm() < 1e-9) {
+            return x;
+        }
+    }
+    ADD_FAILURE() << "not on the floor: " << place.transpose();
+    return {};
+}
+
+TEST(SitesInSight, AreInEveryBayBetweenWallsThatAreCloserThanTheSpacing) {
+    for (const bool adaptive : {false, true}) {
+        BakeOptions options = graded(0);
+        options.adaptive = adaptive;
+        options.spacing = 0.4;
+        const BakeResult result = test::baked(floor_with_walls(), options);
+        for (int k = 1; k < 19; ++k) {
+            const SurfacePoint x = on_floor(result.scene->mesh, Vec3(0.1 * k + 0.05, 0.45, 0.0));
+            const double H = result.field().evaluate({&x, 1}, 1, "bays", Execution{}).direct.sum();
+            // The sky over the middle of a slot without ends is 1/sqrt(1 + (2 h / w)²) = 0.447 of all; they hide less
+            // than the part of it lower than h over them, 0.45 away. Sites elsewhere in the bay have up to 0.55.
+            EXPECT_GT(H / static_cast<double>(result.channels), 0.3) << k << (adaptive ? ", graded" : "");
+            EXPECT_LT(H / static_cast<double>(result.channels), 0.7) << k << (adaptive ? ", graded" : "");
+        }
     }
 }
 

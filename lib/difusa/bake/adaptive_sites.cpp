@@ -1,6 +1,7 @@
 #include <difusa/bake/adaptive_sites.h>
 
 #include <difusa/bake/pilot.h>
+#include <difusa/bake/sites_in_sight.h>
 #include <difusa/discretisation/grading.h>
 #include <difusa/discretisation/poisson_disk.h>
 
@@ -19,6 +20,7 @@ namespace {
 constexpr std::array<double, 2> pilot_shares{0.25, 0.5};
 static_assert(pilot_shares[0] + pilot_shares[1] == pilot_sites);
 
+constexpr double most_even = 0.75;    ///< of the wanted sites may be needed for one on each part of the surface
 constexpr double close_enough = 0.05; ///< to the wanted number of sites
 constexpr int most_attempts = 3;      ///< at it
 
@@ -64,19 +66,24 @@ std::shared_ptr<SiteSet> place_adaptively(BakeResult& result, const Registry& re
     const Mesh& mesh = result.scene->mesh;
     const double largest = result.options.spacing / std::sqrt(pilot_shares.front());
     const std::vector<SurfacePoint> even = lit_points(result, choices, lit, largest, execution);
+    const double all = result.options.sites > 0 ? static_cast<double>(result.options.sites)
+                                                : static_cast<double>(even.size()) / pilot_shares.front();
+    if (static_cast<double>(even.size()) > most_even * all) {
+        return nullptr;
+    }
     std::optional<Judged> judged;
     std::optional<SizeField> size;
+    const auto set_of = [&](std::vector<SurfacePoint> points, double spacing) {
+        return site_set_of(result, lit, std::move(points), spacing, execution, size ? &*size : nullptr);
+    };
     const auto sites_at = [&](double share) {
         std::vector<SurfacePoint> points = even;
         if (size) {
             points = refine_sites(mesh, std::move(points), *size, most_sites_now(result.options),
                                   RandomStream(result.options.seed, "graded sites"), Unreported(execution));
         }
-        return site_set_of(result, lit, std::move(points), result.options.spacing / std::sqrt(share), execution,
-                           size ? &*size : nullptr);
+        return set_of(std::move(points), result.options.spacing / std::sqrt(share));
     };
-    const double all = result.options.sites > 0 ? static_cast<double>(result.options.sites)
-                                                : static_cast<double>(even.size()) / pilot_shares.front();
     double yield = 1.0; // where spacings change, fewer sites fit than their squares say
     const auto sites_for = [&](double share) {
         if (!judged) {
@@ -107,7 +114,9 @@ std::shared_ptr<SiteSet> place_adaptively(BakeResult& result, const Registry& re
                    });
     }
     execution.phase("place sites");
-    return sites_for(1.0);
+    return with_sites_in_sight(
+        result, registry, choices, lit, tracer, sites_for(1.0), execution,
+        [&](std::vector<SurfacePoint> points, double spacing) { return set_of(std::move(points), spacing); });
 }
 
 } // namespace difusa

@@ -37,6 +37,9 @@ class PointBasis : public Basis {
     void evaluate(const SurfacePoint& x, BasisRow& row) const final;
     void evaluate(std::span<const SurfacePoint> x, std::span<BasisRow> rows) const final;
 
+    /// False if no site of the region is in sight of x, as far as `evaluate` looks.
+    bool reaches(const SurfacePoint& x) const { return nearest(x) != none; }
+
   protected:
     /// Called by `bind` before any evaluation, to precompute what the basis derives from all of its sites.
     virtual void prepare(const SiteSet& /*sites*/) {}

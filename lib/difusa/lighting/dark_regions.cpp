@@ -2,18 +2,14 @@
 
 #include <difusa/core/parallel.h>
 #include <difusa/mesh/surface_sampling.h>
-#include <difusa/rays/direction_pool.h>
+#include <difusa/rays/glance.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <numbers>
 
 namespace difusa {
 
 namespace {
 
-constexpr std::size_t rays_a_place = 32;
 constexpr std::size_t least_places = 64; ///< per region
 
 /// Whether light can reach x, as far as a handful of rays can tell.
@@ -37,20 +33,11 @@ bool sees_light(const Scene& scene, const DirectLight& lights, std::span<const I
             }
         }
     }
-    Vec3 t, b;
-    tangents(x.normal, t, b);
-    std::array<Ray, rays_a_place> rays;
-    std::array<Hit, rays_a_place> hits;
-    for (std::size_t d = 0; d < rays_a_place; ++d) { // cosine-weighted, stratified in the angle
-        const double r2 = stream.uniform(), r = std::sqrt(r2);
-        const double angle = 2.0 * std::numbers::pi * (static_cast<double>(d) + stream.uniform()) / rays_a_place;
-        const Vec3 direction = r * std::cos(angle) * t + r * std::sin(angle) * b + std::sqrt(1.0 - r2) * x.normal;
-        rays[d] = {x.position, direction, x.face};
-    }
-    tracer.first_hits(rays, hits);
-    for (std::size_t d = 0; d < rays_a_place; ++d) {
-        const Hit& hit = hits[d];
-        if (hit.face == none ? scene.has_sky() && (scene.sky_radiance(rays[d].direction) > 0.0).any() : hit.front) {
+    const Glance seen(tracer, x, stream);
+    for (std::size_t d = 0; d < seen.rays.size(); ++d) {
+        const Hit& hit = seen.hits[d];
+        if (hit.face == none ? scene.has_sky() && (scene.sky_radiance(seen.rays[d].direction) > 0.0).any()
+                             : hit.front) {
             return true;
         }
     }

@@ -1,5 +1,7 @@
 #include <difusa/repair/findings.h>
 
+#include <difusa/core/text.h>
+
 #include <algorithm>
 #include <sstream>
 #include <utility>

@@ -1,0 +1,100 @@
+#include <difusa/bake/sites_in_sight.h>
+
+#include <difusa/core/parallel.h>
+#include <difusa/discretisation/point_basis.h>
+#include <difusa/discretisation/site_grid.h>
+#include <difusa/mesh/surface_sampling.h>
+#include <difusa/rays/glance.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <utility>
+
+namespace difusa {
+
+namespace {
+
+constexpr std::size_t places_per_site = 8;
+constexpr std::size_t most_rounds = 4;
+
+/// False if every ray from x ends on a back: x lies inside a body, or between two that touch.
+bool light_arrives(const Tracer& tracer, const SurfacePoint& x, RandomStream stream) {
+    const Glance seen(tracer, x, stream);
+    return std::any_of(seen.hits.begin(), seen.hits.end(),
+                       [](const Hit& hit) { return hit.face == none || hit.front; });
+}
+
+/// Those of the places that light reaches, but no element of the basis.
+std::vector<SurfacePoint> missing(const PointBasis& basis, const Tracer& tracer,
+                                  const std::vector<SurfacePoint>& places, std::uint64_t seed,
+                                  const Execution& execution) {
+    std::vector<std::uint8_t> lacks(places.size(), 0);
+    parallel_for(places.size(), 256, execution, [&](std::size_t begin, std::size_t end, unsigned) {
+        for (std::size_t i = begin; i < end; ++i) {
+            lacks[i] =
+                !basis.reaches(places[i]) && light_arrives(tracer, places[i], RandomStream(seed, "pockets", i)) ? 1 : 0;
+        }
+    });
+    std::vector<SurfacePoint> found;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        if (lacks[i] != 0) {
+            found.push_back(places[i]);
+        }
+    }
+    return found;
+}
+
+} // namespace
+
+std::shared_ptr<SiteSet> with_sites_in_sight(
+    const BakeResult& result, const Registry& registry, const Choices& choices, const LitSurface& lit,
+    const Tracer& tracer, std::shared_ptr<SiteSet> sites, const Execution& execution,
+    const std::function<std::shared_ptr<SiteSet>(std::vector<SurfacePoint> points, double spacing)>& remake) {
+    const Mesh& mesh = result.scene->mesh;
+    const BakeOptions& options = result.options;
+    const bool elsewhere = choices.sampler->needs_visibility() || !choices.sampler->can_be_graded();
+    if (mesh.convex || choices.pairwise || elsewhere ||
+        dynamic_cast<const PointBasis*>(choices.elements.basis.get()) == nullptr) {
+        return sites;
+    }
+    const Unreported unreported(execution);
+    std::vector<SurfacePoint> places =
+        even_points(mesh, places_per_site * sites->size(), RandomStream(options.seed, "places in sight"));
+    std::erase_if(places, [&](const SurfacePoint& x) { return lit.dark[mesh.region[x.face]] != 0; });
+    for (SurfacePoint& x : places) {
+        x = inset(mesh, x);
+    }
+    // Where most regions have a single site, the spacing says little.
+    const double spacing = std::min(options.spacing, std::sqrt(mesh.area / static_cast<double>(sites->size())));
+    const std::size_t given = sites->size();
+    std::size_t most = std::min(2 * given, most_sites_now(options));
+    if (options.target) {
+        most = std::min(most, options.target->most_sites);
+    }
+    for (std::size_t round = 0; round < most_rounds && sites->size() < most; ++round) {
+        const auto basis = registry.create<Basis>(choices.elements.basis_text);
+        basis->bind(mesh, *sites, unreported);
+        places = missing(dynamic_cast<const PointBasis&>(*basis), tracer, places, options.seed, unreported);
+        if (places.empty()) {
+            break;
+        }
+        std::vector<Dart> darts;
+        for (const SurfacePoint& x : places) {
+            darts.push_back({x, darts.size()});
+        }
+        SiteGrid grid(mesh, 0.5 * spacing, most_sites_now(options));
+        grid.insert(darts, unreported);
+        std::vector<SurfacePoint> points = sites->points;
+        points.insert(points.end(), grid.sites().begin(), grid.sites().end());
+        sites = remake(std::move(points), spacing);
+    }
+    if (sites->size() > given) {
+        execution.note(std::to_string(sites->size() - given) +
+                       " sites were added on lit surface that no other site is in sight of");
+    }
+    return sites;
+}
+
+} // namespace difusa
