@@ -110,6 +110,15 @@ struct Stage {
           lit(lit_surface(result, lights, tracer, execution)) {}
 };
 
+std::shared_ptr<SiteSet> place_evenly(const Stage& stage, BakeResult& result, const Choices& choices,
+                                      const Execution& execution) {
+    return with_sites_in_sight(result, stage.registry, choices, stage.lit, stage.tracer,
+                               place_sites(result, choices, stage.lit, execution), execution,
+                               [&](std::vector<SurfacePoint> points, double spacing) {
+                                   return site_set_of(result, stage.lit, std::move(points), spacing, execution);
+                               });
+}
+
 /// Places the sites and solves.
 void solve_on(const Stage& stage, BakeResult& result, const Choices& choices, const Execution& execution) {
     // An accuracy can be ordered from any sampler.
@@ -123,11 +132,7 @@ void solve_on(const Stage& stage, BakeResult& result, const Choices& choices, co
             }
             result.options.adaptive = false;
         }
-        return with_sites_in_sight(result, stage.registry, choices, stage.lit, stage.tracer,
-                                   place_sites(result, choices, stage.lit, execution), execution,
-                                   [&](std::vector<SurfacePoint> points, double spacing) {
-                                       return site_set_of(result, stage.lit, std::move(points), spacing, execution);
-                                   });
+        return place_evenly(stage, result, choices, execution);
     };
     const Placed placed{place(), stage.lit.dark_area};
     result.sites = placed.sites;
@@ -142,15 +147,16 @@ void forecast(BakeResult& result, const Registry& registry, const Choices& choic
     const LitSurface& lit = stage.lit;
     const std::optional<std::size_t> many = forecast_sites(result, choices, lit, execution);
     if (!many) {
-        result.sites = place_sites(result, choices, lit, execution);
+        result.sites = place_evenly(stage, result, choices, execution);
     }
-    // Graded sites follow from the light, of which a dry run knows nothing: about as many as are wanted.
-    const bool graded = result.options.adaptive;
-    const std::size_t sites = graded && result.options.sites > 0 ? result.options.sites
-                              : many                             ? *many
-                                                                 : result.sites->size();
+    // Graded sites follow from the light, of which a dry run knows nothing: as many as are wanted, unless most of them
+    // are needed for one on each region.
+    const std::size_t even = many ? *many : result.sites->size();
+    const bool graded = result.options.adaptive && even < result.options.sites + result.options.sites / 2;
+    const std::size_t sites = graded ? result.options.sites : even;
+    result.options.adaptive = graded || (result.options.adaptive && result.options.sites == 0);
     check_request(result, choices, stage.lights, sites, execution);
-    result.estimate.predicted = graded || many;
+    result.estimate.predicted = result.options.adaptive || many;
     count_further_rays(result.estimate, result, execution);
     predict_time(
         result, registry, choices,

@@ -66,8 +66,10 @@ std::shared_ptr<SiteSet> place_adaptively(BakeResult& result, const Registry& re
     const Mesh& mesh = result.scene->mesh;
     const double largest = result.options.spacing / std::sqrt(pilot_shares.front());
     const std::vector<SurfacePoint> even = lit_points(result, choices, lit, largest, execution);
-    const double all = result.options.sites > 0 ? static_cast<double>(result.options.sites)
-                                                : static_cast<double>(even.size()) / pilot_shares.front();
+    const double all =
+        result.options.sites > 0
+            ? static_cast<double>(result.options.sites)
+            : static_cast<double>(lit_points(result, choices, lit, result.options.spacing, execution.silent()).size());
     if (static_cast<double>(even.size()) > most_even * all) {
         return nullptr;
     }
