@@ -18,7 +18,7 @@ import subprocess
 import sys
 import tempfile
 
-from scenes import DATA, SCENES, irradiance, processor_time, squares, table_of, write_points
+from scenes import DATA, GATHERED, SCENES, irradiance, processor_time, squares, table_of, write_points
 
 RAYS = (128, 256, 512, 1024)
 
@@ -29,7 +29,7 @@ class Bakes:
     def __init__(self, program, scene, points, folder):
         self.program, self.scene, self.folder = program, scene, folder
         write_points(scene, points, folder / "points.txt")
-        irradiance(program, scene, "--sites 20000 --final-gather 16384 --seed 977 --output-spacing 1000".split(), folder)
+        irradiance(program, scene, GATHERED.split(), folder)
         self.exact = table_of(folder, "radiosity")
 
     def error_and_time(self, options, seed):

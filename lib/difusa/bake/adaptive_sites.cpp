@@ -116,9 +116,7 @@ std::shared_ptr<SiteSet> place_adaptively(BakeResult& result, const Registry& re
                    });
     }
     execution.phase("place sites");
-    return with_sites_in_sight(
-        result, registry, choices, lit, tracer, sites_for(1.0), execution,
-        [&](std::vector<SurfacePoint> points, double spacing) { return set_of(std::move(points), spacing); });
+    return with_sites_in_sight(result, registry, choices, lit, tracer, sites_for(1.0), execution, set_of);
 }
 
 } // namespace difusa
