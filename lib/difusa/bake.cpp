@@ -110,8 +110,7 @@ struct Stage {
           lit(lit_surface(result, lights, tracer, execution)) {}
 };
 
-std::shared_ptr<SiteSet> place_evenly(const Stage& stage, BakeResult& result, const Choices& choices,
-                                      const Execution& execution) {
+Placed place_evenly(const Stage& stage, BakeResult& result, const Choices& choices, const Execution& execution) {
     return with_sites_in_sight(result, stage.registry, choices, stage.lit, stage.tracer,
                                place_sites(result, choices, stage.lit, execution), execution,
                                [&](std::vector<SurfacePoint> points, double spacing) {
@@ -123,18 +122,21 @@ std::shared_ptr<SiteSet> place_evenly(const Stage& stage, BakeResult& result, co
 void solve_on(const Stage& stage, BakeResult& result, const Choices& choices, const Execution& execution) {
     // An accuracy can be ordered from any sampler.
     result.options.adaptive = result.options.adaptive && !choices.sampler->needs_visibility();
-    const auto place = [&] {
-        if (result.options.adaptive) {
-            const bool subdivided = is_subdivided(*choices.elements.basis, result.options);
-            if (const auto graded = (subdivided ? place_elements : place_adaptively)(
-                    result, stage.registry, choices, stage.lit, stage.tracer, execution)) {
-                return graded;
-            }
-            result.options.adaptive = false;
+    const auto place = [&]() -> Placed {
+        if (!result.options.adaptive) {
+            return place_evenly(stage, result, choices, execution);
         }
+        if (is_subdivided(*choices.elements.basis, result.options)) {
+            return place_elements(result, stage.registry, choices, stage.lit, stage.tracer, execution);
+        }
+        if (const std::optional<Placed> graded =
+                place_adaptively(result, stage.registry, choices, stage.lit, stage.tracer, execution)) {
+            return *graded;
+        }
+        result.options.adaptive = false;
         return place_evenly(stage, result, choices, execution);
     };
-    const Placed placed{place(), stage.lit.dark_area};
+    const Placed placed = place();
     result.sites = placed.sites;
     check_request(result, choices, stage.lights, placed.sites->size(), execution);
     solve_placed(result, choices, placed, transport_by_rays(result, choices, stage.tracer), execution);
@@ -147,7 +149,7 @@ void forecast(BakeResult& result, const Registry& registry, const Choices& choic
     const LitSurface& lit = stage.lit;
     const std::optional<std::size_t> many = forecast_sites(result, choices, lit, execution);
     if (!many) {
-        result.sites = place_evenly(stage, result, choices, execution);
+        result.sites = place_evenly(stage, result, choices, execution).sites;
     }
     // Graded sites follow from the light, of which a dry run knows nothing: as many as are wanted, unless most of them
     // are needed for one on each region.

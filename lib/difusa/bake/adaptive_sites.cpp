@@ -59,8 +59,8 @@ std::vector<double> errors_of(const BakeResult& pilot, const Execution& executio
 
 } // namespace
 
-std::shared_ptr<SiteSet> place_adaptively(BakeResult& result, const Registry& registry, const Choices& choices,
-                                          const LitSurface& lit, const Tracer& tracer, const Execution& execution) {
+std::optional<Placed> place_adaptively(BakeResult& result, const Registry& registry, const Choices& choices,
+                                       const LitSurface& lit, const Tracer& tracer, const Execution& execution) {
     execution.phase("place sites");
     choose_spacing(result, choices, lit, execution);
     const Mesh& mesh = result.scene->mesh;
@@ -71,7 +71,7 @@ std::shared_ptr<SiteSet> place_adaptively(BakeResult& result, const Registry& re
             ? static_cast<double>(result.options.sites)
             : static_cast<double>(lit_points(result, choices, lit, result.options.spacing, execution.silent()).size());
     if (static_cast<double>(even.size()) > most_even * all) {
-        return nullptr;
+        return std::nullopt;
     }
     std::optional<Judged> judged;
     std::optional<SizeField> size;

@@ -158,7 +158,7 @@ bool can_be_graded(const Registry& registry, const BakeOptions& options) {
     const std::string choice = basis_of(options, false);
     const std::shared_ptr<Basis> basis = registry.create<Basis>(choice);
     const std::shared_ptr<Sampler> sampler = registry.create<Sampler>(fitting_sampler(options.sampler, choice, *basis));
-    return !basis->can_be_subdivided() && sampler->can_be_graded() && !sampler->needs_visibility();
+    return !basis->can_be_subdivided() && sampler->covers_evenly();
 }
 
 Choices make_choices(const Registry& registry, const BakeOptions& options) {

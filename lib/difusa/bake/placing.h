@@ -19,6 +19,15 @@ struct LitSurface {
     double dark_area = 0.0;
 };
 
+/// The sites, and what else is known where they are placed.
+struct Placed {
+    std::shared_ptr<SiteSet> sites;
+    double dark_area = 0.0; ///< of the surface that no light reaches
+    /// If parts of the surface have moved: as it was when the first points were spread on it, which then went along.
+    std::shared_ptr<const Mesh> unmoved = {};
+    std::shared_ptr<Basis> basis = {}; ///< of the choices, bound to the sites; null if it is not bound yet
+};
+
 /// Phase "look for dark surfaces". Notes emitters whose light reaches nothing.
 LitSurface lit_surface(const BakeResult& result, const DirectLight& lights, const Tracer& tracer,
                        const Execution& execution);

@@ -18,6 +18,7 @@ namespace {
 
 constexpr std::size_t places_per_site = 8;
 constexpr std::size_t most_rounds = 4;
+constexpr double many = 1e-3; ///< of the places that are examined
 
 /// False if every ray from x ends on a back: x lies inside a body, or between two that touch.
 bool light_arrives(const Tracer& tracer, const SurfacePoint& x, RandomStream stream) {
@@ -48,35 +49,44 @@ std::vector<SurfacePoint> missing(const PointBasis& basis, const Tracer& tracer,
 
 } // namespace
 
-std::shared_ptr<SiteSet> with_sites_in_sight(
+Placed with_sites_in_sight(
     const BakeResult& result, const Registry& registry, const Choices& choices, const LitSurface& lit,
     const Tracer& tracer, std::shared_ptr<SiteSet> sites, const Execution& execution,
     const std::function<std::shared_ptr<SiteSet>(std::vector<SurfacePoint> points, double spacing)>& remake) {
+    Placed placed{std::move(sites), lit.dark_area};
     const Mesh& mesh = result.scene->mesh;
     const BakeOptions& options = result.options;
-    const bool elsewhere = choices.sampler->needs_visibility() || !choices.sampler->can_be_graded();
-    if (mesh.convex || choices.pairwise || elsewhere ||
+    if (mesh.convex || choices.pairwise || !choices.sampler->covers_evenly() ||
         dynamic_cast<const PointBasis*>(choices.elements.basis.get()) == nullptr) {
-        return sites;
+        return placed;
     }
     const Unreported unreported(execution);
-    std::vector<SurfacePoint> places =
-        even_points(mesh, places_per_site * sites->size(), RandomStream(options.seed, "places in sight"));
-    std::erase_if(places, [&](const SurfacePoint& x) { return lit.dark[mesh.region[x.face]] != 0; });
-    for (SurfacePoint& x : places) {
-        x = inset(mesh, x);
-    }
+    const std::size_t given = placed.sites->size();
+    const auto draw = [&](std::size_t round) {
+        std::vector<SurfacePoint> places =
+            even_points(mesh, places_per_site * given, RandomStream(options.seed, "places in sight", round));
+        std::erase_if(places, [&](const SurfacePoint& x) { return lit.dark[mesh.region[x.face]] != 0; });
+        for (SurfacePoint& x : places) {
+            x = inset(mesh, x);
+        }
+        return places;
+    };
+    std::vector<SurfacePoint> places = draw(0);
     // Where most regions have a single site, the spacing says little.
-    const double spacing = std::min(options.spacing, std::sqrt(mesh.area / static_cast<double>(sites->size())));
-    const std::size_t given = sites->size();
+    const double spacing = std::min(options.spacing, std::sqrt(mesh.area / static_cast<double>(given)));
     std::size_t most = std::min(2 * given, most_sites_now(options));
     if (options.target) {
         most = std::min(most, options.target->most_sites);
     }
-    for (std::size_t round = 0; round < most_rounds && sites->size() < most; ++round) {
-        const auto basis = registry.create<Basis>(choices.elements.basis_text);
-        basis->bind(mesh, *sites, unreported);
-        places = missing(dynamic_cast<const PointBasis&>(*basis), tracer, places, options.seed, unreported);
+    most = std::max(most, given);
+    for (std::size_t round = 0;; ++round) {
+        placed.basis = registry.create<Basis>(choices.elements.basis_text);
+        placed.basis->bind(mesh, *placed.sites, unreported);
+        if (round == most_rounds || placed.sites->size() == most) {
+            break;
+        }
+        const std::size_t examined = places.size();
+        places = missing(dynamic_cast<const PointBasis&>(*placed.basis), tracer, places, options.seed, unreported);
         if (places.empty()) {
             break;
         }
@@ -84,17 +94,22 @@ std::shared_ptr<SiteSet> with_sites_in_sight(
         for (const SurfacePoint& x : places) {
             darts.push_back({x, darts.size()});
         }
+        if (static_cast<double>(places.size()) > many * static_cast<double>(examined)) { // others were not hit
+            const std::vector<SurfacePoint> further = draw(round + 1);
+            places.insert(places.end(), further.begin(), further.end());
+        }
         SiteGrid grid(mesh, 0.5 * spacing, most_sites_now(options));
         grid.insert(darts, unreported);
-        std::vector<SurfacePoint> points = sites->points;
-        points.insert(points.end(), grid.sites().begin(), grid.sites().end());
-        sites = remake(std::move(points), spacing);
+        std::vector<SurfacePoint> points = placed.sites->points;
+        const std::size_t added = std::min(grid.sites().size(), most - points.size());
+        points.insert(points.end(), grid.sites().begin(), grid.sites().begin() + static_cast<std::ptrdiff_t>(added));
+        placed.sites = remake(std::move(points), spacing);
     }
-    if (sites->size() > given) {
-        execution.note(std::to_string(sites->size() - given) +
+    if (placed.sites->size() > given) {
+        execution.note(std::to_string(placed.sites->size() - given) +
                        " sites were added on lit surface that no other site is in sight of");
     }
-    return sites;
+    return placed;
 }
 
 } // namespace difusa

@@ -253,7 +253,11 @@ void solve_placed(BakeResult& result, const Choices& choices, const Placed& plac
                   const Execution& execution) {
     std::optional<LightTransport> transport;
     try {
-        solve_with(result, choices.elements, choices, placed, source, transport, execution);
+        ElementChoice elements = choices.elements;
+        if (placed.basis) {
+            elements.basis = placed.basis;
+        }
+        solve_with(result, elements, choices, placed, source, transport, execution);
     } catch (const BouncesDoNotDieOut&) {
         if (!choices.fallback) {
             throw;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <difusa/bake/choices.h>
+#include <difusa/bake/placing.h>
 #include <difusa/bake/result.h>
 #include <difusa/lighting/direct_light.h>
 #include <difusa/rays/tracer.h>
@@ -21,14 +22,6 @@ BakeResult run_steps(const Registry& registry, const BakeOptions& options, const
 /// Refuses what may be refused before time is spent, and estimates the cost.
 void check_request(BakeResult& result, const Choices& choices, const DirectLight& lights, std::size_t sites,
                    const Execution& execution);
-
-/// The sites, and the area of the surface that no light reaches.
-struct Placed {
-    std::shared_ptr<SiteSet> sites;
-    double dark_area = 0.0;
-    /// If parts of the surface have moved: as it was when the first points were spread on it, which then went along.
-    std::shared_ptr<const Mesh> unmoved = {};
-};
 
 /// Where the transport of a discretisation comes from.
 using TransportSource = std::function<LightTransport(const Discretisation& discretisation, const Execution& execution)>;

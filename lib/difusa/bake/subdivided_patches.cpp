@@ -30,8 +30,8 @@ BakeOptions patch_pilot_options(const BakeOptions& options) {
 
 } // namespace
 
-std::shared_ptr<SiteSet> place_elements(BakeResult& result, const Registry& registry, const Choices& choices,
-                                        const LitSurface& lit, const Tracer& tracer, const Execution& execution) {
+Placed place_elements(BakeResult& result, const Registry& registry, const Choices& choices, const LitSurface& lit,
+                      const Tracer& tracer, const Execution& execution) {
     execution.phase("place sites");
     choose_spacing(result, choices, lit, execution);
     const BakeOptions& options = result.options;
@@ -81,7 +81,7 @@ std::shared_ptr<SiteSet> place_elements(BakeResult& result, const Registry& regi
                    });
     }
     execution.phase("place sites");
-    return sites_now();
+    return {sites_now(), lit.dark_area};
 }
 
 } // namespace difusa

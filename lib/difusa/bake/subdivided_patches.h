@@ -14,7 +14,7 @@ namespace difusa {
 /// of the reflected light a constant on each element misses (discretisation/subdivision.h): the worst elements are
 /// quartered. What misses less than a millionth of the rms of that light is left whole, so that constant light divides
 /// nothing. Phases "place sites", "pilot bake"; throws what a bake does.
-std::shared_ptr<SiteSet> place_elements(BakeResult& result, const Registry& registry, const Choices& choices,
-                                        const LitSurface& lit, const Tracer& tracer, const Execution& execution);
+Placed place_elements(BakeResult& result, const Registry& registry, const Choices& choices, const LitSurface& lit,
+                      const Tracer& tracer, const Execution& execution);
 
 } // namespace difusa

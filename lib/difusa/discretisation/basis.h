@@ -48,7 +48,7 @@ class Basis {
     /// cannot be bound to these sites.
     virtual void bind(const Mesh& mesh, const SiteSet& sites, const Execution& execution = {}) = 0;
 
-    /// Number of elements.
+    /// Number of elements; 0 before it is bound.
     virtual std::size_t size() const = 0;
 
     /// phi_i(x) >= 0 and sum_i phi_i(x) = 1 at every surface point (T 3.7, 3.8) that has an element.

@@ -39,7 +39,9 @@ Discretisation discretise(const Mesh& mesh, std::shared_ptr<SiteSet> sites, std:
     result.sites = sites;
     result.basis = basis;
     execution.phase("set up basis");
-    basis->bind(mesh, *sites, execution);
+    if (basis->size() == 0) {
+        basis->bind(mesh, *sites, execution);
+    }
 
     execution.phase("divide surface");
     result.surfels = std::make_shared<Surfels>(mesh, Discretisation::surfel_edge(sites->spacing), execution);

@@ -31,8 +31,8 @@ struct Discretisation {
 /// A_i = ∫ phi_i dA, as sums over surfels for sites at this spacing.
 std::vector<double> element_integrals(const Mesh& mesh, const Basis& basis, double spacing, const Execution& execution);
 
-/// `sites` receive their areas, the integrals of the basis functions (unless `neighbour_areas`), and the basis, which
-/// is bound to them. Phases: "set up basis", "divide surface", "set up projection".
+/// `sites` receive their areas, the integrals of the basis functions (unless `neighbour_areas`), and the basis is
+/// bound to them, unless it is already. Phases: "set up basis", "divide surface", "set up projection".
 Discretisation discretise(const Mesh& mesh, std::shared_ptr<SiteSet> sites, std::shared_ptr<Basis> basis,
                           const ProjectionChoice& projection, bool neighbour_areas, std::uint64_t seed,
                           const Execution& execution);

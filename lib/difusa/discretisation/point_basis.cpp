@@ -56,7 +56,7 @@ void PointBasis::bind(const Mesh& mesh, const SiteSet& sites, const Execution& e
 }
 
 std::size_t PointBasis::size() const {
-    return sites_->size();
+    return sites_ != nullptr ? sites_->size() : 0;
 }
 
 Index PointBasis::nearest(const SurfacePoint& x) const {

@@ -21,6 +21,9 @@ class Sampler {
     /// False if its sites are those of a mesh, so that none can be added where they would help.
     virtual bool can_be_graded() const { return true; }
 
+    /// True if its sites cover the whole surface, and others may be added.
+    bool covers_evenly() const { return can_be_graded() && !needs_visibility(); }
+
     /// Points no two of which are closer than `spacing` in site distance; of a mesh, about as many. Throws
     /// ResourceError if there would be more than `limit`, InputError if the sampler finds no surface at all.
     virtual std::vector<SurfacePoint> sample(const Mesh& mesh, const Visibility* visibility, double spacing,
@@ -28,10 +31,11 @@ class Sampler {
                                              const Execution& execution) const = 0;
 };
 
-/// The spacing at which `sampler` gives about `count` sites (within 5 % if any spacing does: regions smaller than the
-/// spacing have one site each in any case), found by repeated sampling; for a large surface only of windows (see
-/// predict_sites.h).
-/// For a sampler that sees less than a fiftieth of the surface it gives fewer.
+/// The spacing at which `sampler` gives about `count` sites (within 5 % if any spacing does), found by repeated
+/// sampling; for a large surface only of windows (see predict_sites.h). Each region, and each side of a body, has a
+/// site in any case: where these are more than `count`, the spacing is one that gives half of `count` besides, so that
+/// surfaces large enough for several sites have them. For a sampler that sees less than a fiftieth of the surface it
+/// gives fewer.
 double spacing_for_count(const Sampler& sampler, const Mesh& mesh, const Visibility* visibility, std::size_t count,
                          std::uint64_t seed, const Execution& execution);
 
