@@ -71,7 +71,6 @@ Placed with_sites_in_sight(
         }
         return places;
     };
-    std::vector<SurfacePoint> places = draw(0);
     // Where most regions have a single site, the spacing says little.
     const double spacing = std::min(options.spacing, std::sqrt(mesh.area / static_cast<double>(given)));
     std::size_t most = std::min(2 * given, most_sites_now(options));
@@ -79,24 +78,27 @@ Placed with_sites_in_sight(
         most = std::min(most, options.target->most_sites);
     }
     most = std::max(most, given);
+    std::vector<SurfacePoint> places;
+    bool draw_more = true;
     for (std::size_t round = 0;; ++round) {
         placed.basis = registry.create<Basis>(choices.elements.basis_text);
         placed.basis->bind(mesh, *placed.sites, unreported);
         if (round == most_rounds || placed.sites->size() == most) {
             break;
         }
+        if (draw_more) {
+            const std::vector<SurfacePoint> further = draw(round);
+            places.insert(places.end(), further.begin(), further.end());
+        }
         const std::size_t examined = places.size();
         places = missing(dynamic_cast<const PointBasis&>(*placed.basis), tracer, places, options.seed, unreported);
         if (places.empty()) {
             break;
         }
+        draw_more = static_cast<double>(places.size()) > many * static_cast<double>(examined); // others were not hit
         std::vector<Dart> darts;
         for (const SurfacePoint& x : places) {
             darts.push_back({x, darts.size()});
-        }
-        if (static_cast<double>(places.size()) > many * static_cast<double>(examined)) { // others were not hit
-            const std::vector<SurfacePoint> further = draw(round + 1);
-            places.insert(places.end(), further.begin(), further.end());
         }
         SiteGrid grid(mesh, 0.5 * spacing, most_sites_now(options));
         grid.insert(darts, unreported);

@@ -1,5 +1,7 @@
 #include <difusa/discretisation/discretisation.h>
 
+#include <difusa/core/error.h>
+
 #include <utility>
 
 namespace difusa {
@@ -42,6 +44,7 @@ Discretisation discretise(const Mesh& mesh, std::shared_ptr<SiteSet> sites, std:
     if (basis->size() == 0) {
         basis->bind(mesh, *sites, execution);
     }
+    DIFUSA_REQUIRE(basis->size() == sites->size(), "a basis belongs to the sites that it was bound to");
 
     execution.phase("divide surface");
     result.surfels = std::make_shared<Surfels>(mesh, Discretisation::surfel_edge(sites->spacing), execution);
