@@ -3,6 +3,7 @@
 #include <difusa/core/text.h>
 #include <difusa/io/field_file.h>
 #include <difusa/study/classical_study.h>
+#include <difusa/study/edge_study.h>
 #include <difusa/study/gloss_study.h>
 #include <difusa/study/mirror_study.h>
 #include <difusa/study/ring_curves.h>
@@ -240,6 +241,14 @@ void write_shelves(const BakeOptions& options, const MeasureOptions& how, const 
     shelf_study(registry, {1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0}, options, how, execution,
                 [&](const ShelfTrial& trial) { table.add(shelf_row(trial), shelf_csv_row(trial)); });
     table.write("shelf");
+}
+
+void write_edges(const BakeOptions& options, const std::vector<double>& spacings, const MeasureOptions& how,
+                 const StudyOutput& output, const Registry& registry, const Execution& execution) {
+    StudyTable table(output, edge_header(spacings), edge_csv_header());
+    edge_study(registry, {0.2, 0.5, 0.8, 0.95}, spacings, 0.02, options, how, execution,
+               [&](const EdgeTrial& trial) { table.add(edge_row(trial), edge_csv_rows(trial)); });
+    table.write("edges");
 }
 
 } // namespace difusa

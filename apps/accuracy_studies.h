@@ -54,6 +54,10 @@ void write_validation(const std::vector<ValidationCase>& cases, const BakeOption
 void write_shelves(const BakeOptions& options, const MeasureOptions& how, const StudyOutput& output,
                    const Registry& registry, const Execution& execution);
 
+/// The light near edges of reflectances from 0.2 to 0.95, and the order of convergence there: edges.md and edges.csv.
+void write_edges(const BakeOptions& options, const std::vector<double>& spacings, const MeasureOptions& how,
+                 const StudyOutput& output, const Registry& registry, const Execution& execution);
+
 /// mirrors.md. `spacing`: of the sites.
 void write_mirrors(double spacing, std::uint64_t seed, const StudyOutput& output, const Registry& registry,
                    const Execution& execution);

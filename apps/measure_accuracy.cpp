@@ -67,6 +67,8 @@ Examples:
 
   measure_accuracy --output study --shelf
       shelves of growing length towards the infinite one, whose form factors and radiosity are known
+  measure_accuracy --output study --edges
+      how the light varies near edges where walls meet, by their reflectance, and the order of convergence there
 
 Cases: %CASES%.
 
@@ -84,7 +86,7 @@ struct Arguments {
     std::vector<std::string> solvers;
     std::vector<double> albedos;
     std::optional<std::size_t> sites; ///< of those systems
-    bool side_by_side = false, subdivision = false, shelf = false;
+    bool side_by_side = false, subdivision = false, shelf = false, edges = false;
     std::string validation; ///< name of the collection
     bool mirrors = false, gloss = false;
     difusa::RunArguments run;
@@ -146,6 +148,10 @@ void declare(CLI::App& app, Arguments& a) {
                  "--scene (default --sites: 500 to begin with)");
     app.add_flag("--shelf", a.shelf,
                  "shelves of growing length beside the infinite one instead: form factors, patches and bakes");
+    app.add_flag("--edges", a.edges,
+                 "the light near an edge where two walls meet instead, by their reflectance, and the order of "
+                 "convergence of even and graded sites (default --spacing: 0.1, 0.05, 0.025 and 0.0125 of the walls' "
+                 "width)");
     app.add_flag("--mirrors", a.mirrors,
                  "form factors over mirror patches instead, in situations with one mirror and with two");
 
@@ -388,29 +394,34 @@ void validate(Arguments& a, const difusa::Registry& registry, const difusa::Exec
                              execution);
 }
 
-/// What --mirrors, --shelf and --gloss do not take.
+/// What --mirrors, --shelf, --edges and --gloss do not take.
 void check_mirrors(const Arguments& a) {
-    const std::string study = a.mirrors ? "--mirrors" : a.shelf ? "--shelf" : "--gloss";
-    const std::vector<std::pair<bool, std::string>> given{{!a.plan.cases.empty(), "--case"},
-                                                          {!a.plan.bases.empty(), "--basis"},
-                                                          {!a.plan.projections.empty(), "--projection"},
-                                                          {!a.plan.transports.empty(), "--transport"},
-                                                          {!a.plan.rays.empty(), "--rays"},
-                                                          {!a.plan.final_gathers.empty(), "--final-gather"},
-                                                          {!a.scenes.empty(), "--scene"},
-                                                          {!a.solvers.empty(), "--solver"},
-                                                          {!a.validation.empty(), "--validation"},
-                                                          {a.side_by_side, "--side-by-side"},
-                                                          {a.subdivision, "--subdivision"},
-                                                          {a.chapter7, "--chapter7"},
-                                                          {a.estimate > 0, "--estimate"},
-                                                          {a.repeats > 1, "--repeat"},
-                                                          {a.mirrors && a.shelf, "--shelf"},
-                                                          {a.gloss && (a.mirrors || a.shelf), "--gloss"},
-                                                          {a.gloss && !a.plan.spacings.empty(), "--spacing"},
-                                                          {a.plan.spacings.size() > 1, "a second --spacing"}};
+    const std::string study = a.mirrors ? "--mirrors" : a.shelf ? "--shelf" : a.edges ? "--edges" : "--gloss";
+    const std::vector<std::pair<bool, std::string>> given{
+        {!a.plan.cases.empty(), "--case"},
+        {!a.plan.bases.empty(), "--basis"},
+        {!a.plan.projections.empty(), "--projection"},
+        {!a.plan.transports.empty(), "--transport"},
+        {!a.edges && !a.plan.rays.empty(), "--rays"},
+        {a.plan.rays.size() > 1, "a second --rays"},
+        {!a.plan.final_gathers.empty(), "--final-gather"},
+        {!a.scenes.empty(), "--scene"},
+        {!a.solvers.empty(), "--solver"},
+        {!a.validation.empty(), "--validation"},
+        {a.side_by_side, "--side-by-side"},
+        {a.subdivision, "--subdivision"},
+        {a.chapter7, "--chapter7"},
+        {a.estimate > 0, "--estimate"},
+        {a.repeats > 1, "--repeat"},
+        {a.mirrors && a.shelf, "--shelf"},
+        {a.edges && (a.mirrors || a.shelf), "--edges"},
+        {a.gloss && (a.mirrors || a.shelf || a.edges), "--gloss"},
+        {a.edges && a.plan.common.adaptive, "--adaptive"},
+        {a.gloss && !a.plan.spacings.empty(), "--spacing"},
+        {!a.edges && a.plan.spacings.size() > 1, "a second --spacing"},
+        {a.edges && a.plan.spacings.size() == 1, "a single --spacing"}};
     for (const auto& [is, name] : given) {
-        if ((a.mirrors || a.shelf || a.gloss) && is) {
+        if ((a.mirrors || a.shelf || a.edges || a.gloss) && is) {
             throw UsageError(study + " does not take " + name);
         }
     }
@@ -425,6 +436,14 @@ void measure_shelves(const Arguments& a, const difusa::Registry& registry, const
     difusa::BakeOptions options = a.plan.common;
     options.spacing = a.plan.spacings.empty() ? 0.1 : a.plan.spacings.front();
     difusa::write_shelves(options, a.plan.how, {a.output, a.run.quiet}, registry, execution);
+}
+
+void measure_edges(const Arguments& a, const difusa::Registry& registry, const difusa::Execution& execution) {
+    const std::vector<double> spacings =
+        a.plan.spacings.empty() ? std::vector<double>{0.1, 0.05, 0.025, 0.0125} : a.plan.spacings;
+    difusa::BakeOptions options = a.plan.common;
+    options.rays = a.plan.rays.empty() ? 1024 : a.plan.rays.front();
+    difusa::write_edges(options, spacings, a.plan.how, {a.output, a.run.quiet}, registry, execution);
 }
 
 /// What --solver needs, and does not take.
@@ -528,6 +547,8 @@ void run(Arguments& a) {
                             registry, execution);
     } else if (a.shelf) {
         measure_shelves(a, registry, execution);
+    } else if (a.edges) {
+        measure_edges(a, registry, execution);
     } else if (!a.validation.empty()) {
         validate(a, registry, execution);
     } else if (a.side_by_side || a.subdivision) {

@@ -1,0 +1,175 @@
+#include <difusa/study/edge_study.h>
+
+#include <difusa/core/text.h>
+#include <difusa/scene/material.h>
+#include <difusa/study/references/edge.h>
+#include <difusa/study/references/shelf.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+
+namespace difusa {
+
+namespace {
+
+constexpr double length_of_piece = 0.5;
+constexpr std::size_t places_along = 64;
+
+/// At this distance from the edge, on both walls.
+std::vector<SurfacePoint> along_edge(const Mesh& mesh, double distance) {
+    std::vector<SurfacePoint> points;
+    for (const Index face : {Index{0}, static_cast<Index>(mesh.triangles.size() / 2)}) {
+        // The triangles of a wall are halves of a rectangle whose first corner is on the edge.
+        const bool floor = mesh.normals[face].z() > 0.5;
+        for (std::size_t i = 0; i < places_along; ++i) {
+            const double y = length_of_piece * (static_cast<double>(i) + 0.5) / static_cast<double>(places_along);
+            const Vec3 position = floor ? Vec3(distance, y, 0.0) : Vec3(0.0, y, distance);
+            for (const Index half : {face, face + 1}) {
+                const Vec3 a = mesh.at(half, 0, 0).position, b = mesh.at(half, 1, 0).position - a,
+                           c = mesh.at(half, 0, 1).position - a, p = position - a;
+                const Vec3 normal = b.cross(c);
+                const double u = p.cross(c).dot(normal) / normal.squaredNorm(),
+                             v = b.cross(p).dot(normal) / normal.squaredNorm();
+                if (u >= 0.0 && v >= 0.0 && u + v <= 1.0) {
+                    points.push_back(mesh.at(half, u, v));
+                    break;
+                }
+            }
+        }
+    }
+    return points;
+}
+
+/// The mean irradiance of a bake at a distance from the edge.
+double irradiance_at(const BakeResult& result, double distance, const Execution& execution) {
+    const std::vector<SurfacePoint> points = along_edge(result.scene->mesh, distance);
+    const Irradiance H = result.field().evaluate(points, result.options.seed, "edge", execution);
+    return H.direct.col(0).mean() + H.indirect.col(0).mean();
+}
+
+EdgeTrial try_edge(const Registry& registry, double rho, const std::vector<double>& spacings, double from,
+                   const BakeOptions& options, const MeasureOptions& how, const Execution& execution) {
+    EdgeTrial trial;
+    trial.rho = rho;
+    trial.exponent = edge_exponent(rho);
+    trial.from = from;
+    trial.spacings = spacings;
+    const Judge judge(edge_case(rho), how, execution);
+    const auto exact = [&](double d) { return judge.reference.exact->at(Vec3(d, 0, 0), Vec3::UnitZ()).H; };
+    trial.exact_slope = local_exponent(exact(from), exact(2.0 * from), exact(4.0 * from));
+    BakeOptions own = options;
+    for (const double spacing : spacings) {
+        own.spacing = spacing;
+        own.adaptive = false;
+        trial.even.push_back(measure(registry, judge, own, how, execution));
+        own.adaptive = true;
+        trial.graded.push_back(measure(registry, judge, own, how, execution));
+    }
+    own.output_spacing = judge.reference.scene.mesh.diameter();
+    const BakeResult finest = bake(registry, judge.reference.scene, judge.reference.name, own, execution);
+    const auto baked = [&](double d) { return irradiance_at(finest, d, execution); };
+    trial.baked_slope = local_exponent(baked(from), baked(2.0 * from), baked(4.0 * from));
+    return trial;
+}
+
+double error_of_bake(const Measurement& m) {
+    return m.failed ? NAN : m.total.l2.relative().value_or(NAN);
+}
+
+double order_of(const std::vector<double>& spacings, const std::vector<Measurement>& bakes) {
+    std::vector<double> errors(bakes.size());
+    std::transform(bakes.begin(), bakes.end(), errors.begin(), error_of_bake);
+    return convergence_order(spacings, errors);
+}
+
+} // namespace
+
+ReferenceCase edge_case(double rho) {
+    ShelfParameters p;
+    p.E = {1.0, 1.0, 0.0};
+    p.rho = {rho, rho, 0.0}; // a black ceiling is as good as none
+    ReferenceCase result;
+    result.name = "edge";
+    result.about = "two emitting walls at a right angle, of width 1, infinite along their edge";
+    result.exact = std::make_shared<Shelf>(p);
+    Scene& scene = result.scene;
+    const Vec3 along(0, length_of_piece, 0);
+    scene.mesh = rectangle(Vec3::Zero(), Vec3(p.a, 0, 0), along);
+    add(scene.mesh, rectangle(Vec3::Zero(), along, Vec3(0, 0, p.b)), 0);
+    scene.mesh.repetition.planes = {{Vec3::Zero(), Vec3::UnitY()}, {along, -Vec3::UnitY()}};
+    Material wall;
+    wall.name = "wall";
+    wall.reflectance = Rgb::Constant(rho);
+    wall.emission = Rgb::Constant(1.0);
+    scene.materials = {wall};
+    return result;
+}
+
+double local_exponent(double at_d, double at_2d, double at_4d) {
+    return std::log2((at_4d - at_2d) / (at_2d - at_d));
+}
+
+std::vector<EdgeTrial> edge_study(const Registry& registry, const std::vector<double>& reflectances,
+                                  const std::vector<double>& spacings, double from, const BakeOptions& options,
+                                  const MeasureOptions& how, const Execution& execution,
+                                  const std::function<void(const EdgeTrial&)>& tell) {
+    std::vector<EdgeTrial> trials;
+    for (const double rho : reflectances) {
+        trials.push_back(try_edge(registry, rho, spacings, from, options, how, execution));
+        tell(trials.back());
+    }
+    return trials;
+}
+
+std::string edge_header(const std::vector<double>& spacings) {
+    std::string header = "| reflectance | exponent | between the distances: exact, baked ", line = "|---|---|---";
+    for (const char* const sites : {"even", "graded"}) {
+        for (const double spacing : spacings) {
+            header += std::string("| ") + sites + ", " + text_of(spacing) + " ";
+            line += "|---";
+        }
+        header += "| order ";
+        line += "|---";
+    }
+    return header + "|\n" + line + "|\n";
+}
+
+std::string edge_row(const EdgeTrial& t) {
+    std::array<char, 64> text{};
+    std::snprintf(text.data(), text.size(), "| %g | %.3f | %.3f, %.3f ", t.rho, t.exponent, t.exact_slope,
+                  t.baked_slope);
+    std::string row = text.data();
+    for (const std::vector<Measurement>* const bakes : {&t.even, &t.graded}) {
+        for (const Measurement& m : *bakes) {
+            std::snprintf(text.data(), text.size(), "| %.2e ", error_of_bake(m));
+            row += text.data();
+        }
+        std::snprintf(text.data(), text.size(), "| %.2f ", order_of(t.spacings, *bakes));
+        row += text.data();
+    }
+    return row + "|\n";
+}
+
+std::string edge_csv_header() {
+    return "reflectance,exponent,from,exact_slope,baked_slope,graded,spacing,sites,rms_error,seconds\n";
+}
+
+std::string edge_csv_rows(const EdgeTrial& t) {
+    std::string rows;
+    for (const bool graded : {false, true}) {
+        for (std::size_t i = 0; i < t.spacings.size(); ++i) {
+            const Measurement& m = (graded ? t.graded : t.even)[i];
+            for (const double value : {t.rho, t.exponent, t.from, t.exact_slope, t.baked_slope}) {
+                rows += text_of(value) + ",";
+            }
+            rows += std::string(graded ? "1," : "0,") + text_of(t.spacings[i]) + "," + std::to_string(m.sites) + "," +
+                    text_of(error_of_bake(m)) + "," + text_of(m.seconds) + "\n";
+        }
+    }
+    return rows;
+}
+
+} // namespace difusa
