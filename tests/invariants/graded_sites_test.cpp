@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstddef>
 
 namespace difusa::graded_sites_test {
@@ -65,6 +66,28 @@ TEST(GradedSites, AreDenseWhereTheLightVariesWhateverTheReflectance) {
         EXPECT_GT(denser_at_edge(result), 1.5) << reflectance; // twice as dense
         EXPECT_NEAR(static_cast<double>(result.sites->size()), 1500.0, 75.0) << reflectance;
     }
+}
+
+/// Inside of a sphere whose wall emits alike everywhere all that differs from site to site is noise, which is normally
+/// distributed: its mean square is pi/2 < 2 times the square of its mean size.
+TEST(GradedSites, AreEvenWhereTheLightVariesNoMoreInOnePlaceThanInOthers) {
+    Scene scene;
+    scene.mesh = sphere(1.0, 6, Front::inside);
+    scene.materials.resize(1);
+    scene.materials[0].name = "wall";
+    scene.materials[0].reflectance = Rgb::Constant(0.5);
+    scene.materials[0].emission = Rgb::Ones();
+    const BakeResult result = test::baked(scene, graded(300));
+    EXPECT_FALSE(result.options.adaptive);
+    EXPECT_FALSE(result.sites->graded);
+    const auto& savings = result.journal.savings();
+    EXPECT_EQ(std::count_if(savings.begin(), savings.end(), [](const Saving& s) { return s.what == "graded sites"; }),
+              1);
+    BakeOptions even = graded(300);
+    even.adaptive = false;
+    const BakeResult twin = test::baked(scene, even);
+    ASSERT_EQ(twin.sites->size(), result.sites->size());
+    EXPECT_EQ(twin.solution.h, result.solution.h);
 }
 
 /// A floor of 2 by 1 m under an even sky of 1 W/m², with black double-sided walls 0.1 m high across it every 0.1 m.

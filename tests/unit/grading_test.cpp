@@ -169,6 +169,14 @@ TEST(Grading, SharesTheSquaredErrorEvenlyAmongAsManyElementsAsAreWanted) {
     EXPECT_NEAR(*least / *most, 1.0, 1e-9);
 }
 
+TEST(Grading, GainsWhatTheMeanSquareIsAboveTheSquareOfTheMean) {
+    EXPECT_DOUBLE_EQ(gain_of_grading({0.3, 0.3, 0.3}), 1.0);
+    EXPECT_DOUBLE_EQ(gain_of_grading({0.0, 0.0, 0.0, 2.0}), 4.0);
+    EXPECT_DOUBLE_EQ(gain_of_grading({1e-200, 3e-200}), 0.5 * 10.0 / 4.0);
+    EXPECT_EQ(gain_of_grading({0.0, 0.0}), 1.0);
+    EXPECT_EQ(gain_of_grading({}), 1.0);
+}
+
 TEST(Grading, SpacingsAtThePointsOfAFieldAreThoseOfAnyPlace) {
     for (const Mesh& mesh : meshes()) {
         const SiteSet sites = test::poisson_sites(mesh, 0.1);

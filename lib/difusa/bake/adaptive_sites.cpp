@@ -20,6 +20,7 @@ namespace {
 constexpr std::array<double, 2> pilot_shares{0.25, 0.5};
 static_assert(pilot_shares[0] + pilot_shares[1] == pilot_sites);
 
+constexpr double least_gain = 2.0;    ///< in the squared error at best, for which sites are graded
 constexpr double most_even = 0.75;    ///< of the wanted sites may be needed for one on each part of the surface
 constexpr double close_enough = 0.05; ///< to the wanted number of sites
 constexpr int most_attempts = 3;      ///< at it
@@ -65,7 +66,9 @@ std::optional<Placed> place_adaptively(BakeResult& result, const Registry& regis
     choose_spacing(result, choices, lit, execution);
     const Mesh& mesh = result.scene->mesh;
     const double largest = result.options.spacing / std::sqrt(pilot_shares.front());
-    const std::vector<SurfacePoint> even = lit_points(result, choices, lit, largest, execution);
+    Journal savings; // of sites on dark surfaces, unless all are placed evenly
+    const std::vector<SurfacePoint> even =
+        lit_points(result, choices, lit, largest, {execution.threads, execution.progress, &savings});
     const double all =
         result.options.sites > 0
             ? static_cast<double>(result.options.sites)
@@ -114,6 +117,14 @@ std::optional<Placed> place_adaptively(BakeResult& result, const Registry& regis
                        }
                        judged = std::move(here);
                    });
+        if (!size && gain_of_grading(judged->error) < least_gain) {
+            execution.save({"graded sites", "the light varies about as much everywhere", "sites of a second pilot bake",
+                            pilot_shares.back() * all});
+            return std::nullopt;
+        }
+    }
+    if (execution.journal != nullptr) {
+        execution.journal->append(savings);
     }
     execution.phase("place sites");
     return with_sites_in_sight(result, registry, choices, lit, tracer, sites_for(1.0), execution, set_of);

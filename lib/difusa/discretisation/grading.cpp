@@ -43,6 +43,23 @@ Values leave_one_out(const Basis& basis, const SiteSet& sites, const Values& val
     return residual;
 }
 
+double gain_of_grading(const std::vector<double>& error) {
+    double largest = 0.0;
+    for (const double each : error) {
+        largest = std::max(largest, each);
+    }
+    if (!(largest > 0.0)) {
+        return 1.0;
+    }
+    double sum = 0.0, squares = 0.0;
+    for (const double each : error) {
+        const double scaled = each / largest;
+        sum += scaled;
+        squares += scaled * scaled;
+    }
+    return squares * static_cast<double>(error.size()) / (sum * sum);
+}
+
 SizeField graded_spacing(const SiteSet& sites, const std::vector<double>& own, const std::vector<double>& error,
                          double largest, double wanted, Index region_count, const Execution& execution) {
     const std::size_t n = sites.size();

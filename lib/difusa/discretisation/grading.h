@@ -17,6 +17,11 @@ namespace difusa {
 /// hardly count. `values`: #S or more rows, the first of which are those of the sites.
 Values leave_one_out(const Basis& basis, const SiteSet& sites, const Values& values, const Execution& execution);
 
+/// How much smaller the squared error of graded sites is at best than that of as many even ones, from errors (#S, not
+/// negative) at evenly spaced sites: the mean of their squares over the square of their mean, which is 1 where all are
+/// equal, and pi/2 for normally distributed noise alone. It is 1 if there is no error.
+double gain_of_grading(const std::vector<double>& error);
+
 /// The spacing to place about `wanted` sites at, where `error` (#S, not negative) is the size of the error around each
 /// of `sites`, which are `own` apart (#S). The squared error over the area is least for the number of sites if each
 /// element has the same share of it: with errors in proportion to the spacing, the new one is in proportion to the root
