@@ -2,9 +2,9 @@
 
 #include <difusa/core/text.h>
 #include <difusa/io/field_file.h>
-#include <difusa/study/classical_study.h>
 #include <difusa/study/edge_study.h>
 #include <difusa/study/gloss_study.h>
+#include <difusa/study/method_study.h>
 #include <difusa/study/mirror_study.h>
 #include <difusa/study/ring_curves.h>
 #include <difusa/study/shelf_study.h>
@@ -103,18 +103,68 @@ std::string stem_of(const std::string& scene) {
     return std::filesystem::path(scene).stem().string();
 }
 
-} // namespace
+struct Comparison {
+    std::string name, title; ///< of the files; of the charts
+    std::vector<ComparedMethod> methods;
+};
 
-void write_side_by_side(const SideBySide& plan, const StudyOutput& output, const Registry& registry,
-                        const Execution& execution) {
+void compare(const Comparison& comparison, const SideBySide& plan, const StudyOutput& output, const Registry& registry,
+             const Execution& execution) {
     StudyTable table(output, method_header(), method_csv_header());
     for_each_known_light(plan, registry, execution, [&](const KnownLight& light) {
         const std::vector<MethodTrial> trials =
-            compare_methods(registry, light, plan.common, plan.sites, execution,
+            compare_methods(registry, light, comparison.methods, plan.sites, execution,
                             [&](const MethodTrial& trial) { table.add(method_row(trial), method_csv_row(trial)); });
-        write_whole_file(output.folder / (stem_of(light.name) + "_side_by_side.svg"), method_chart(trials));
+        write_whole_file(output.folder / (stem_of(light.name) + "_" + comparison.name + ".svg"),
+                         method_chart(trials, comparison.title, plan.elsewhere));
     });
-    table.write("side_by_side");
+    table.write(comparison.name);
+}
+
+} // namespace
+
+void write_estimates(const EstimatePlan& plan, const StudyOutput& output, const Registry& registry,
+                     const Execution& execution) {
+    StudyTable table(output, estimate_header(), estimate_csv_header());
+    const auto judge = [&](const KnownLight& light, const BakeOptions& options) {
+        std::string rows;
+        const auto trials =
+            try_estimate(registry, light, options, plan.bakes, execution,
+                         [&](const EstimateTrial& trial) { rows += estimate_csv_row(light.name, trial); });
+        table.add(estimate_row(light.name, trials), rows);
+    };
+    for (const std::string& name : plan.cases) {
+        const Judge exact(reference_case(name), plan.how, execution);
+        BakeOptions own = plan.common;
+        if (!own.target && !(own.spacing > 0.0)) {
+            own.spacing = exact.reference.spacings.back();
+        }
+        // Where the exact solution is that of another surface, of which the mesh is an approximation, no residual of
+        // the equation on the mesh sees the difference.
+        if (exact.reference.mesh_error > 0.0) {
+            judge(known_light(bake(registry, exact.reference.scene, name, finer(own), execution), name, plan.how.places,
+                              execution),
+                  own);
+        } else {
+            judge(known_light(exact), own);
+        }
+    }
+    for (const std::string& file : plan.scenes) {
+        judge(known_light(bake(registry, file, finer(plan.common), execution), file, plan.how.places, execution),
+              plan.common);
+    }
+    table.write("estimate");
+}
+
+void write_side_by_side(const SideBySide& plan, const StudyOutput& output, const Registry& registry,
+                        const Execution& execution) {
+    compare({"side_by_side", "classical and meshless", classical_and_meshless(plan.common)}, plan, output, registry,
+            execution);
+}
+
+void write_defaults(const SideBySide& plan, const StudyOutput& output, const Registry& registry,
+                    const Execution& execution) {
+    compare({"defaults", "defaults and others", defaults_and_others(plan.common)}, plan, output, registry, execution);
 }
 
 void write_solvers(const SolverPlan& plan, const std::vector<std::string>& files, const StudyOutput& output,

@@ -1,8 +1,9 @@
-// Studies of measure_accuracy that write tables row by row: methods side by side, divided patches, solvers, published
-// validation cases, form factors over mirror patches, gloss.
+// Studies of measure_accuracy that write tables row by row: the error estimate, methods side by side, divided patches,
+// solvers, published validation cases, form factors over mirror patches, gloss, shelves, edges.
 #pragma once
 
 #include <difusa/study/measure.h>
+#include <difusa/study/method_study.h>
 #include <difusa/study/solver_study.h>
 #include <difusa/study/study.h>
 #include <difusa/study/validation.h>
@@ -21,16 +22,33 @@ struct StudyOutput {
     bool quiet = false;
 };
 
+struct EstimatePlan {
+    BakeOptions common;
+    std::size_t bakes = 0;                  ///< of each
+    std::vector<std::string> cases, scenes; ///< as for SideBySide; cases at their finest spacing if none is given
+    MeasureOptions how;
+};
+
+/// How often the error estimate holds, and how close it is: estimate.md and estimate.csv.
+void write_estimates(const EstimatePlan& plan, const StudyOutput& output, const Registry& registry,
+                     const Execution& execution);
+
 struct SideBySide {
     BakeOptions common;
     std::vector<std::size_t> sites;         ///< of each method, about
     std::vector<std::string> cases, scenes; ///< with known solutions; files, judged by finer bakes
     MeasureOptions how;
+    std::vector<MeasuredElsewhere> elsewhere; ///< shown in the charts
 };
 
 /// The classical method beside the meshless one: side_by_side.md, side_by_side.csv, and a chart of each scene.
 void write_side_by_side(const SideBySide& plan, const StudyOutput& output, const Registry& registry,
                         const Execution& execution);
+
+/// The default options beside evenly spaced sites, each basis and the first version's defaults: defaults.md,
+/// defaults.csv, and a chart of each scene.
+void write_defaults(const SideBySide& plan, const StudyOutput& output, const Registry& registry,
+                    const Execution& execution);
 
 /// What dividing patches is worth, on scenes judged likewise: subdivision.md, subdivision.csv, and a chart of each
 /// scene. Of `sites` the first counts.

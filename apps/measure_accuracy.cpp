@@ -53,6 +53,9 @@ Examples:
   measure_accuracy --output study --side-by-side --case ball-over-disc --scene data/room_a.json --places 1000
       the classical method (patches or vertices of a mesh, hemicubes) beside the meshless one: error, time, memory
 
+  measure_accuracy --output study --defaults --scene data/cornell_box.obj --places 2000 --beside "path tracer=48,0.34%"
+      the default options beside others, and a figure measured elsewhere in the chart
+
   measure_accuracy --output study --subdivision --case ball-over-disc
       patches divided where the light varies beside even meshes: elements, unknowns, rays and time for an error
 
@@ -86,11 +89,23 @@ struct Arguments {
     std::vector<std::string> solvers;
     std::vector<double> albedos;
     std::optional<std::size_t> sites; ///< of those systems
-    bool side_by_side = false, subdivision = false, shelf = false, edges = false;
+    bool side_by_side = false, subdivision = false, shelf = false, edges = false, defaults = false;
+    std::vector<difusa::MeasuredElsewhere> beside;
     std::string validation; ///< name of the collection
     bool mirrors = false, gloss = false;
     difusa::RunArguments run;
 };
+
+/// "NAME=SECONDS,ERROR%"
+difusa::MeasuredElsewhere parse_elsewhere(const std::string& option, const std::string& text) {
+    const std::size_t equals = text.rfind('='), comma = text.rfind(',');
+    if (equals == std::string::npos || equals == 0 || comma == std::string::npos || comma < equals) {
+        throw UsageError(option + " " + text + ": must be NAME=SECONDS,ERROR%, as in \"path tracer=48,0.34%\"");
+    }
+    const std::string whole = option + " " + text + ":";
+    return {text.substr(0, equals), difusa::parse_positive(whole, text.substr(equals + 1, comma - equals - 1)),
+            difusa::parse_percent(whole, text.substr(comma + 1))};
+}
 
 void declare(CLI::App& app, Arguments& a) {
     app.add_option("--output", a.output, "directory for the tables and charts; created if it does not exist")
@@ -122,9 +137,9 @@ void declare(CLI::App& app, Arguments& a) {
     add_whole<std::size_t>(app, "--estimate", a.estimate, 1,
                            "bakes of each case and scene instead, to judge the error estimate")
         ->type_name("N");
-    difusa::add_repeated(
-        app, "--scene", a.scenes,
-        "mesh or scene file to bake with --estimate, --solver, --side-by-side or --subdivision (may be repeated)")
+    difusa::add_repeated(app, "--scene", a.scenes,
+                         "mesh or scene file to bake with --estimate, --solver, --side-by-side, --defaults or "
+                         "--subdivision (may be repeated)")
         ->type_name("FILE");
     difusa::add_repeated(app, "--solver", a.solvers,
                          "solvers instead, against each other on each --scene (may be repeated)")
@@ -133,16 +148,25 @@ void declare(CLI::App& app, Arguments& a) {
                          "reflectance of all surfaces for --solver (may be repeated; default: 0.5, 0.9, 0.99)",
                          difusa::parse_positive)
         ->type_name("R");
-    difusa::add_parsed(app, "--sites", a.sites,
-                       "sites of those systems, if no --spacing is given (default: 2000), or of --side-by-side",
-                       [](const std::string& option, const std::string& text) {
-                           return difusa::parse_whole<std::size_t>(option, text, 1);
-                       })
+    difusa::add_parsed(
+        app, "--sites", a.sites,
+        "sites of those systems, if no --spacing is given (default: 2000), or of --side-by-side and --defaults",
+        [](const std::string& option, const std::string& text) {
+            return difusa::parse_whole<std::size_t>(option, text, 1);
+        })
         ->type_name("N");
 
     app.add_flag("--side-by-side", a.side_by_side,
                  "the classical method beside the meshless one instead, on each --case and --scene (default sites: 500 "
                  "and 2000)");
+    app.add_flag("--defaults", a.defaults,
+                 "the default options beside evenly spaced sites, each basis and the defaults of version 0.1.0 "
+                 "instead, on each --case and --scene (default sites: 500, 1000, 2000, 5000 and 10000)");
+    difusa::add_repeated(app, "--beside", a.beside,
+                         "what was measured elsewhere, to be shown in the charts of --defaults; those of the same name "
+                         "one after the other are joined by a line (may be repeated)",
+                         parse_elsewhere)
+        ->type_name("NAME=SECONDS,ERROR%");
     app.add_flag("--subdivision", a.subdivision,
                  "what dividing patches of the classical method where the light varies is worth, on each --case and "
                  "--scene (default --sites: 500 to begin with)");
@@ -150,8 +174,8 @@ void declare(CLI::App& app, Arguments& a) {
                  "shelves of growing length beside the infinite one instead: form factors, patches and bakes");
     app.add_flag("--edges", a.edges,
                  "the light near an edge where two walls meet instead, by their reflectance, and the order of "
-                 "convergence of even and graded sites (default --spacing: 0.1, 0.05, 0.025 and 0.0125 of the walls' "
-                 "width)");
+                 "convergence of even and graded sites (default --spacing: 0.1, 0.05 and 0.025 of the walls' width; "
+                 "default --rays: 16384)");
     app.add_flag("--mirrors", a.mirrors,
                  "form factors over mirror patches instead, in situations with one mirror and with two");
 
@@ -260,48 +284,11 @@ difusa::BakeOptions estimate_options(const Arguments& a) {
     return options;
 }
 
-void estimate(Arguments& a, const difusa::Registry& registry, const difusa::Execution& execution) {
-    const difusa::BakeOptions options = estimate_options(a);
-    std::string table = difusa::estimate_header(), csv = difusa::estimate_csv_header();
-    const auto judge = [&](const difusa::KnownLight& light, const difusa::BakeOptions& own) {
-        const auto trials =
-            difusa::try_estimate(registry, light, own, a.estimate, execution, [&](const difusa::EstimateTrial& trial) {
-                csv += difusa::estimate_csv_row(light.name, trial);
-            });
-        const std::string row = difusa::estimate_row(light.name, trials);
-        if (!a.run.quiet) {
-            std::cout << row << std::flush;
-        }
-        table += row;
-    };
-    if (!a.run.quiet) {
-        std::cout << difusa::estimate_header() << std::flush;
-    }
+void estimate(const Arguments& a, const difusa::Registry& registry, const difusa::Execution& execution) {
     const bool all = a.plan.cases.empty() && a.scenes.empty();
-    for (const std::string& name : all ? difusa::reference_case_names() : a.plan.cases) {
-        const difusa::Judge exact(difusa::reference_case(name), a.plan.how, execution);
-        difusa::BakeOptions own = options;
-        if (!own.target && !(own.spacing > 0.0)) {
-            own.spacing = exact.reference.spacings.back();
-        }
-        // Where the exact solution is that of another surface, of which the mesh is an approximation, no residual of
-        // the equation on the mesh sees the difference.
-        if (exact.reference.mesh_error > 0.0) {
-            judge(
-                difusa::known_light(difusa::bake(registry, exact.reference.scene, name, difusa::finer(own), execution),
-                                    name, a.plan.how.places, execution),
-                own);
-        } else {
-            judge(difusa::known_light(exact), own);
-        }
-    }
-    for (const std::string& file : a.scenes) {
-        judge(difusa::known_light(difusa::bake(registry, file, difusa::finer(options), execution), file,
-                                  a.plan.how.places, execution),
-              options);
-    }
-    write(a.output / "estimate.md", table);
-    write(a.output / "estimate.csv", csv);
+    difusa::write_estimates(
+        {estimate_options(a), a.estimate, all ? difusa::reference_case_names() : a.plan.cases, a.scenes, a.plan.how},
+        {a.output, a.run.quiet}, registry, execution);
 }
 
 void compare_solvers(Arguments& a, const difusa::Registry& registry, const difusa::Execution& execution) {
@@ -318,32 +305,46 @@ void compare_solvers(Arguments& a, const difusa::Registry& registry, const difus
     difusa::write_solvers(plan, a.scenes, {a.output, a.run.quiet}, registry, execution);
 }
 
-/// What --side-by-side and --subdivision do not take.
-void check_side_by_side(const Arguments& a) {
-    if (!a.side_by_side && !a.subdivision) {
-        return;
-    }
-    const std::string study = a.side_by_side ? "--side-by-side" : "--subdivision";
-    const difusa::StudyPlan& plan = a.plan;
-    const std::vector<std::pair<bool, std::string>> given{{!plan.bases.empty(), "--basis"},
-                                                          {!plan.projections.empty(), "--projection"},
-                                                          {!plan.transports.empty(), "--transport"},
-                                                          {!plan.spacings.empty(), "--spacing"},
-                                                          {!plan.final_gathers.empty(), "--final-gather"},
-                                                          {plan.common.adaptive, "--adaptive"},
-                                                          {!a.validation.empty(), "--validation"},
-                                                          {!a.solvers.empty(), "--solver"},
-                                                          {!a.albedos.empty(), "--albedo"},
-                                                          {a.chapter7, "--chapter7"},
-                                                          {a.estimate > 0, "--estimate"},
-                                                          {a.repeats > 1, "--repeat"},
-                                                          {a.error.has_value(), "--error"},
-                                                          {a.side_by_side && a.subdivision, "--subdivision"}};
-    for (const auto& [is, name] : given) {
-        if (is) {
+/// Refuses the first of the options that is given.
+void refuse(const std::string& study, const std::vector<std::pair<bool, std::string>>& options) {
+    for (const auto& [given, name] : options) {
+        if (given) {
             throw UsageError(study + " does not take " + name);
         }
     }
+}
+
+bool compares_methods(const Arguments& a) {
+    return a.side_by_side || a.subdivision || a.defaults;
+}
+
+/// What --side-by-side, --defaults and --subdivision do not take.
+void check_side_by_side(const Arguments& a) {
+    if (!a.beside.empty() && !a.defaults) {
+        throw UsageError("--beside is for the charts of --defaults");
+    }
+    if (!compares_methods(a)) {
+        return;
+    }
+    const std::string study = a.side_by_side ? "--side-by-side" : a.defaults ? "--defaults" : "--subdivision";
+    const difusa::StudyPlan& plan = a.plan;
+    const std::vector<std::pair<bool, std::string>> given{
+        {!plan.bases.empty(), "--basis"},
+        {!plan.projections.empty(), "--projection"},
+        {!plan.transports.empty(), "--transport"},
+        {!plan.spacings.empty(), "--spacing"},
+        {!plan.final_gathers.empty(), "--final-gather"},
+        {plan.common.adaptive, "--adaptive"},
+        {!a.validation.empty(), "--validation"},
+        {!a.solvers.empty(), "--solver"},
+        {!a.albedos.empty(), "--albedo"},
+        {a.chapter7, "--chapter7"},
+        {a.estimate > 0, "--estimate"},
+        {a.repeats > 1, "--repeat"},
+        {a.error.has_value(), "--error"},
+        {a.side_by_side && a.defaults, "--defaults"},
+        {(a.side_by_side || a.defaults) && a.subdivision, "--subdivision"}};
+    refuse(study, given);
     if (a.plan.rays.size() > 1) {
         throw UsageError(study + " takes a single --rays");
     }
@@ -358,12 +359,16 @@ void side_by_side(const Arguments& a, const difusa::Registry& registry, const di
     plan.common.rays = a.plan.rays.empty() ? plan.common.rays : a.plan.rays.front();
     plan.sites = a.sites         ? std::vector<std::size_t>{*a.sites}
                  : a.subdivision ? std::vector<std::size_t>{500}
+                 : a.defaults    ? std::vector<std::size_t>{500, 1000, 2000, 5000, 10000}
                                  : std::vector<std::size_t>{500, 2000};
+    plan.elsewhere = a.beside;
     plan.cases = a.plan.cases;
     plan.scenes = a.scenes;
     plan.how = a.plan.how;
-    (a.subdivision ? difusa::write_subdivision : difusa::write_side_by_side)(plan, {a.output, a.run.quiet}, registry,
-                                                                             execution);
+    const auto write = a.subdivision ? difusa::write_subdivision
+                       : a.defaults  ? difusa::write_defaults
+                                     : difusa::write_side_by_side;
+    write(plan, {a.output, a.run.quiet}, registry, execution);
 }
 
 /// What --validation does not take.
@@ -377,11 +382,7 @@ void check_validation(const Arguments& a) {
     const std::vector<std::pair<bool, std::string>> given{
         {!a.scenes.empty(), "--scene"}, {!a.solvers.empty(), "--solver"}, {a.chapter7, "--chapter7"},
         {a.estimate > 0, "--estimate"}, {a.repeats > 1, "--repeat"},      {a.error.has_value(), "--error"}};
-    for (const auto& [is, name] : given) {
-        if (is) {
-            throw UsageError("--validation does not take " + name);
-        }
-    }
+    refuse("--validation", given);
 }
 
 void validate(Arguments& a, const difusa::Registry& registry, const difusa::Execution& execution) {
@@ -396,6 +397,9 @@ void validate(Arguments& a, const difusa::Registry& registry, const difusa::Exec
 
 /// What --mirrors, --shelf, --edges and --gloss do not take.
 void check_mirrors(const Arguments& a) {
+    if (!a.mirrors && !a.shelf && !a.edges && !a.gloss) {
+        return;
+    }
     const std::string study = a.mirrors ? "--mirrors" : a.shelf ? "--shelf" : a.edges ? "--edges" : "--gloss";
     const std::vector<std::pair<bool, std::string>> given{
         {!a.plan.cases.empty(), "--case"},
@@ -409,6 +413,7 @@ void check_mirrors(const Arguments& a) {
         {!a.solvers.empty(), "--solver"},
         {!a.validation.empty(), "--validation"},
         {a.side_by_side, "--side-by-side"},
+        {a.defaults, "--defaults"},
         {a.subdivision, "--subdivision"},
         {a.chapter7, "--chapter7"},
         {a.estimate > 0, "--estimate"},
@@ -420,11 +425,7 @@ void check_mirrors(const Arguments& a) {
         {a.gloss && !a.plan.spacings.empty(), "--spacing"},
         {!a.edges && a.plan.spacings.size() > 1, "a second --spacing"},
         {a.edges && a.plan.spacings.size() == 1, "a single --spacing"}};
-    for (const auto& [is, name] : given) {
-        if ((a.mirrors || a.shelf || a.edges || a.gloss) && is) {
-            throw UsageError(study + " does not take " + name);
-        }
-    }
+    refuse(study, given);
 }
 
 void judge_mirrors(const Arguments& a, const difusa::Registry& registry, const difusa::Execution& execution) {
@@ -440,15 +441,15 @@ void measure_shelves(const Arguments& a, const difusa::Registry& registry, const
 
 void measure_edges(const Arguments& a, const difusa::Registry& registry, const difusa::Execution& execution) {
     const std::vector<double> spacings =
-        a.plan.spacings.empty() ? std::vector<double>{0.1, 0.05, 0.025, 0.0125} : a.plan.spacings;
+        a.plan.spacings.empty() ? std::vector<double>{0.1, 0.05, 0.025} : a.plan.spacings;
     difusa::BakeOptions options = a.plan.common;
-    options.rays = a.plan.rays.empty() ? 1024 : a.plan.rays.front();
+    options.rays = a.plan.rays.empty() ? 16384 : a.plan.rays.front();
     difusa::write_edges(options, spacings, a.plan.how, {a.output, a.run.quiet}, registry, execution);
 }
 
 /// What --solver needs, and does not take.
 void check_solvers(const Arguments& a, const difusa::Registry& registry) {
-    if (a.solvers.empty() && (!a.albedos.empty() || (a.sites && !a.side_by_side && !a.subdivision && !a.gloss))) {
+    if (a.solvers.empty() && (!a.albedos.empty() || (a.sites && !compares_methods(a) && !a.gloss))) {
         throw UsageError("--albedo and --sites are for the comparison of solvers: name them, --solver krylov "
                          "--solver jacobi");
     }
@@ -466,11 +467,7 @@ void check_solvers(const Arguments& a, const difusa::Registry& registry) {
                                                           {a.repeats > 1, "--repeat"},
                                                           {a.chapter7, "--chapter7"},
                                                           {a.estimate > 0, "--estimate"}};
-    for (const auto& [is, name] : given) {
-        if (is) {
-            throw UsageError("--solver does not take " + name);
-        }
-    }
+    refuse("--solver", given);
 }
 
 /// Chapter 7 has its own scene, transports and error measure.
@@ -515,10 +512,10 @@ void run(Arguments& a) {
     }
     check_side_by_side(a);
     check_solvers(a, registry);
-    if (!a.scenes.empty() && a.estimate == 0 && a.solvers.empty() && !a.side_by_side && !a.subdivision) {
-        throw UsageError(
-            "--scene is for --estimate, --solver, --side-by-side and --subdivision only: other studies need a known "
-            "solution (--case)");
+    if (!a.scenes.empty() && a.estimate == 0 && a.solvers.empty() && !compares_methods(a)) {
+        throw UsageError("--scene is for --estimate, --solver, --side-by-side, --defaults and --subdivision only: "
+                         "other studies need "
+                         "a known solution (--case)");
     }
     if (a.error && a.estimate == 0) {
         throw UsageError("--error is for the bakes of --estimate");
@@ -551,7 +548,7 @@ void run(Arguments& a) {
         measure_edges(a, registry, execution);
     } else if (!a.validation.empty()) {
         validate(a, registry, execution);
-    } else if (a.side_by_side || a.subdivision) {
+    } else if (compares_methods(a)) {
         side_by_side(a, registry, execution);
     } else if (a.chapter7) {
         chapter7(a, registry, execution);

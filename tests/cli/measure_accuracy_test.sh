@@ -40,6 +40,27 @@ expect_text stdout "| shelf | patches, hemicube |" "| shelf | meshless |" "writt
 expect_text beside/side_by_side.md "| shelf | vertices, hemicube, exact direct light |"
 expect_text beside/shelf_side_by_side.svg "<svg" "meshless"
 
+# The defaults beside others.
+expect_refusal 1 "--defaults needs a --case or a --scene" "$measure" --output study --defaults
+expect_refusal 1 "--defaults does not take --adaptive" "$measure" --output study --defaults --case sphere --adaptive
+expect_refusal 1 "--beside is for the charts of --defaults" "$measure" --output study --case sphere --beside "other=1,2%"
+for wrong in other "=1,2%" "other=1" "other=x,2%" "other=1,x"; do
+    expect_refusal 1 "--beside $wrong" "$measure" --output study --defaults --case sphere --beside "$wrong"
+done
+expect_exit 0 "$measure" --output defaults --defaults --case shelf --sites 100 --rays 48 --places 100 \
+    --beside "another=2,3%"
+expect_text stdout "| shelf | defaults: moving-least-squares, graded |" "| shelf | evenly spaced, shepard |"
+[ "$(wc -l <defaults/defaults.csv)" = 7 ] || fail "six methods and a header were expected"
+expect_text defaults/shelf_defaults.svg "<svg" "another" "defaults of version 0.1.0"
+
+# The light near edges.
+expect_refusal 1 "--edges does not take a single --spacing" "$measure" --output study --edges --spacing 0.1
+expect_refusal 1 "--edges does not take --case" "$measure" --output study --edges --case sphere
+expect_refusal 1 "--edges does not take a second --rays" "$measure" --output study --edges --rays 48 --rays 96
+expect_exit 0 "$measure" --output edges --edges --rays 48 --spacing 0.4 --spacing 0.2 --places 100
+expect_text edges/edges.md "| 0.8 | 0.627 | 0.627, "
+[ "$(wc -l <edges/edges.csv)" = 17 ] || fail "four reflectances, two spacings, even and graded, and a header were expected"
+
 # Patches divided where the light varies.
 expect_refusal 1 "--subdivision needs a --case or a --scene" "$measure" --output study --subdivision
 expect_refusal 1 "--subdivision does not take --adaptive" "$measure" --output study --subdivision --case sphere --adaptive

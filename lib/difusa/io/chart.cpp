@@ -124,7 +124,8 @@ void Chart::add(const std::string& name, double x, double y) {
         ChartSeries next;
         next.name = name;
         next.markers = true;
-        next.colour = static_cast<int>(series.size());
+        const bool left = series.size() < palette.size();
+        next.colour = left ? static_cast<int>(series.size()) : -1;
         series.push_back(std::move(next));
     }
     series.back().x.push_back(x);

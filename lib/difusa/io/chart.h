@@ -25,7 +25,8 @@ struct Chart {
     std::vector<ChartSeries> series;
     int width = 720, height = 480; ///< pixels
 
-    /// Adds a point to the last series if that has this name; else begins one, with markers, in the next colour.
+    /// Adds a point to the last series if that has this name; else begins one, with markers, in the next colour;
+    /// in black once the palette is used up.
     void add(const std::string& name, double x, double y);
 };
 

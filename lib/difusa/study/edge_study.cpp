@@ -1,6 +1,7 @@
 #include <difusa/study/edge_study.h>
 
 #include <difusa/core/text.h>
+#include <difusa/import/shapes.h>
 #include <difusa/scene/material.h>
 #include <difusa/study/references/edge.h>
 #include <difusa/study/references/shelf.h>

@@ -1,4 +1,4 @@
-#include <difusa/study/classical_study.h>
+#include <difusa/study/method_study.h>
 
 #include <difusa/core/text.h>
 #include <difusa/import/shapes.h>
@@ -26,7 +26,7 @@ std::optional<Scene> coarse_scene(const std::string& case_name) {
     return scene;
 }
 
-std::vector<ComparedMethod> compared_methods(const BakeOptions& common) {
+std::vector<ComparedMethod> classical_and_meshless(const BakeOptions& common) {
     struct MethodChoice {
         const char *name, *basis, *directions, *direct;
     };
@@ -50,11 +50,30 @@ std::vector<ComparedMethod> compared_methods(const BakeOptions& common) {
     return methods;
 }
 
-std::vector<MethodTrial> compare_methods(const Registry& registry, const KnownLight& light, const BakeOptions& common,
+std::vector<ComparedMethod> defaults_and_others(const BakeOptions& common) {
+    BakeOptions even = common;
+    even.adaptive = false;
+    std::vector<ComparedMethod> methods{{"defaults: moving-least-squares, graded", common}, {"evenly spaced", even}};
+    methods.front().bake.adaptive = true;
+    for (const char* const basis : {"normalized-radial", "shepard", "radial"}) {
+        methods.push_back({std::string("evenly spaced, ") + basis, even});
+        methods.back().bake.basis = basis;
+    }
+    BakeOptions old = even;
+    old.basis = "normalized-radial";
+    old.projection = "natural";
+    old.directions = "low-discrepancy";
+    old.rays = 1024;
+    methods.push_back({"defaults of version 0.1.0", old});
+    return methods;
+}
+
+std::vector<MethodTrial> compare_methods(const Registry& registry, const KnownLight& light,
+                                         const std::vector<ComparedMethod>& methods,
                                          const std::vector<std::size_t>& sites, const Execution& execution,
                                          const std::function<void(const MethodTrial&)>& tell) {
     std::vector<MethodTrial> trials;
-    for (const ComparedMethod& method : compared_methods(common)) {
+    for (const ComparedMethod& method : methods) {
         for (const std::size_t count : sites) {
             BakeOptions own = method.bake;
             own.sites = count;
@@ -73,7 +92,7 @@ std::string method_header() {
 
 std::string method_row(const MethodTrial& t) {
     std::array<char, 96> numbers{};
-    std::snprintf(numbers.data(), numbers.size(), "%zu | %.2f | %.2f | %.1f %%", t.trial.sites,
+    std::snprintf(numbers.data(), numbers.size(), "%zu | %.2f | %.2f | %.2g %%", t.trial.sites,
                   1e-6 * static_cast<double>(t.trial.transport_bytes), t.trial.field_seconds(),
                   100.0 * t.trial.relative_error());
     return "| " + t.scene + " | " + t.method + " | " + numbers.data() + " |\n";
@@ -89,14 +108,19 @@ std::string method_csv_row(const MethodTrial& t) {
            text_of(t.trial.total) + "," + text_of(t.trial.reflected) + "," + text_of(t.trial.relative_error()) + "\n";
 }
 
-std::string method_chart(const std::vector<MethodTrial>& trials) {
+std::string method_chart(const std::vector<MethodTrial>& trials, const std::string& title,
+                         const std::vector<MeasuredElsewhere>& elsewhere) {
     Chart chart;
-    chart.title = trials.empty() ? "" : trials.front().scene + ": classical and meshless";
+    chart.title = trials.empty() ? "" : trials.front().scene + ": " + title;
     chart.x_title = "processor time, s";
     chart.y_title = "rms error relative to the reflected light";
     chart.x_log = chart.y_log = true;
     for (const MethodTrial& t : trials) {
         chart.add(t.method, t.trial.field_seconds(), t.trial.relative_error());
+    }
+    for (const MeasuredElsewhere& measured : elsewhere) {
+        chart.add(measured.name, measured.seconds, measured.error);
+        chart.series.back().dashed = true;
     }
     return svg_of(chart);
 }
