@@ -241,12 +241,20 @@ TEST(SpacingForCount, EndsWhereNoSpacingGivesTheCount) {
     EXPECT_NEAR(static_cast<double>(sample(mesh, spacing).size()), 576 + 25, 0.05 * (576 + 25));
 }
 
-TEST(SpacingForCount, LeavesHalfOfTheSitesForLargeRegionsWhereSmallOnesTakeTooMany) {
+/// Also where the single sites are just fewer than those that are wanted: 576 on the little cubes, and 6 on the large
+/// one, which has the others.
+TEST(SpacingForCount, LeavesHalfOfTheSitesForLargeRegionsWhereSmallOnesTakeMoreThanHalf) {
     const Mesh mesh = test::together(little_cubes(), test::moved(test::box(1.0), 1.0, Vec3(0, 5, 0)));
-    const double spacing =
-        spacing_for_count(*test::plugin<Sampler>("poisson-disk"), mesh, nullptr, 400, 1, Execution{});
-    const double wanted = 576 + 6 + 200; // one on each region, and half of 400
-    EXPECT_NEAR(static_cast<double>(sample(mesh, spacing).size()), wanted, 0.05 * wanted);
+    for (const std::size_t count : {400U, 600U, 1000U, 1200U, 2400U}) {
+        const double spacing =
+            spacing_for_count(*test::plugin<Sampler>("poisson-disk"), mesh, nullptr, count, 1, Execution{});
+        const auto wanted = static_cast<double>(std::max<std::size_t>(count, 576 + 6 + count / 2));
+        const std::vector<SurfacePoint> sites = sample(mesh, spacing);
+        EXPECT_NEAR(static_cast<double>(sites.size()), wanted, 0.05 * wanted);
+        const auto little =
+            std::count_if(sites.begin(), sites.end(), [](const SurfacePoint& x) { return x.position.y() < 1.0; });
+        EXPECT_EQ(little, 576);
+    }
 }
 
 TEST(SpacingForCount, CoversLongNeedlesWithFewSites) {

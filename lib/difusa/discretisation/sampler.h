@@ -33,9 +33,9 @@ class Sampler {
 
 /// The spacing at which `sampler` gives about `count` sites (within 5 % if any spacing does), found by repeated
 /// sampling; for a large surface only of windows (see predict_sites.h). Each region, and each side of a body, has a
-/// site in any case: where these are more than `count`, the spacing is one that gives half of `count` besides, so that
-/// surfaces large enough for several sites have them. For a sampler that sees less than a fiftieth of the surface it
-/// gives fewer.
+/// site in any case: where these single sites are more than half of `count`, the spacing is one that gives half of
+/// `count` besides them, so that surfaces large enough for several sites have them. For a sampler that sees less than a
+/// fiftieth of the surface it gives fewer.
 double spacing_for_count(const Sampler& sampler, const Mesh& mesh, const Visibility* visibility, std::size_t count,
                          std::uint64_t seed, const Execution& execution);
 
