@@ -514,8 +514,7 @@ void run(Arguments& a) {
     check_solvers(a, registry);
     if (!a.scenes.empty() && a.estimate == 0 && a.solvers.empty() && !compares_methods(a)) {
         throw UsageError("--scene is for --estimate, --solver, --side-by-side, --defaults and --subdivision only: "
-                         "other studies need "
-                         "a known solution (--case)");
+                         "other studies need a known solution (--case)");
     }
     if (a.error && a.estimate == 0) {
         throw UsageError("--error is for the bakes of --estimate");

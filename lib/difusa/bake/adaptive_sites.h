@@ -16,8 +16,7 @@ inline constexpr double pilot_sites = 0.75;
 /// sites predict (discretisation/grading.h), reflected, is the size of the error there. The sampler must cover the
 /// whole surface. Nothing if most of the sites are needed for one on each region, so that hardly any are left to grade;
 /// or if the errors of the first pilot vary so little that grading would not halve the squared error (noted as a
-/// saving).
-/// Phases "place sites", "pilot bake". Throws what a bake does.
+/// saving). Phases "place sites", "pilot bake". Throws what a bake does.
 std::optional<Placed> place_adaptively(BakeResult& result, const Registry& registry, const Choices& choices,
                                        const LitSurface& lit, const Tracer& tracer, const Execution& execution);
 

@@ -5,6 +5,7 @@
 #include <difusa/core/error.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <string_view>
@@ -56,11 +57,25 @@ class Trial {
         vertices_ = vertices > 0.0 ? (own + sites_ * (vertices - own)) / vertices : 1.0;
     }
 
+    /// How much longer pilot bakes take: as the trial itself, whose phases they have, on fewer sites.
+    double growth_of_pilots(const Journal& journal) const {
+        constexpr std::array<std::string_view, 6> phases{"divide surface", "set up projection", "transport",
+                                                         "light surface",  "direct light",      "solve"};
+        double trial = 0.0, whole = 0.0;
+        for (const auto& [name, seconds] : journal.seconds()) {
+            if (std::find(phases.begin(), phases.end(), name) != phases.end()) {
+                trial += seconds;
+                whole += seconds * growth(name);
+            }
+        }
+        return trial > 0.0 ? whole / trial : 1.0;
+    }
+
     double growth(std::string_view phase) const {
         if (phase == "transport") {
             return pairwise_ ? sites_ * sites_ : sites_ * rays_;
         }
-        if (phase == "direct light" || phase == "pilot bake") {
+        if (phase == "direct light") {
             return sites_ * rays_;
         }
         if (phase == "light surface" || phase == "divide surface" || phase == "set up projection") {
@@ -68,6 +83,9 @@ class Trial {
         }
         if (phase == "set up basis" || phase == "place sites") {
             return bound_;
+        }
+        if (phase == "exact form factors" && result.analytic_share == 0.0) {
+            return 1.0; // some of the points show that they do not pay
         }
         if (phase == "estimate error") {
             return error_points_ * rays_;
@@ -135,7 +153,7 @@ void predict_time(BakeResult& result, const Registry& registry, const Choices& c
     trial.compare(result);
     for (const auto& [name, seconds] : journal.seconds()) {
         if (name != "place sites" || !result.sites) {
-            add(phases, name, seconds * trial.growth(name));
+            add(phases, name, seconds * (name == "pilot bake" ? trial.growth_of_pilots(journal) : trial.growth(name)));
         }
     }
     result.estimate.phases = std::move(phases);
