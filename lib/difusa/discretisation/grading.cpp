@@ -66,7 +66,6 @@ SizeField graded_spacing(const SiteSet& sites, const std::vector<double>& own, c
     DIFUSA_REQUIRE(n > 0 && own.size() == n && error.size() == n);
     const auto unscaled = [&](std::size_t i) { return std::sqrt(own[i] / error[i]); };
     SizeField field(sites.points, sites.region, std::vector<double>(n, largest), largest, region_count);
-    field.look_around(execution);
     const auto scale = [&](double factor) {
         std::vector<double> sizes(n);
         for (std::size_t i = 0; i < n; ++i) {

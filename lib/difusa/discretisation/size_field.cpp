@@ -1,7 +1,6 @@
 #include <difusa/discretisation/size_field.h>
 
 #include <difusa/core/error.h>
-#include <difusa/core/parallel.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +10,7 @@ namespace difusa {
 
 SizeField::SizeField(std::vector<SurfacePoint> points, const std::vector<Index>& region, std::vector<double> sizes,
                      double largest, Index region_count)
-    : points_(std::move(points)), region_(region), largest_(largest), smallest_(largest) {
+    : points_(std::move(points)), region_(region), least_(region_count), largest_(largest), smallest_(largest) {
     DIFUSA_REQUIRE(points_.size() == region.size());
     assign(std::move(sizes));
     std::vector<std::vector<Index>> members(region_count);
@@ -30,39 +29,16 @@ void SizeField::assign(std::vector<double> sizes) {
     DIFUSA_REQUIRE(points_.size() == sizes.size());
     sizes_ = std::move(sizes);
     smallest_ = largest_;
-    for (const double size : sizes_) {
-        smallest_ = std::min(smallest_, size);
+    std::fill(least_.begin(), least_.end(), largest_);
+    for (std::size_t i = 0; i < sizes_.size(); ++i) {
+        least_[region_[i]] = std::min(least_[region_[i]], sizes_[i]);
+        smallest_ = std::min(smallest_, sizes_[i]);
     }
     DIFUSA_REQUIRE(smallest_ > 0.0);
 }
 
-SizeField::Around SizeField::around(const Vec3& x, Index region) const {
-    Around near;
-    if (trees_[region]) {
-        near.count = trees_[region]->nearest(x, near.point, near.squared_distance);
-    }
-    return near;
-}
-
-double SizeField::least_of(const Around& near) const {
-    double least = largest_;
-    for (std::size_t k = 0; k < near.count; ++k) {
-        least = std::min(least, sizes_[near.point[k]] + slope * std::sqrt(near.squared_distance[k]));
-    }
-    return least;
-}
-
 double SizeField::at(const Vec3& x, Index region) const {
-    return least_of(around(x, region));
-}
-
-void SizeField::look_around(const Execution& execution) {
-    around_.resize(points_.size());
-    parallel_for(points_.size(), 256, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
-        for (std::size_t i = begin; i < end; ++i) {
-            around_[i] = around(points_[i].position, region_[i]);
-        }
-    });
+    return trees_[region] ? trees_[region]->envelope(x, sizes_, least_[region], slope, largest_) : largest_;
 }
 
 double SizeField::spacing_of(double largest, int level) {

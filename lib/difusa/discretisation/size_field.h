@@ -1,11 +1,9 @@
 // How far apart sites should be, from place to place.
 #pragma once
 
-#include <difusa/core/progress.h>
 #include <difusa/mesh/mesh.h>
 #include <difusa/mesh/point_tree.h>
 
-#include <array>
 #include <cstddef>
 #include <optional>
 #include <vector>
@@ -13,7 +11,7 @@
 namespace difusa {
 
 /// A spacing at every point of the surface: given at some points, it grows by `slope` per unit of distance from them,
-///     s(x) = min_j (s_j + slope |x - p_j|)   over the points nearest to x of those on its region,
+///     s(x) = min_j (s_j + slope |x - p_j|)   over the points on the region of x,
 /// up to the largest. Sites are placed at spacings of powers of 2^(1/2), which s(x) is rounded to.
 class SizeField {
   public:
@@ -34,11 +32,8 @@ class SizeField {
     /// s(x); `largest` on a region without points.
     double at(const Vec3& x, Index region) const;
 
-    /// Finds what is around its own points, for `placed_at_point`.
-    void look_around(const Execution& execution);
-
-    /// `placed_at` its point i, several times as fast, whatever the sizes.
-    double placed_at_point(std::size_t i) const { return rounded(largest_, least_of(around_[i])); }
+    /// At point number i.
+    double placed_at_point(std::size_t i) const { return placed_at(points_[i].position, region_[i]); }
 
     /// The spacing that sites are placed at around x: s(x), rounded.
     double placed_at(const Vec3& x, Index region) const { return rounded(largest_, at(x, region)); }
@@ -57,19 +52,9 @@ class SizeField {
     static double rounded(double largest, double size);
 
   private:
-    /// The points that determine s at a place.
-    struct Around {
-        std::array<Index, 16> point;
-        std::array<double, 16> squared_distance;
-        std::size_t count = 0;
-    };
-    Around around(const Vec3& x, Index region) const;
-    double least_of(const Around& near) const;
-
     std::vector<SurfacePoint> points_;
-    std::vector<Index> region_; ///< of the points
-    std::vector<double> sizes_;
-    std::vector<Around> around_;                  ///< of the points; empty before look_around
+    std::vector<Index> region_;                   ///< of the points
+    std::vector<double> sizes_, least_;           ///< of the points; the least of each region, or the largest
     std::vector<std::optional<PointTree>> trees_; ///< #regions
     double largest_, smallest_;
 };

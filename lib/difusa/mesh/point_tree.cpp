@@ -5,6 +5,7 @@
 #include <nanoflann.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <utility>
 
@@ -22,6 +23,41 @@ struct PointCloud {
         return points[members[i]].position[static_cast<Eigen::Index>(axis)];
     }
     template <class Box> bool kdtree_get_bbox(Box& /*box*/) const { return false; }
+};
+
+/// What a search for the lower envelope keeps, as nanoflann asks: a point counts as far as it may lower the least.
+class LowestCone {
+  public:
+    using DistanceType = double;
+
+    LowestCone(std::span<const Index> members, std::span<const double> value, double smallest, double slope,
+               double most)
+        : members_(members), value_(value), smallest_(smallest), slope_(slope), least_(most) {
+        reach();
+    }
+
+    double least() const { return least_; }
+
+    std::size_t size() const { return 1; }
+    bool full() const { return true; }
+    double worstDist() const { return farthest_; }
+    bool addPoint(double squared_distance, Index point) {
+        if (const double height = value_[members_[point]] + slope_ * std::sqrt(squared_distance); height < least_) {
+            least_ = height;
+            reach();
+        }
+        return true;
+    }
+
+  private:
+    void reach() {
+        const double far = std::max(0.0, least_ - smallest_) / slope_;
+        farthest_ = far * far;
+    }
+
+    std::span<const Index> members_;
+    std::span<const double> value_;
+    double smallest_, slope_, least_, farthest_ = 0.0;
 };
 
 std::vector<Index> numbers_to(std::size_t count) {
@@ -63,6 +99,15 @@ std::size_t PointTree::nearest(const Vec3& p, std::span<Index> numbers, std::spa
         number = tree_->cloud.members[number];
     }
     return count;
+}
+
+double PointTree::envelope(const Vec3& p, std::span<const double> value, double smallest, double slope,
+                           double most) const {
+    LowestCone lowest(tree_->cloud.members, value, smallest, slope, most);
+    if (size() > 0) {
+        tree_->index.findNeighbors(lowest, p.data(), nanoflann::SearchParams());
+    }
+    return lowest.least();
 }
 
 Index PointTree::nearest(const Vec3& p) const {

@@ -31,6 +31,10 @@ class PointTree {
     /// The number of the nearest point; the tree must not be empty.
     Index nearest(const Vec3& p) const;
 
+    /// The least of `most` and of value_j + slope |p - p_j| over the points: the lower envelope of cones on them.
+    /// `value`: by number, none below `smallest`, which is what far points are left out by. `slope` > 0.
+    double envelope(const Vec3& p, std::span<const double> value, double smallest, double slope, double most) const;
+
   private:
     struct Tree;
     std::unique_ptr<Tree> tree_;
