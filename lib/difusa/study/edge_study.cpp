@@ -2,6 +2,7 @@
 
 #include <difusa/core/text.h>
 #include <difusa/import/shapes.h>
+#include <difusa/mesh/nearest_surface.h>
 #include <difusa/scene/material.h>
 #include <difusa/study/references/edge.h>
 #include <difusa/study/references/shelf.h>
@@ -21,24 +22,14 @@ constexpr std::size_t places_along = 64;
 
 /// At this distance from the edge, on both walls.
 std::vector<SurfacePoint> along_edge(const Mesh& mesh, double distance) {
+    const NearestSurface surface(mesh.points, mesh.triangles);
     std::vector<SurfacePoint> points;
-    for (const Index face : {Index{0}, static_cast<Index>(mesh.triangles.size() / 2)}) {
-        // The triangles of a wall are halves of a rectangle whose first corner is on the edge.
-        const bool floor = mesh.normals[face].z() > 0.5;
-        for (std::size_t i = 0; i < places_along; ++i) {
-            const double y = length_of_piece * (static_cast<double>(i) + 0.5) / static_cast<double>(places_along);
+    for (std::size_t i = 0; i < places_along; ++i) {
+        const double y = length_of_piece * (static_cast<double>(i) + 0.5) / static_cast<double>(places_along);
+        for (const bool floor : {true, false}) {
             const Vec3 position = floor ? Vec3(distance, y, 0.0) : Vec3(0.0, y, distance);
-            for (const Index half : {face, face + 1}) {
-                const Vec3 a = mesh.at(half, 0, 0).position, b = mesh.at(half, 1, 0).position - a,
-                           c = mesh.at(half, 0, 1).position - a, p = position - a;
-                const Vec3 normal = b.cross(c);
-                const double u = p.cross(c).dot(normal) / normal.squaredNorm(),
-                             v = b.cross(p).dot(normal) / normal.squaredNorm();
-                if (u >= 0.0 && v >= 0.0 && u + v <= 1.0) {
-                    points.push_back(mesh.at(half, u, v));
-                    break;
-                }
-            }
+            const auto place = surface.nearest({position, floor ? Vec3::UnitZ() : Vec3::UnitX(), position});
+            points.push_back(mesh.at(place.triangle, place.weight[1], place.weight[2]));
         }
     }
     return points;
