@@ -78,6 +78,30 @@ TEST(Relight, HasTheBitsOfAFreshBake) {
     }
 }
 
+/// Whether bounces die out was found out by the bake, and holds as long as reflectances and elements are the same.
+TEST(Relight, TakesTheSpectralRadiusOfTheBakeWhereItIsTheSame) {
+    const BakeOptions options = test::relightable("gather", "");
+    const Scene bare = test::bare_room();
+    const BakeResult baked = lit::baked(bare, options);
+    SavedTransport saved = test::through_file(baked);
+    ASSERT_TRUE(saved.contraction);
+    EXPECT_EQ(saved.contraction->radius, baked.solution.spectral_radius);
+    EXPECT_EQ(saved.contraction->reflectance, reflectance_fingerprint(baked.solution.light.reflectance));
+    saved.contraction->radius = 0.125; // to be recognised
+    const RelightOptions how = without_estimate(saved);
+    Scene other = bare;
+    for (Material& material : other.materials) {
+        material.emission *= 3.0;
+    }
+    EXPECT_EQ(relit(saved, other, how).solution.spectral_radius, 0.125);
+    for (Material& material : other.materials) {
+        material.reflectance *= 0.5;
+    }
+    EXPECT_EQ(relit(saved, other, how).solution.spectral_radius, lit::baked(other, options).solution.spectral_radius);
+    saved.elements = "others";
+    EXPECT_EQ(relit(saved, bare, how).solution.spectral_radius, baked.solution.spectral_radius);
+}
+
 TEST(Relight, AllOutputsAreThoseOfAFreshBake) {
     BakeOptions options = test::relightable("gather", "");
     options.projection = "galerkin";

@@ -156,6 +156,9 @@ TEST(SavedTransport, RefusesUnsoundNumbers) {
     refused("neighbours", [](SavedTransport&, SiteSet& sites) { sites.neighbours = 0; });
     refused("from 0 to 1", [](SavedTransport& saved, SiteSet&) { saved.gathered.sky[2] = -0.1; });
     refused("from 0 to 1", [](SavedTransport& saved, SiteSet&) { saved.gathered.back[2] = NAN; });
+    refused("from 0 to 1", [](SavedTransport& saved, SiteSet&) { saved.contraction->radius = 1.0; });
+    refused("from 0 to 1", [](SavedTransport& saved, SiteSet&) { saved.contraction->radius = -0.5; });
+    refused("not a finite number", [](SavedTransport& saved, SiteSet&) { saved.contraction->radius = NAN; });
     refused("/transport/sky", [](SavedTransport& saved, SiteSet&) { saved.gathered.sky.pop_back(); });
     refused("as many rays", [](SavedTransport& saved, SiteSet&) { saved.gathered.rays *= 2; });
     refused("surfels", [](SavedTransport& saved, SiteSet&) { ++saved.gathered.surfels; });

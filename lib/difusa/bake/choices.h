@@ -25,6 +25,8 @@ struct ElementChoice {
     std::shared_ptr<Basis> basis;
     ProjectionChoice projection;
     std::string basis_text, projection_text; ///< with all parameters
+
+    std::string text() const { return basis_text + ", " + projection_text; }
 };
 
 /// Which faces are turned over (BakeOptions::flip).

@@ -8,6 +8,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace difusa {
@@ -25,7 +26,9 @@ struct Placed {
     double dark_area = 0.0; ///< of the surface that no light reaches
     /// If parts of the surface have moved: as it was when the first points were spread on it, which then went along.
     std::shared_ptr<const Mesh> unmoved = {};
-    std::shared_ptr<Basis> basis = {}; ///< of the choices, bound to the sites; null if it is not bound yet
+    std::shared_ptr<Basis> basis = {};           ///< of the choices, bound to the sites; null if it is not bound yet
+    std::optional<Contraction> contraction = {}; ///< of a system on them with the same transport, if it is known
+    std::string elements = {};                   ///< of that system: ElementChoice::text
 };
 
 /// Phase "look for dark surfaces". Notes emitters whose light reaches nothing.

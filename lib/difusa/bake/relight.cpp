@@ -132,7 +132,11 @@ class Relighting {
     void solve() {
         restore_surface();
         check_sites();
-        const Placed placed = move_objects();
+        Placed placed = move_objects();
+        if (!before_) { // else the operator is another one
+            placed.contraction = saved_.contraction;
+            placed.elements = saved_.elements;
+        }
         execution_.phase("build ray tree");
         choices_.engine = built_over(result_.scene->mesh, choices_.engine);
         if (result_.options.when_visible) {

@@ -201,6 +201,14 @@ void put_transport(const SavedTransport& transport, Hdf5Writer& file) {
     if (transport.form_factors) {
         put_rows(transport.form_factors->packed(), 1, path + "/form_factors", file);
     }
+    if (transport.contraction) {
+        const std::string group = path + "/spectral_radius";
+        file.group(group);
+        file.attribute(group, "value", transport.contraction->radius);
+        file.attribute(group, "is_bound", std::uint64_t{transport.contraction->is_bound ? 1U : 0U});
+        file.attribute(group, "reflectance_fingerprint", transport.contraction->reflectance);
+        file.attribute(group, "elements", transport.elements);
+    }
 }
 
 std::size_t size_of(const SparseRows& rows) {
@@ -330,6 +338,8 @@ SavedTransport saved_transport_of(const BakeResult& result) {
         saved.form_factors = std::move(parts.form_factors);
         saved.gathered.W = std::move(parts.gathered);
     }
+    saved.contraction = result.system->contraction();
+    saved.elements = result.elements;
     return saved;
 }
 

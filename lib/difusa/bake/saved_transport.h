@@ -7,11 +7,13 @@
 #include <difusa/bake/result.h>
 #include <difusa/discretisation/discretisation.h>
 #include <difusa/io/whole_file.h>
+#include <difusa/radiosity/system.h>
 #include <difusa/transport/light_transport.h>
 
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -31,6 +33,8 @@ struct SavedTransport {
     std::shared_ptr<const SiteSet> sites;
     LightTransport gathered;                        ///< by rays; W: HitLists or SparseRows
     std::shared_ptr<const SparseRows> form_factors; ///< of pairwise transport (transport/pairwise.h); null: gathered
+    std::optional<Contraction> contraction;         ///< of the bake's equation, which holds for the same reflectances
+    std::string elements;                           ///< of that equation: BakeResult::elements
 
     /// Size of sites and transport in the file, in bytes a site.
     double bytes_per_site() const;

@@ -167,7 +167,9 @@ void solve_with(BakeResult& result, const ElementChoice& elements, const Choices
     }
     result.system = std::make_shared<RadiositySystem>(
         SystemParts{result.scene, choices.engine, choices.directions, choices.solver, std::move(discretisation),
-                    std::move(reflected), result.options.seed, choices.fresh_directions});
+                    std::move(reflected), result.options.seed, choices.fresh_directions,
+                    placed.elements == elements.text() ? placed.contraction : std::nullopt});
+    result.elements = elements.text();
     try {
         find_temperatures(result, lighting_options(result, choices), execution);
         result.solution = result.system->solve(result.scene, lighting_options(result, choices), execution);

@@ -38,6 +38,7 @@ class TransportReader {
         read_options();
         read_sites();
         read_transport();
+        read_contraction("/transport/spectral_radius");
         return std::move(saved_);
     }
 
@@ -216,6 +217,20 @@ class TransportReader {
         }
         if (saved_.form_factors == nullptr && saved_.options.transport.rfind("pairwise", 0) == 0) {
             file_.refuse(path + "/form_factors", "is missing");
+        }
+    }
+
+    void read_contraction(const std::string& path) {
+        if (!file_.has(path)) {
+            return;
+        }
+        Contraction& contraction = saved_.contraction.emplace();
+        contraction.radius = file_.number(path, "value");
+        contraction.is_bound = whole<int>(path, "is_bound", 0, 1) != 0;
+        contraction.reflectance = file_.whole(path, "reflectance_fingerprint");
+        saved_.elements = file_.text(path, "elements");
+        if (!(contraction.radius >= 0.0 && contraction.radius < 1.0)) {
+            file_.refuse(path, "is not from 0 to 1");
         }
     }
 

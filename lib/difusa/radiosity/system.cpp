@@ -2,6 +2,7 @@
 
 #include <difusa/algebra/factors.h>
 #include <difusa/algebra/spectral_radius.h>
+#include <difusa/core/fingerprint.h>
 #include <difusa/core/parallel.h>
 #include <difusa/core/text.h>
 #include <difusa/lighting/glossy_light.h>
@@ -53,6 +54,44 @@ class OneChannel final : public LinearOperator {
     const LinearOperator& all_;
     Eigen::Index channel_, channels_;
 };
+
+/// The spectral radius of T with these reflectances; or its norm, where that is known from one product and below 1.
+Contraction contraction_of(const Discretisation& discretisation, const LightTransport& transport, const Values& rho,
+                           const Execution& execution) {
+    Contraction found;
+    // What harmonics of direction give may be negative, so that their sums are no bounds.
+    if (discretisation.projection->is_mean() && discretisation.basis->partition_of_unity() &&
+        glossy_part(*transport.W) == nullptr) {
+        Values norms; // row sums of T, which bound the radius: neither Π nor P increases them
+        transport.gather(rho, {}, norms, execution);
+        found.radius = norms.maxCoeff();
+        found.is_bound = true;
+        if (found.radius < contraction) {
+            return found;
+        }
+    }
+    found.is_bound = false;
+    const auto radius_of = [&](const Values& channel) {
+        const ReflectedTransport one(discretisation, transport, channel);
+        return spectral_radius(one, arnoldi_steps, arnoldi_tolerance, execution);
+    };
+    const auto radius_of_channel = [&](Eigen::Index c) {
+        if (!tells_channels_apart(*transport.W)) {
+            return radius_of(rho.col(c));
+        }
+        const ReflectedTransport all(discretisation, transport, rho);
+        return spectral_radius(OneChannel(all, c, rho.cols()), arnoldi_steps, arnoldi_tolerance, execution);
+    };
+    // More reflectance, more light: the largest of all channels everywhere stands for each of them.
+    found.radius = radius_of(rho.rowwise().maxCoeff());
+    if (!(found.radius < contraction) && rho.cols() > 1) {
+        found.radius = 0.0;
+        for (Eigen::Index c = 0; c < rho.cols(); ++c) {
+            found.radius = std::max(found.radius, radius_of_channel(c));
+        }
+    }
+    return found;
+}
 
 /// One lighting in a call of RadiositySystem::solve.
 class Solving {
@@ -135,39 +174,10 @@ class Solving {
 
     /// Rejects an equation whose series of bounces does not converge (T has a spectral radius of 1 or more): a solver
     /// may still return numbers, but they are meaningless.
-    void check_contraction() {
-        const Values& rho = result_.light.reflectance;
-        // What harmonics of direction give may be negative, so that their sums are no bounds.
-        if (discretisation_.projection->is_mean() && discretisation_.basis->partition_of_unity() &&
-            glossy_part(*transport_.W) == nullptr) {
-            Values norms; // row sums of T, which bound the radius: neither Π nor P increases them
-            transport_.gather(rho, {}, norms, execution_);
-            result_.spectral_radius = norms.maxCoeff();
-            result_.spectral_radius_is_bound = true;
-        }
-        if (!result_.spectral_radius_is_bound || !(result_.spectral_radius < contraction)) {
-            const auto radius_of = [&](const Values& channel) {
-                const ReflectedTransport one(discretisation_, transport_, channel);
-                return spectral_radius(one, arnoldi_steps, arnoldi_tolerance, execution_);
-            };
-            const auto radius_of_channel = [&](Eigen::Index c) {
-                if (!tells_channels_apart(*transport_.W)) {
-                    return radius_of(rho.col(c));
-                }
-                const ReflectedTransport all(discretisation_, transport_, rho);
-                return spectral_radius(OneChannel(all, c, rho.cols()), arnoldi_steps, arnoldi_tolerance, execution_);
-            };
-            // More reflectance, more light: the largest of all channels everywhere stands for each of them.
-            result_.spectral_radius = radius_of(rho.rowwise().maxCoeff());
-            if (!(result_.spectral_radius < contraction) && rho.cols() > 1) {
-                result_.spectral_radius = 0.0;
-                for (Eigen::Index c = 0; c < rho.cols(); ++c) {
-                    result_.spectral_radius = std::max(result_.spectral_radius, radius_of_channel(c));
-                }
-            }
-            result_.spectral_radius_is_bound = false;
-        }
-        if (!(result_.spectral_radius < contraction)) {
+    void check_contraction(const Contraction& found) {
+        result_.spectral_radius = found.radius;
+        result_.spectral_radius_is_bound = found.is_bound;
+        if (!(found.radius < contraction)) {
             throw BouncesDoNotDieOut(divergence());
         }
     }
@@ -457,7 +467,7 @@ std::vector<Solution> RadiositySystem::solve(std::span<const std::shared_ptr<con
         each.front().refuse_darkness();
     }
     execution.phase("check convergence");
-    each.front().check_contraction();
+    each.front().check_contraction(contraction_with(each.front().reflectance(), execution));
     execution.phase("solve");
     std::vector<SolveSummary> solved;
     for (std::size_t begin = 0, end = 0; begin < each.size(); begin = end) {
@@ -478,6 +488,33 @@ std::vector<Solution> RadiositySystem::solve(std::span<const std::shared_ptr<con
         solutions.push_back(each[i].finish(std::move(solved[i]), shared_from_this()));
     }
     return solutions;
+}
+
+std::uint64_t reflectance_fingerprint(const Values& reflectance) {
+    Fingerprint fingerprint;
+    fingerprint.add(static_cast<std::uint64_t>(reflectance.cols()));
+    for (Eigen::Index i = 0; i < reflectance.size(); ++i) {
+        fingerprint.add(reflectance.data()[i]);
+    }
+    return fingerprint.value();
+}
+
+std::optional<Contraction> RadiositySystem::contraction() const {
+    const std::lock_guard lock(guard_);
+    return contraction_;
+}
+
+/// The one that is known, if it is of these reflectances.
+Contraction RadiositySystem::contraction_with(const Values& reflectance, const Execution& execution) const {
+    const std::uint64_t wanted = reflectance_fingerprint(reflectance);
+    if (const std::optional<Contraction> known = contraction(); known && known->reflectance == wanted) {
+        return *known;
+    }
+    Contraction found = contraction_of(parts_.discretisation, parts_.transport, reflectance, execution);
+    found.reflectance = wanted;
+    const std::lock_guard lock(guard_);
+    contraction_ = found;
+    return found;
 }
 
 void RadiositySystem::check_scene(const Scene& scene) const {

@@ -14,12 +14,23 @@
 
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace difusa {
+
+/// The spectral radius of T, which tells whether bounces die out. It depends on reflectances, and on no light.
+struct Contraction {
+    std::uint64_t reflectance = 0; ///< reflectance_fingerprint of those it was found for
+    double radius = 0.0;
+    bool is_bound = false; ///< true: an upper bound (the norm); false: an estimate
+};
+
+/// Of the reflectances of surfels, by channel.
+std::uint64_t reflectance_fingerprint(const Values& reflectance);
 
 /// The components of a system.
 struct SystemParts {
@@ -32,6 +43,7 @@ struct SystemParts {
     std::uint64_t seed = 1;
     std::shared_ptr<const Directions> fresh = nullptr; ///< of all other rays; null: the same. Not fixed
                                                        ///< (Directions::is_fixed), so that they tell errors
+    std::optional<Contraction> contraction = {};       ///< known of a system with the same operator
 };
 
 /// The discretised equation has no solution that its bounces add up to: its spectral radius is not below 1.
@@ -75,7 +87,7 @@ struct Solution {
     SurfelLight light;  ///< on the surfels
     EnergyBalance energy;
     double spectral_radius = 0.0;            ///< of T
-    bool spectral_radius_is_bound = false;   ///< true: an upper bound (the norm); false: an estimate
+    bool spectral_radius_is_bound = false;   ///< Contraction::is_bound
     std::optional<FirstBounce> first_bounce; ///< the way it was computed; none if there is no such light, or if the
                                              ///< basis represents it
     std::size_t area_lights = 0;             ///< emitting triangles whose light was evaluated analytically
@@ -89,7 +101,7 @@ struct Solution {
 /// Owned by a std::shared_ptr: the fields that it solves for keep it alive.
 class RadiositySystem : public std::enable_shared_from_this<RadiositySystem> {
   public:
-    explicit RadiositySystem(SystemParts parts) : parts_(std::move(parts)) {}
+    explicit RadiositySystem(SystemParts parts) : parts_(std::move(parts)), contraction_(parts_.contraction) {}
 
     const SystemParts& parts() const { return parts_; }
 
@@ -98,6 +110,9 @@ class RadiositySystem : public std::enable_shared_from_this<RadiositySystem> {
     const Discretisation& discretisation() const { return parts_.discretisation; }
     const LightTransport& transport() const { return parts_.transport; }
     Tracer tracer() const { return {parts_.scene->mesh, *parts_.engine}; }
+
+    /// The one that was used last; at first, that of the parts.
+    std::optional<Contraction> contraction() const;
 
     /// Solves h = g + T h, where g is the light incident directly from emitters and the sky and, after one reflection,
     /// from suns, point lights and area lights. `scene`: this surface with any reflectances and lights. Phases: "light
@@ -126,8 +141,11 @@ class RadiositySystem : public std::enable_shared_from_this<RadiositySystem> {
                    const Execution& execution) const;
 
   private:
+    Contraction contraction_with(const Values& reflectance, const Execution& execution) const;
     void check_scene(const Scene& scene) const;
     SystemParts parts_;
+    mutable std::mutex guard_;                       ///< of `contraction_`
+    mutable std::optional<Contraction> contraction_; ///< the last one
 };
 
 } // namespace difusa
