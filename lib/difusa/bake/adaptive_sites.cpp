@@ -118,7 +118,7 @@ std::optional<Placed> place_adaptively(BakeResult& result, const Registry& regis
                        judged = std::move(here);
                    });
         if (!size && gain_of_grading(judged->error) < least_gain) {
-            execution.save({"graded sites", "the light varies about as much everywhere", "sites of a second pilot bake",
+            execution.save({"graded sites", "the light varies about equally everywhere", "sites of a second pilot bake",
                             pilot_shares.back() * all});
             return std::nullopt;
         }
