@@ -477,11 +477,7 @@ void refuse_for_chapter7(const Arguments& a) {
                                                           {!a.plan.transports.empty(), "--transport"},
                                                           {!a.plan.final_gathers.empty(), "--final-gather"},
                                                           {a.plan.rays.size() > 1, "a second --rays"}};
-    for (const auto& [is, name] : given) {
-        if (is) {
-            throw UsageError("--chapter7 does not take " + name);
-        }
-    }
+    refuse("--chapter7", given);
 }
 
 void chapter7(Arguments& a, const difusa::Registry& registry, const difusa::Execution& execution) {

@@ -39,8 +39,8 @@ class Trial {
         result.sensors.clear();
     }
 
-    /// Once the trial is done.
-    void compare(const BakeResult& bake) {
+    /// Once the trial is done. `journal`: its own.
+    void compare(const BakeResult& bake, const Journal& journal) {
         const auto placed = static_cast<double>(result.sites->size()), n = static_cast<double>(bake.estimate.sites);
         const auto triangles = static_cast<double>(result.scene->mesh.triangles.size());
         sites_ = n / placed;
@@ -55,20 +55,7 @@ class Trial {
         const auto vertices = static_cast<double>(result.mesh.vertices.size());
         const double own = std::min(vertices, static_cast<double>(result.scene->mesh.points.size()));
         vertices_ = vertices > 0.0 ? (own + sites_ * (vertices - own)) / vertices : 1.0;
-    }
-
-    /// How much longer pilot bakes take: as the trial itself, whose phases they have, on fewer sites.
-    double growth_of_pilots(const Journal& journal) const {
-        constexpr std::array<std::string_view, 6> phases{"divide surface", "set up projection", "transport",
-                                                         "light surface",  "direct light",      "solve"};
-        double trial = 0.0, whole = 0.0;
-        for (const auto& [name, seconds] : journal.seconds()) {
-            if (std::find(phases.begin(), phases.end(), name) != phases.end()) {
-                trial += seconds;
-                whole += seconds * growth(name);
-            }
-        }
-        return trial > 0.0 ? whole / trial : 1.0;
+        pilots_ = growth_of_pilots(journal);
     }
 
     double growth(std::string_view phase) const {
@@ -77,6 +64,9 @@ class Trial {
         }
         if (phase == "direct light") {
             return sites_ * rays_;
+        }
+        if (phase == "pilot bake") {
+            return pilots_;
         }
         if (phase == "light surface" || phase == "divide surface" || phase == "set up projection") {
             return surfels_;
@@ -100,13 +90,27 @@ class Trial {
     }
 
   private:
+    /// As the trial itself, whose phases pilots have, on fewer sites.
+    double growth_of_pilots(const Journal& journal) const {
+        constexpr std::array<std::string_view, 6> phases{"divide surface", "set up projection", "transport",
+                                                         "light surface",  "direct light",      "solve"};
+        double trial = 0.0, whole = 0.0;
+        for (const auto& [name, seconds] : journal.seconds()) {
+            if (std::find(phases.begin(), phases.end(), name) != phases.end()) {
+                trial += seconds;
+                whole += seconds * growth(name);
+            }
+        }
+        return trial > 0.0 ? whole / trial : 1.0;
+    }
+
     static double ratio(std::size_t whole, std::size_t part) {
         return part > 0 ? static_cast<double>(whole) / static_cast<double>(part) : 1.0;
     }
 
     bool pairwise_;
     double sites_ = 1.0, rays_ = 1.0, gathered_ = 1.0, bound_ = 1.0, surfels_ = 1.0, error_points_ = 1.0,
-           vertices_ = 1.0;
+           vertices_ = 1.0, pilots_ = 1.0;
 };
 
 /// Adds up what has the same name, in the order of the first of each.
@@ -150,10 +154,10 @@ void predict_time(BakeResult& result, const Registry& registry, const Choices& c
                        error.what());
         return;
     }
-    trial.compare(result);
+    trial.compare(result, journal);
     for (const auto& [name, seconds] : journal.seconds()) {
         if (name != "place sites" || !result.sites) {
-            add(phases, name, seconds * (name == "pilot bake" ? trial.growth_of_pilots(journal) : trial.growth(name)));
+            add(phases, name, seconds * trial.growth(name));
         }
     }
     result.estimate.phases = std::move(phases);

@@ -80,7 +80,7 @@ SizeField graded_spacing(const SiteSet& sites, const std::vector<double>& own, c
         scale(factor);
         parallel_for(n, sites_at_once, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
             for (std::size_t i = begin; i < end; ++i) {
-                const double ratio = own[i] / field.placed_at_point(i);
+                const double ratio = own[i] / field.placed_at(sites.points[i].position, sites.region[i]);
                 share[i] = ratio * ratio;
             }
         });

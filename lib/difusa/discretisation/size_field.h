@@ -32,9 +32,6 @@ class SizeField {
     /// s(x); `largest` on a region without points.
     double at(const Vec3& x, Index region) const;
 
-    /// At point number i.
-    double placed_at_point(std::size_t i) const { return placed_at(points_[i].position, region_[i]); }
-
     /// The spacing that sites are placed at around x: s(x), rounded.
     double placed_at(const Vec3& x, Index region) const { return rounded(largest_, at(x, region)); }
 

@@ -1,23 +1,18 @@
 #include <difusa/study/edge_study.h>
 
 #include <difusa/core/text.h>
-#include <difusa/import/shapes.h>
 #include <difusa/mesh/nearest_surface.h>
-#include <difusa/scene/material.h>
 #include <difusa/study/references/edge.h>
-#include <difusa/study/references/shelf.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <memory>
 
 namespace difusa {
 
 namespace {
 
-constexpr double length_of_piece = 0.5;
 constexpr std::size_t places_along = 64;
 
 /// At this distance from the edge, on both walls.
@@ -25,7 +20,7 @@ std::vector<SurfacePoint> along_edge(const Mesh& mesh, double distance) {
     const NearestSurface surface(mesh.points, mesh.triangles);
     std::vector<SurfacePoint> points;
     for (std::size_t i = 0; i < places_along; ++i) {
-        const double y = length_of_piece * (static_cast<double>(i) + 0.5) / static_cast<double>(places_along);
+        const double y = mesh.high.y() * (static_cast<double>(i) + 0.5) / static_cast<double>(places_along);
         for (const bool floor : {true, false}) {
             const Vec3 position = floor ? Vec3(distance, y, 0.0) : Vec3(0.0, y, distance);
             const auto place = surface.nearest({position, floor ? Vec3::UnitZ() : Vec3::UnitX(), position});
@@ -58,12 +53,11 @@ EdgeTrial try_edge(const Registry& registry, double rho, const std::vector<doubl
         own.adaptive = false;
         trial.even.push_back(measure(registry, judge, own, how, execution));
         own.adaptive = true;
-        trial.graded.push_back(measure(registry, judge, own, how, execution));
+        trial.graded.push_back(measure(registry, judge, own, how, execution, [&](const BakeResult& result) {
+            const auto baked = [&](double d) { return irradiance_at(result, d, execution); };
+            trial.baked_slope = local_exponent(baked(from), baked(2.0 * from), baked(4.0 * from)); // the finest stays
+        }));
     }
-    own.output_spacing = judge.reference.scene.mesh.diameter();
-    const BakeResult finest = bake(registry, judge.reference.scene, judge.reference.name, own, execution);
-    const auto baked = [&](double d) { return irradiance_at(finest, d, execution); };
-    trial.baked_slope = local_exponent(baked(from), baked(2.0 * from), baked(4.0 * from));
     return trial;
 }
 
@@ -78,27 +72,6 @@ double order_of(const std::vector<double>& spacings, const std::vector<Measureme
 }
 
 } // namespace
-
-ReferenceCase edge_case(double rho) {
-    ShelfParameters p;
-    p.E = {1.0, 1.0, 0.0};
-    p.rho = {rho, rho, 0.0}; // a black ceiling is as good as none
-    ReferenceCase result;
-    result.name = "edge";
-    result.about = "two emitting walls at a right angle, of width 1, infinite along their edge";
-    result.exact = std::make_shared<Shelf>(p);
-    Scene& scene = result.scene;
-    const Vec3 along(0, length_of_piece, 0);
-    scene.mesh = rectangle(Vec3::Zero(), Vec3(p.a, 0, 0), along);
-    add(scene.mesh, rectangle(Vec3::Zero(), along, Vec3(0, 0, p.b)), 0);
-    scene.mesh.repetition.planes = {{Vec3::Zero(), Vec3::UnitY()}, {along, -Vec3::UnitY()}};
-    Material wall;
-    wall.name = "wall";
-    wall.reflectance = Rgb::Constant(rho);
-    wall.emission = Rgb::Constant(1.0);
-    scene.materials = {wall};
-    return result;
-}
 
 double local_exponent(double at_d, double at_2d, double at_4d) {
     return std::log2((at_4d - at_2d) / (at_2d - at_d));

@@ -10,9 +10,9 @@
 
 namespace difusa {
 
-/// Two emitting walls at a right angle, of width 1 and infinite along their edge, where their radiosity behaves like
-/// B(0) + c d^gamma (references/edge.h). As sites get closer, the error beside the edge, over a strip as wide as their
-/// spacing, comes to dominate: root mean square, that of even sites falls like spacing^(gamma + 1/2) in the end.
+/// The walls of edge_case, whose radiosity at the distance d from the edge behaves like B(0) + c d^gamma
+/// (references/edge.h). As sites get closer, the error beside the edge, over a strip as wide as their spacing, comes to
+/// dominate: root mean square, that of even sites falls like spacing^(gamma + 1/2) in the end.
 struct EdgeTrial {
     double rho = 0.0;                      ///< reflectance of both walls
     double exponent = 0.0;                 ///< gamma
@@ -22,9 +22,6 @@ struct EdgeTrial {
     std::vector<double> spacings;          ///< from coarse to fine
     std::vector<Measurement> even, graded; ///< bakes at these spacings
 };
-
-/// The infinite edge: a piece of it between two symmetry planes. Emission 1 W/m².
-ReferenceCase edge_case(double rho);
 
 /// Bakes with the options at these spacings. `from`: the smallest distance, at which exponents are read off the light.
 std::vector<EdgeTrial> edge_study(const Registry& registry, const std::vector<double>& reflectances,

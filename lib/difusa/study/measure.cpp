@@ -56,7 +56,7 @@ Judge::Judge(ReferenceCase the_case, const MeasureOptions& how, const Execution&
 }
 
 Measurement measure(const Registry& registry, const Judge& judge, const BakeOptions& options, const MeasureOptions& how,
-                    const Execution& execution) {
+                    const Execution& execution, const std::function<void(const BakeResult&)>& look) {
     const ReferenceCase& reference = judge.reference;
     const std::vector<SurfacePoint>& places = judge.places;
     Measurement m;
@@ -114,6 +114,9 @@ Measurement measure(const Registry& registry, const Judge& judge, const BakeOpti
         }
         m.bound = error.bound;
         m.estimate = error.total;
+    }
+    if (look) {
+        look(*result);
     }
     return m;
 }

@@ -5,6 +5,7 @@
 #include <difusa/study/metrics.h>
 #include <difusa/study/reference_case.h>
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -46,8 +47,9 @@ struct Judge {
 };
 
 /// Bakes the case and compares B = E + rho H with the exact solution at the judge's points. `options.final_gather` rays
-/// are used there too. A bake that ends with NotConverged or ResourceError is a result: `failed`.
+/// are used there too. A bake that ends with NotConverged or ResourceError is a result: `failed`. `look`, if there is
+/// one, is called with the bake.
 Measurement measure(const Registry& registry, const Judge& judge, const BakeOptions& options, const MeasureOptions& how,
-                    const Execution& execution);
+                    const Execution& execution, const std::function<void(const BakeResult&)>& look = {});
 
 } // namespace difusa

@@ -280,6 +280,23 @@ ReferenceCase shelf_of_length(double length) {
     return result;
 }
 
+ReferenceCase edge_case(double rho) {
+    ShelfParameters p;
+    p.E = {1.0, 1.0, 0.0};
+    p.rho = {rho, rho, 0.0}; // a black ceiling is as good as none
+    ReferenceCase result;
+    result.name = "edge";
+    result.about = "two emitting walls at a right angle, of width 1, infinite along their edge";
+    result.exact = std::make_shared<Shelf>(p);
+    Scene& scene = result.scene;
+    const Vec3 along(0, 0.5, 0);
+    scene.mesh = rectangle(Vec3::Zero(), Vec3(p.a, 0, 0), along);
+    add(scene.mesh, rectangle(Vec3::Zero(), along, Vec3(0, 0, p.b)), 0);
+    scene.mesh.repetition.planes = {{Vec3::Zero(), Vec3::UnitY()}, {along, -Vec3::UnitY()}};
+    scene.materials = {grey("wall", rho, p.E[0])};
+    return result;
+}
+
 ReferenceCase reference_case(const std::string& name) {
     require_reference_case(name);
     const auto found =

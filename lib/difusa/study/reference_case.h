@@ -41,6 +41,10 @@ void require_reference_case(const std::string& name);
 /// Makes the case; throws likewise.
 ReferenceCase reference_case(const std::string& name);
 
+/// Two walls at a right angle that emit 1 W/m², of width 1 and infinite along their edge: a piece of them between two
+/// symmetry planes. `rho`: of both.
+ReferenceCase edge_case(double rho);
+
 /// "shelf" with another length than 24, judged by the infinite one: the middle 2, or a quarter of a short one.
 ReferenceCase shelf_of_length(double length);
 
