@@ -4,6 +4,7 @@
 #include <difusa/algebra/sparse_rows.h>
 #include <difusa/core/parallel.h>
 #include <difusa/core/random.h>
+#include <difusa/discretisation/facing_distance.h>
 #include <difusa/scene/sky_parts.h>
 #include <difusa/transport/mirrored.h>
 
@@ -17,7 +18,9 @@ namespace difusa {
 
 namespace {
 
-constexpr double rounding = 1e-12; ///< of a variance, relative to the square of the mean
+constexpr double rounding = 1e-12;                             ///< of a variance, relative to the square of the mean
+constexpr std::size_t candidates = 32;                         ///< for each point
+constexpr double nearest_facing = 0.05, farthest_facing = 1.0; ///< distances told apart, over the spacing
 
 /// ErrorPoints::variance and variance_of_fresh. `sources`: with the light of all sets together.
 void find_variances(const Solution& solution, ErrorSources& sources, const Execution& execution) {
@@ -52,25 +55,25 @@ void find_variances(const Solution& solution, ErrorSources& sources, const Execu
 std::vector<double> density_of(const Solution& solution, const ErrorSources& sources, const Execution& execution) {
     const Surfels& surfels = *solution.field->parts().system->discretisation().surfels;
     const Values weights = judged_weights(solution);
-    std::array<std::vector<double>, 3> parts;
+    std::array<std::vector<double>, 4> parts;
     parts.fill(std::vector<double>(surfels.size()));
-    std::vector<double> brightness(surfels.size()); // by which variances that are rounding errors are told from others
     parallel_for(surfels.size(), 4096, execution, [&](std::size_t begin, std::size_t end, unsigned) {
         for (std::size_t s = begin; s < end; ++s) {
             const auto row = static_cast<Eigen::Index>(s);
             const Eigen::RowVectorXd squared = weights.row(row).cwiseAbs2() * surfels.area(static_cast<Index>(s));
             parts[0][s] = squared.sum();
-            parts[1][s] = squared.dot(sources.variation.row(row));
-            parts[2][s] = squared.dot(sources.noise.row(row));
-            brightness[s] = squared.dot(sources.light.row(row).cwiseAbs2());
+            parts[1][s] = squared.dot(sources.light.row(row).cwiseAbs2());
+            parts[2][s] = squared.dot(sources.variation.row(row));
+            parts[3][s] = squared.dot(sources.noise.row(row));
         }
     });
-    const double least = rounding * std::accumulate(brightness.begin(), brightness.end(), 0.0);
-    std::array<double, 3> factor{};
+    // Variances that are rounding errors do not count.
+    const double least = rounding * std::accumulate(parts[1].begin(), parts[1].end(), 0.0);
+    std::array<double, 4> factor{};
     double present = 0.0;
     for (std::size_t k = 0; k < parts.size(); ++k) {
         const double sum = std::accumulate(parts[k].begin(), parts[k].end(), 0.0);
-        factor[k] = sum > (k == 0 ? 0.0 : least) ? 1.0 / sum : 0.0;
+        factor[k] = sum > (k < 2 ? 0.0 : least) ? 1.0 / sum : 0.0;
         present += factor[k] > 0.0 ? 1.0 : 0.0;
     }
     std::vector<double> density(surfels.size(), 0.0);
@@ -80,6 +83,18 @@ std::vector<double> density_of(const Solution& solution, const ErrorSources& sou
         }
     }
     return density;
+}
+
+/// In proportion to one over the distance of each point to what it faces.
+std::vector<double> chances(const SurfelPoints& points, const FacingDistance& facing, double spacing,
+                            const Execution& execution) {
+    std::vector<double> chance(points.size());
+    parallel_for(points.size(), 1024, execution, [&](std::size_t begin, std::size_t end, unsigned) {
+        for (std::size_t p = begin; p < end; ++p) {
+            chance[p] = 1.0 / std::max(nearest_facing * spacing, facing(points.place[p], farthest_facing * spacing));
+        }
+    });
+    return chance;
 }
 
 } // namespace
@@ -115,8 +130,11 @@ ErrorPoints draw_error_points(const Solution& solution, std::size_t count, std::
     const std::vector<double> density = density_of(solution, sources, execution);
     RandomStream stream(seed, "error points");
     const std::size_t shares = (count + ErrorPoints::groups - 1) / ErrorPoints::groups;
-    ErrorPoints points{draw_surfel_points(surfels, density, shares, ErrorPoints::groups, stream),
-                       std::move(sources.variance), std::move(sources.variance_of_fresh)};
+    const SurfelPoints drawn = draw_surfel_points(surfels, density, candidates * shares, ErrorPoints::groups, stream);
+    const FacingDistance facing(solution.field->parts().scene->mesh);
+    const std::vector<double> chance = chances(drawn, facing, 2.0 * surfels.edge(), execution);
+    ErrorPoints points{choose_points(drawn, chance, shares, ErrorPoints::groups, stream), std::move(sources.variance),
+                       std::move(sources.variance_of_fresh)};
     double area = 0.0;
     for (Index s = 0; s < surfels.size(); ++s) {
         area += density[s] > 0.0 ? surfels.area(s) : 0.0;

@@ -57,4 +57,32 @@ SurfelPoints draw_surfel_points(const Surfels& surfels, std::span<const double> 
     return points;
 }
 
+SurfelPoints choose_points(const SurfelPoints& from, std::span<const double> chance, std::size_t shares, Index groups,
+                           RandomStream& stream) {
+    std::vector<double> all(groups, 0.0), below(groups, 0.0);
+    for (std::size_t p = 0; p < from.size(); ++p) {
+        all[from.group[p]] += chance[p];
+    }
+    std::vector<std::vector<double>> place(groups); // from the last to the first
+    for (std::vector<double>& each : place) {
+        for (std::size_t share = shares; share-- > 0;) {
+            each.push_back((static_cast<double>(share) + stream.uniform()) / static_cast<double>(shares));
+        }
+    }
+    SurfelPoints points;
+    for (std::size_t p = 0; p < from.size(); ++p) {
+        const Index g = from.group[p];
+        below[g] += chance[p];
+        while (!place[g].empty() && place[g].back() * all[g] < below[g]) {
+            place[g].pop_back();
+            points.place.push_back(from.place[p]);
+            points.weight.push_back(from.weight[p] * all[g] / (chance[p] * static_cast<double>(shares)));
+            points.surfel.push_back(from.surfel[p]);
+            points.group.push_back(g);
+        }
+    }
+    DIFUSA_REQUIRE(points.size() == shares * groups || from.size() == 0);
+    return points;
+}
+
 } // namespace difusa

@@ -24,4 +24,10 @@ struct SurfelPoints {
 SurfelPoints draw_surfel_points(const Surfels& surfels, std::span<const double> density, std::size_t shares,
                                 Index groups, RandomStream& stream);
 
+/// Points chosen among others: of those of each group, one from each of `shares` equal shares of what their chances sum
+/// to, so that more than one of them may be the same. `chance`: #from, in any unit; above 0 where a point stands for
+/// what counts.
+SurfelPoints choose_points(const SurfelPoints& from, std::span<const double> chance, std::size_t shares, Index groups,
+                           RandomStream& stream);
+
 } // namespace difusa
