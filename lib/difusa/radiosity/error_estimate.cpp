@@ -7,8 +7,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <string>
-#include <string_view>
 
 namespace difusa {
 
@@ -109,67 +107,20 @@ class Estimation {
   private:
     Values sum(const Values& H) const { return sum_of_parts(H, field_.channels()); }
 
-    /// The product of two measurements at a point has a variance in proportion to N^-3 (decline_of_noise), so that the
-    /// variance of the mean is least with N in proportion to the root of the point's weight times its variance.
-    void choose_rays(std::size_t rays) {
-        std::vector<double> root(result_.points);
-        double mean = 0.0;
-        for (std::size_t p = 0; p < result_.points; ++p) {
-            root[p] = std::sqrt(result_.at.weight[p] * std::max(0.0, result_.at.noise[p]));
-            mean += root[p] / static_cast<double>(result_.points);
-        }
-        const std::array<std::size_t, 3> counts{std::max<std::size_t>(1, rays / 2), rays, 2 * rays};
-        for (std::size_t k = 0; k < counts.size(); ++k) {
-            alike_[k].rays = counts[k];
-        }
-        for (std::size_t p = 0; p < result_.points; ++p) {
-            const double share = mean > 0.0 ? root[p] / mean : 1.0;
-            alike_[share < 0.75 ? 0 : share < 1.5 ? 1 : 2].points.push_back(p);
-        }
-    }
-
-    /// What fresh rays bring to all points.
-    Irradiance gather(std::string_view purpose) {
-        Irradiance all;
-        all.direct.setZero(rho_.rows(), field_.parts().smooth.cols());
-        all.indirect = all.direct;
-        for (Alike& alike : alike_) {
-            if (alike.points.empty()) {
-                continue;
-            }
-            std::vector<SurfacePoint> x;
-            for (const std::size_t p : alike.points) {
-                x.push_back(result_.at.place[p]);
-            }
-            const Irradiance some = field_.gather_smooth(
-                x, alike.rays, seed_, std::string(purpose) + ' ' + std::to_string(alike.rays), execution_);
-            for (std::size_t k = 0; k < x.size(); ++k) {
-                const auto from = static_cast<Eigen::Index>(k), to = static_cast<Eigen::Index>(alike.points[k]);
-                all.direct.row(to) = some.direct.row(from);
-                all.indirect.row(to) = some.indirect.row(from);
-            }
-            alike.cast = static_cast<double>(some.rays) / static_cast<double>(x.size());
-            all.rays += some.rays;
-            all.segments += some.segments;
-        }
-        return all;
-    }
-
     void measure(std::size_t rays) {
         const std::vector<SurfacePoint>& x = result_.at.place;
         DirectLight::Effort effort;
         const bool in_basis = field_.parts().direct_in_basis;
         const Irradiance own = field_.evaluate_smooth(x, execution_);
         const Irradiance shown = field_.evaluate_smooth(x, execution_, true); // what is judged
-        choose_rays(rays);
-        const Irradiance first = gather("error, first");
-        const Irradiance second = gather("error, second");
+        const Irradiance first = field_.gather_smooth(x, rays, seed_, "error, first", execution_);
+        const Irradiance second = field_.gather_smooth(x, rays, seed_, "error, second", execution_);
         const Values sharp_first = sum(field_.sharp(x, seed_, "error, first", execution_, effort));
         const Values sharp_second = sum(field_.sharp(x, seed_, "error, second", execution_, effort));
         const Values sharp_own = in_basis ? Values() : sum(field_.sharp(x, seed_, "error, own", execution_, effort));
         result_.rays = first.rays + second.rays;
         result_.segments = first.segments + second.segments + effort.segments;
-        result_.rays_per_gather = static_cast<double>(first.rays) / static_cast<double>(x.size());
+        result_.rays_per_gather = first.rays / std::max<std::size_t>(1, x.size());
         indirect_ = {sum(own.indirect), sum(first.indirect), sum(second.indirect)};
         smooth_ = {indirect_.own + sum(own.direct), indirect_.first + sum(first.direct),
                    indirect_.second + sum(second.direct)};
@@ -280,11 +231,6 @@ class Estimation {
             reflected[p] = total_.own.row(row).cwiseProduct(weight_.row(row)).squaredNorm();
             result_.spread.push_back(0.5 * (smooth_.first.row(row) - smooth_.second.row(row)).squaredNorm());
         }
-        for (const Alike& alike : alike_) {
-            for (const std::size_t p : alike.points) {
-                result_.spread[p] *= std::pow(result_.rays_per_gather / alike.cast, decline_of_noise);
-            }
-        }
         result_.reflected = std::sqrt(mean_over(at, area, reflected).value);
         const double rho = result_.largest_reflectance;
         result_.bound = result_.residual.high == 0.0 ? 0.0
@@ -305,13 +251,6 @@ class Estimation {
     const Execution& execution_;
     Values rho_, weight_; ///< #points by #channels, as all below; weight_: judged_weight
     Measured indirect_, smooth_, total_;
-    /// Points that are measured with as many rays, in the order of their numbers.
-    struct Alike {
-        std::size_t rays = 0; ///< of one gather
-        double cast = 0.0;    ///< of these, by the kind of directions
-        std::vector<std::size_t> points;
-    };
-    std::array<Alike, 3> alike_;
     Values carried_; ///< #points by #groups #channels: p / rho
     ErrorEstimate result_;
 };

@@ -42,18 +42,13 @@ struct ErrorEstimate {
 
     // What was measured, to be spread over the surface (error_map.h):
     ErrorPoints at;
-    std::vector<double> squared;  ///< unbiased estimates of |r|², may be negative; W²/m⁴
-    std::vector<double> spread;   ///< of the variance of one gather of h there by rays_per_gather rays, all channels;
-                                  ///< W²/m⁴
-    double rays_per_gather = 0.0; ///< on average
-    Values carried;               ///< #S by #channels: coefficients of p / rho, W/m²
+    std::vector<double> squared; ///< unbiased estimates of |r|², may be negative; W²/m⁴
+    std::vector<double> spread;  ///< of the variance of one gather of h there, all channels; W²/m⁴
+    std::size_t rays_per_gather = 0;
+    Values carried; ///< #S by #channels: coefficients of p / rho, W/m²
 };
 
-/// The variance of the noise of N low-discrepancy rays falls as N to this power (measured; integrands have jumps).
-constexpr double decline_of_noise = -1.5;
-
-/// Measures at about `points` points with twice `rays` rays each on average, half to twice as many where noise makes
-/// little or much of the doubt, and solves once.
+/// Measures at about `points` points with twice `rays` rays each, and solves once.
 ErrorEstimate estimate_error(const Solution& solution, std::size_t points, std::size_t rays, std::uint64_t seed,
                              const Execution& execution);
 

@@ -10,6 +10,13 @@
 
 namespace difusa {
 
+namespace {
+
+/// The variance of the noise of N low-discrepancy rays falls as N to this power (measured; integrands have jumps).
+constexpr double decline = -1.5;
+
+} // namespace
+
 /// Squares at a point, W²/m⁴.
 struct ErrorMap::Local {
     double noise = 0.0, variation = 0.0, carried = 0.0;
@@ -38,8 +45,8 @@ ErrorMap::ErrorMap(const Solution& solution, const ErrorEstimate& estimate, cons
     const LightTransport& transport = solution.field->parts().system->transport();
     const double rays =
         static_cast<double>(transport.rays) / static_cast<double>(std::max<std::size_t>(1, transport.points()));
-    const double gathered = std::max(1.0, estimate.rays_per_gather);
-    const double of_rays = expected > 0.0 ? measured / expected * std::pow(rays / gathered, decline_of_noise) : 0.0;
+    const double gathered = static_cast<double>(std::max<std::size_t>(1, estimate.rays_per_gather));
+    const double of_rays = expected > 0.0 ? measured / expected * std::pow(rays / gathered, decline) : 0.0;
     noise_ *= of_rays * passed_on(rows, execution);
     fit(rows);
 }

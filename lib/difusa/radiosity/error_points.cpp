@@ -133,15 +133,8 @@ ErrorPoints draw_error_points(const Solution& solution, std::size_t count, std::
     const SurfelPoints drawn = draw_surfel_points(surfels, density, candidates * shares, ErrorPoints::groups, stream);
     const FacingDistance facing(solution.field->parts().scene->mesh);
     const std::vector<double> chance = chances(drawn, facing, 2.0 * surfels.edge(), execution);
-    ErrorPoints points{choose_points(drawn, chance, shares, ErrorPoints::groups, stream),
-                       {},
-                       std::move(sources.variance),
+    ErrorPoints points{choose_points(drawn, chance, shares, ErrorPoints::groups, stream), std::move(sources.variance),
                        std::move(sources.variance_of_fresh)};
-    const Values judged = judged_weights(solution);
-    for (const Index s : points.surfel) {
-        const auto row = static_cast<Eigen::Index>(s);
-        points.noise.push_back(judged.row(row).cwiseAbs2().dot(sources.noise.row(row)));
-    }
     double area = 0.0;
     for (Index s = 0; s < surfels.size(); ++s) {
         area += density[s] > 0.0 ? surfels.area(s) : 0.0;

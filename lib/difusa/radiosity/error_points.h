@@ -10,9 +10,6 @@ namespace difusa {
 
 /// The weights of the points sum to the area where errors count (judged_weights).
 struct ErrorPoints : SurfelPoints {
-    /// The variance that ErrorSources::noise tells of each point, weighted with w² and summed over the channels; W²/m⁴.
-    std::vector<double> noise;
-
     /// The variance over the rays of each point of the system (Discretisation::points) of the light they meet, to which
     /// their noise is in proportion: #points of the system by #channels, W²/m⁴; rays count by their weights. 0 for
     /// transport without rays, and for fixed directions, whose errors are not noise (Directions::is_fixed).
