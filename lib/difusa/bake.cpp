@@ -118,8 +118,9 @@ Placed place_evenly(const Stage& stage, BakeResult& result, const Choices& choic
                                });
 }
 
-/// Places the sites and solves.
-void solve_on(const Stage& stage, BakeResult& result, const Choices& choices, const Execution& execution) {
+/// Places the sites and solves. `known`: of an earlier bake of the scene; then of this one, if it tells anything.
+void solve_on(const Stage& stage, BakeResult& result, const Choices& choices, std::optional<Judged>* known,
+              const Execution& execution) {
     // An accuracy can be ordered from any sampler.
     result.options.adaptive = result.options.adaptive && !choices.sampler->needs_visibility();
     const auto place = [&]() -> Placed {
@@ -130,7 +131,8 @@ void solve_on(const Stage& stage, BakeResult& result, const Choices& choices, co
             return place_elements(result, stage.registry, choices, stage.lit, stage.tracer, execution);
         }
         if (const std::optional<Placed> graded =
-                place_adaptively(result, stage.registry, choices, stage.lit, stage.tracer, execution)) {
+                place_adaptively(result, stage.registry, choices, stage.lit, stage.tracer,
+                                 known != nullptr ? *known : std::nullopt, execution)) {
             return *graded;
         }
         result.options.adaptive = false;
@@ -141,6 +143,9 @@ void solve_on(const Stage& stage, BakeResult& result, const Choices& choices, co
     check_request(result, choices, stage.lights, placed.sites->size(), execution);
     solve_placed(result, choices, placed, transport_by_rays(result, choices, stage.tracer), execution);
     estimate_error_of(result, execution);
+    if (known != nullptr) {
+        *known = judged_by(result, placed, execution);
+    }
 }
 
 /// Estimates the cost, placing sites only where that is cheap.
@@ -163,7 +168,7 @@ void forecast(BakeResult& result, const Registry& registry, const Choices& choic
     predict_time(
         result, registry, choices,
         [&](BakeResult& trial, Choices& own_choices, const Execution& own) {
-            solve_on(stage, trial, own_choices, own);
+            solve_on(stage, trial, own_choices, nullptr, own);
         },
         execution);
 }
@@ -173,15 +178,16 @@ void finish(BakeResult& result, const Registry& registry, Choices& choices, cons
     const Stage stage(result, registry, choices, execution);
     if (result.options.target) {
         const BakeOptions wanted = result.options;
+        std::optional<Judged> known; // of the attempt before
         const auto solve_afresh = [&](BakeResult& attempt, const Execution& own) {
             Choices fresh = make_choices(registry, wanted); // a basis is bound to the sites of one attempt
             choices.elements = std::move(fresh.elements);
             choices.fallback = std::move(fresh.fallback);
-            solve_on(stage, attempt, choices, own);
+            solve_on(stage, attempt, choices, &known, own);
         };
         reach_target(result, solve_afresh, execution);
     } else {
-        solve_on(stage, result, choices, execution);
+        solve_on(stage, result, choices, nullptr, execution);
     }
     evaluate_solution(result, execution);
 }

@@ -41,7 +41,8 @@ Scene furnace() {
 }
 
 /// With squared errors that fall as n^-3/4 and N^-1.5, the next attempt is predicted to end at 85 % of the target, with
-/// an interval of 1.7 times the estimate, unless steps are limited; and no other sites and rays do that with less n N.
+/// an interval as wide as that of this attempt, from as many points, unless steps are limited; and no other sites and
+/// rays do that with less n N.
 TEST(ErrorTarget, TheNextEffortIsTheCheapestThatIsPredictedToSuffice) {
     RandomStream stream(1, "efforts");
     for (int i = 0; i < 200; ++i) {
@@ -51,9 +52,10 @@ TEST(ErrorTarget, TheNextEffortIsTheCheapestThatIsPredictedToSuffice) {
         ErrorTarget target;
         target.relative = 0.01;
         target.most_sites = 1U << 30U;
-        const double wanted = 0.85 * target.relative / 1.7;
+        const double interval = 1.25 + 0.45 * stream.uniform();
+        const double wanted = 0.85 * target.relative / interval;
         attempt.rms = wanted * (1.3 + 0.3 * stream.uniform());
-        attempt.high = 1.7 * attempt.rms;
+        attempt.high = interval * attempt.rms;
         const Effort next = next_effort(attempt, target, 0);
         const auto squared = [&](double sites, double rays) {
             return attempt.rms * attempt.rms *
@@ -66,6 +68,20 @@ TEST(ErrorTarget, TheNextEffortIsTheCheapestThatIsPredictedToSuffice) {
             EXPECT_GT(squared(n * factor, N / factor), squared(n, N) * (1.0 - 1e-3));
         }
     }
+}
+
+/// 2000 points instead of 500 make an interval of twice the estimate one of 2^(1/2): its end is predicted to be below.
+TEST(ErrorTarget, MorePointsMakeTheIntervalOfTheNextAttemptNarrower) {
+    Attempt attempt;
+    attempt.effort = {4000, 256, 500, 0};
+    attempt.noise_share = 1.0 / 3.0;
+    attempt.rms = 0.012;
+    attempt.high = 2.0 * attempt.rms;
+    ErrorTarget target;
+    target.relative = attempt.rms * std::sqrt(2.0) / 0.85 * std::pow(0.25, 3.0 / 8.0); // four times the sites
+    const Effort next = next_effort(attempt, target, 0);
+    EXPECT_NEAR(static_cast<double>(next.error_points), 2000.0, 20.0);
+    EXPECT_NEAR(static_cast<double>(next.sites), 16000.0, 160.0);
 }
 
 TEST(ErrorTarget, AWideIntervalAloneTakesMorePoints) {
@@ -203,7 +219,7 @@ TEST(ErrorTarget, OutOfReachIsRefusedOrTheBestThereIs) {
 /// The first attempt fits into a limit; one for a much smaller error does not, and the first is the best there is.
 TEST(ErrorTarget, GoesNoFurtherThanTheMemoryThatItMayTake) {
     const ReferenceCase box = reference_case("manufactured-box");
-    BakeOptions options = ordered(0.001);
+    BakeOptions options = ordered(0.0002);
     options.target->best_effort = true;
     baked(box.scene, ordered(0.05)); // whatever a process takes once
     options.output_spacing = 1e30;

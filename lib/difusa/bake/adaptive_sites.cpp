@@ -20,16 +20,13 @@ namespace {
 constexpr std::array<double, 2> pilot_shares{0.25, 0.5};
 static_assert(pilot_shares[0] + pilot_shares[1] == pilot_sites);
 
+/// Of the wanted sites: how many those of an earlier bake have to be to stand in for each of the pilots.
+constexpr std::array<double, 2> known_shares{0.125, 1.0 / 3.0};
+
 constexpr double least_gain = 2.0;    ///< in the squared error at best, for which sites are graded
 constexpr double most_even = 0.75;    ///< of the wanted sites may be needed for one on each part of the surface
 constexpr double close_enough = 0.05; ///< to the wanted number of sites
 constexpr int most_attempts = 3;      ///< at it
-
-/// What a pilot tells: the spacing around each of its sites, and the size of the error there.
-struct Judged {
-    std::shared_ptr<const SiteSet> sites;
-    std::vector<double> spacing, error;
-};
 
 /// What a pilot bakes: the scene with few rays and the default elements.
 BakeOptions pilot_options(const BakeOptions& options) {
@@ -58,10 +55,32 @@ std::vector<double> errors_of(const BakeResult& pilot, const Execution& executio
     return error;
 }
 
+/// The spacing that sites are placed at around each of them.
+std::vector<double> placed_spacing(const SiteSet& sites, const SizeField& size) {
+    std::vector<double> spacing(sites.size());
+    for (std::size_t i = 0; i < sites.size(); ++i) {
+        spacing[i] = size.placed_at(sites.points[i].position, sites.region[i]);
+    }
+    return spacing;
+}
+
 } // namespace
 
+std::optional<Judged> judged_by(const BakeResult& result, const Placed& placed, const Execution& execution) {
+    const BakeOptions& options = result.options;
+    if (!options.basis.empty() || !options.projection.empty() || !options.kernel.empty() ||
+        options.transport != BakeOptions().transport) {
+        return std::nullopt;
+    }
+    return Judged{placed.sites,
+                  placed.spacing.empty() ? std::vector<double>(placed.sites->size(), placed.sites->spacing)
+                                         : placed.spacing,
+                  errors_of(result, execution)};
+}
+
 std::optional<Placed> place_adaptively(BakeResult& result, const Registry& registry, const Choices& choices,
-                                       const LitSurface& lit, const Tracer& tracer, const Execution& execution) {
+                                       const LitSurface& lit, const Tracer& tracer, const std::optional<Judged>& known,
+                                       const Execution& execution) {
     execution.phase("place sites");
     choose_spacing(result, choices, lit, execution);
     const Mesh& mesh = result.scene->mesh;
@@ -76,6 +95,7 @@ std::optional<Placed> place_adaptively(BakeResult& result, const Registry& regis
     if (static_cast<double>(even.size()) > most_even * all) {
         return std::nullopt;
     }
+    const double known_sites = known ? static_cast<double>(known->sites->size()) : 0.0;
     std::optional<Judged> judged;
     std::optional<SizeField> size;
     const auto set_of = [&](std::vector<SurfacePoint> points, double spacing) {
@@ -106,18 +126,21 @@ std::optional<Placed> place_adaptively(BakeResult& result, const Registry& regis
             yield *= got;
         }
     };
-    for (const double share : pilot_shares) {
-        execution.phase("pilot bake");
-        const std::shared_ptr<SiteSet> sites = sites_for(share);
-        bake_pilot(result, pilot_options(result.options), registry, choices, {sites, lit.dark_area}, tracer, execution,
-                   [&](const BakeResult& pilot, const Execution& own) {
-                       Judged here{sites, std::vector<double>(sites->size(), largest), errors_of(pilot, own)};
-                       for (std::size_t i = 0; size && i < sites->size(); ++i) {
-                           here.spacing[i] = size->placed_at(sites->points[i].position, sites->region[i]);
-                       }
-                       judged = std::move(here);
-                   });
-        if (!size && gain_of_grading(judged->error) < least_gain) {
+    for (std::size_t k = 0; k < pilot_shares.size(); ++k) {
+        if (known_sites >= known_shares[k] * all) {
+            judged = known;
+        } else {
+            execution.phase("pilot bake");
+            const std::shared_ptr<SiteSet> sites = sites_for(pilot_shares[k]);
+            bake_pilot(result, pilot_options(result.options), registry, choices, {sites, lit.dark_area}, tracer,
+                       execution, [&](const BakeResult& pilot, const Execution& own) {
+                           judged = Judged{sites,
+                                           size ? placed_spacing(*sites, *size)
+                                                : std::vector<double>(sites->size(), largest),
+                                           errors_of(pilot, own)};
+                       });
+        }
+        if (!judged->sites->graded && gain_of_grading(judged->error) < least_gain) {
             execution.save({"graded sites", "the light varies about equally everywhere", "sites of a second pilot bake",
                             pilot_shares.back() * all});
             return std::nullopt;
@@ -127,7 +150,9 @@ std::optional<Placed> place_adaptively(BakeResult& result, const Registry& regis
         execution.journal->append(savings);
     }
     execution.phase("place sites");
-    return with_sites_in_sight(result, registry, choices, lit, tracer, sites_for(1.0), execution, set_of);
+    Placed placed = with_sites_in_sight(result, registry, choices, lit, tracer, sites_for(1.0), execution, set_of);
+    placed.spacing = placed_spacing(*placed.sites, *size);
+    return placed;
 }
 
 } // namespace difusa

@@ -17,11 +17,11 @@ namespace difusa {
 
 namespace {
 
-constexpr double margin = 0.85;        ///< of the target, which the next attempt's interval should end at
-constexpr double usual_interval = 1.7; ///< its upper end over the estimate, as far as more points do not help
-constexpr double wide_interval = 2.2;  ///< likewise: more points would help
-constexpr double of_basis = 0.75;      ///< squared error of the basis: sites to this power, inverted
-constexpr double of_noise = 1.5;       ///< squared noise: rays to this power, inverted
+constexpr double margin = 0.85; ///< of the target, which the next attempt's interval should end at
+constexpr double least_interval = 1.25, usual_interval = 1.7; ///< its upper end over the estimate, as far as it counts
+constexpr double wide_interval = 2.2;                         ///< likewise: more points would help
+constexpr double of_basis = 0.75; ///< squared error of the basis: sites to this power, inverted
+constexpr double of_noise = 1.5;  ///< squared noise: rays to this power, inverted
 constexpr double basis_part =
     of_noise / (of_basis + of_noise); ///< of the squared error, for the least sites times rays
 constexpr double hopeless = 2.0;      ///< times the target: what the basis alone is predicted to miss with all sites
@@ -70,6 +70,20 @@ double relative_half_width(const GoalEstimate& goal) {
         }
     }
     return largest;
+}
+
+std::size_t error_points_for(std::size_t sites, std::size_t least) {
+    return std::max(least, std::clamp<std::size_t>(sites / 8, 128, 4096));
+}
+
+/// What the upper end over the estimate of an attempt's error will be from so many points: the logarithm falls with the
+/// root of their number.
+double interval_from(const Attempt& attempt, std::size_t points) {
+    if (!(attempt.rms > 0.0)) {
+        return usual_interval;
+    }
+    const double fewer = static_cast<double>(attempt.effort.error_points) / static_cast<double>(points);
+    return std::clamp(std::pow(attempt.high / attempt.rms, std::sqrt(fewer)), least_interval, usual_interval);
 }
 
 /// For an error of the field whose square is smaller by the factor `excess`.
@@ -302,17 +316,22 @@ Effort next_effort(const Attempt& attempt, const ErrorTarget& target, std::size_
     if (attempt.goals) {
         next_for_goals(attempt, target, goals, next);
     } else {
-        const double wanted = margin * target.relative / usual_interval;
+        const double wanted = margin * target.relative;
+        const std::size_t twice = std::min(most_error_points, 2 * next.error_points);
         const bool wide = attempt.high > wide_interval * attempt.rms && next.error_points < next.sites;
-        if ((wide || attempt.rms <= wanted) && next.error_points < most_error_points) {
-            next.error_points = std::min(most_error_points, 2 * next.error_points);
+        if ((wide || attempt.rms * interval_from(attempt, twice) <= wanted) && twice > next.error_points) {
+            next.error_points = twice;
             return next;
         }
         const double rms = std::max(attempt.rms, attempt.high / 2.0 / usual_interval);
-        add_sites_and_rays(attempt, std::pow(rms / wanted, 2), next);
+        for (int pass = 0; pass < 10; ++pass) { // more sites are judged at more points, and need fewer more
+            const double interval = interval_from(attempt, error_points_for(next.sites, attempt.effort.error_points));
+            next = attempt.effort;
+            add_sites_and_rays(attempt, std::pow(rms * interval / wanted, 2), next);
+        }
     }
     next.sites = std::min(next.sites, std::max(target.most_sites, attempt.effort.sites));
-    next.error_points = std::max(next.error_points, std::clamp<std::size_t>(next.sites / 8, 128, 4096));
+    next.error_points = error_points_for(next.sites, next.error_points);
     return next;
 }
 

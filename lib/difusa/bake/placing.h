@@ -23,7 +23,8 @@ struct LitSurface {
 /// The sites, and what else is known where they are placed.
 struct Placed {
     std::shared_ptr<SiteSet> sites;
-    double dark_area = 0.0; ///< of the surface that no light reaches
+    double dark_area = 0.0;           ///< of the surface that no light reaches
+    std::vector<double> spacing = {}; ///< #S, of graded sites; else none
     /// If parts of the surface have moved: as it was when the first points were spread on it, which then went along.
     std::shared_ptr<const Mesh> unmoved = {};
     std::shared_ptr<Basis> basis = {};           ///< of the choices, bound to the sites; null if it is not bound yet

@@ -241,7 +241,7 @@ class Relighting {
     /// Moves what is to be moved, with its sites.
     Placed move_objects() {
         Scene& scene = *result_.scene;
-        Placed placed{std::make_shared<SiteSet>(*saved_.sites), 0.0, unmoved_};
+        Placed placed{std::make_shared<SiteSet>(*saved_.sites), 0.0, {}, unmoved_};
         if (how_.moves.empty()) {
             return placed;
         }
