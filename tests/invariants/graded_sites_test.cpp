@@ -68,6 +68,28 @@ TEST(GradedSites, AreDenseWhereTheLightVariesWhateverTheReflectance) {
     }
 }
 
+/// An attempt at an accuracy tells the next one where sites help, as long as it has enough of them.
+TEST(GradedSites, AnAttemptStandsInForThePilotsOfTheNext) {
+    BakeOptions options = graded(0);
+    options.adaptive = false; // it is, in any case
+    options.error_points.reset();
+    options.target.emplace();
+    options.target->relative = 0.005;
+    const BakeResult result = test::baked(floor_under_lid(0.5), options);
+    EXPECT_GT(denser_at_edge(result), 2.0);
+    ASSERT_GE(result.attempts.size(), 2U);
+    std::ptrdiff_t pilots = 2;
+    for (std::size_t k = 1; k < result.attempts.size(); ++k) {
+        const Effort &before = result.attempts[k - 1].effort, &effort = result.attempts[k].effort;
+        const double grown = static_cast<double>(effort.sites) / static_cast<double>(before.sites);
+        pilots += grown > 1.0 ? (grown > 3.0) + (grown > 8.4) : 0; // 5 % off what was wanted
+    }
+    const auto& phases = result.journal.seconds();
+    EXPECT_EQ(
+        std::count_if(phases.begin(), phases.end(), [](const auto& phase) { return phase.first == "pilot bake"; }),
+        pilots);
+}
+
 /// Inside of a sphere whose wall emits alike everywhere all that differs from site to site is noise, which is normally
 /// distributed: its mean square is pi/2 < 2 times the square of its mean size.
 TEST(GradedSites, AreEvenWhereTheLightVariesNoMoreInOnePlaceThanInOthers) {

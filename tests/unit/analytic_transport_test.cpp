@@ -229,6 +229,25 @@ TEST(AnalyticTransport, AgreesWithManyRays) {
     }
 }
 
+/// Under a lid that turns its back, of which no form factor is computed: rays that bring 1 and rays that bring nothing.
+TEST(AnalyticTransport, RaysThatMeetBacksCountForTheVariance) {
+    Mesh mesh = rectangle(Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY());
+    add(mesh, rectangle({-1, -1, 0.1}, {1.5, 0, 0}, {0, 3, 0}), 1);
+    mesh.derive();
+    const Discretised made(test::uniform_scene(mesh, 0.5, 0.0), 0.3, "cgal", "shepard");
+    const LightTransport transport = refined(made, made.gathered(64), AnalyticUse::always);
+    const RefinedTransport* const part = refined_part(*transport.W);
+    ASSERT_NE(part, nullptr);
+    const Values variance =
+        part->variance_of_rays(Values::Ones(static_cast<Eigen::Index>(transport.W->columns()), 1), Execution{});
+    double largest = 0.0;
+    for (std::size_t j = 0; j < transport.points(); ++j) {
+        EXPECT_NEAR(variance(static_cast<Eigen::Index>(j), 0), transport.back[j] * (1.0 - transport.back[j]), 1e-12);
+        largest = std::max(largest, transport.back[j] * (1.0 - transport.back[j]));
+    }
+    EXPECT_GT(largest, 0.1);
+}
+
 TEST(AnalyticTransport, Transposes) {
     const Discretised made(test::uniform_scene(floor_wall_box(), 0.5, 0.0), 0.5, "cgal", "shepard");
     const LightTransport transport = refined(made, made.gathered(64), AnalyticUse::always);

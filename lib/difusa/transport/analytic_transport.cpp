@@ -40,13 +40,15 @@ std::size_t AnalyticTransport::entry_count() const {
 }
 
 Values AnalyticTransport::variance_of_rays(const Values& x, const Execution& execution) const {
-    // With k of the N rays of a row in R, and W = s k / N the weight of their mean, N W² v / k = s² (k / N) v.
-    Values mean, square, ones;
+    // With k of the N rays of a row left to R, and W = s k / N the weight of their mean, N W² v / k = s² (k / N) v. Those
+    // that end in no bin, because they meet a back, are among the k, and bring nothing.
+    Values mean, square, all, ones;
     rest_->apply(x, mean, execution);
     rest_->apply(x.cwiseAbs2(), square, execution);
     rest_->apply(Values::Ones(x.rows(), 1), ones, execution);
+    by_rays_->apply(Values::Ones(x.rows(), 1), all, execution);
     for (Eigen::Index j = 0; j < mean.rows(); ++j) {
-        const double share = ones(j, 0), scale = scale_[static_cast<std::size_t>(j)];
+        const double share = 1.0 - (all(j, 0) - ones(j, 0)), scale = scale_[static_cast<std::size_t>(j)];
         for (Eigen::Index c = 0; c < mean.cols(); ++c) {
             mean(j, c) =
                 share > 0.0 ? scale * scale * std::max(0.0, square(j, c) - mean(j, c) * mean(j, c) / share) : 0.0;
