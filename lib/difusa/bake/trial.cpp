@@ -3,12 +3,18 @@
 #include <difusa/bake/cost.h>
 #include <difusa/bake/steps.h>
 #include <difusa/core/error.h>
+#include <difusa/transport/analytic_transport.h>
+#include <difusa/transport/gathered.h>
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
+#include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 namespace difusa {
 
@@ -74,9 +80,6 @@ class Trial {
         if (phase == "set up basis" || phase == "place sites") {
             return bound_;
         }
-        if (phase == "exact form factors" && result.analytic_share == 0.0) {
-            return 1.0; // some of the points show that they do not pay
-        }
         if (phase == "estimate error") {
             return error_points_ * rays_;
         }
@@ -112,6 +115,38 @@ class Trial {
     double sites_ = 1.0, rays_ = 1.0, gathered_ = 1.0, bound_ = 1.0, surfels_ = 1.0, error_points_ = 1.0,
            vertices_ = 1.0, pilots_ = 1.0;
 };
+
+/// Seconds that exact form factors take in the bake. Whether they pay depends on the size of the surfels and the number
+/// of rays: it is tried out with those of the bake, at few points and at more of them.
+double time_of_exact_factors(const BakeResult& bake, const BakeResult& trial, const Choices& choices,
+                             const Execution& execution) {
+    constexpr std::array<std::size_t, 2> counts{96, 288};
+    const RadiositySystem& system = *trial.system;
+    const std::vector<SurfacePoint>& all = system.discretisation().points;
+    const Mesh& mesh = trial.scene->mesh;
+    const Surfels surfels(mesh, Discretisation::surfel_edge(bake.options.spacing), execution.silent());
+    std::array<double, 2> seconds{};
+    for (std::size_t k = 0; k < counts.size(); ++k) {
+        std::vector<SurfacePoint> points;
+        for (std::size_t i = 0; i < counts[k]; ++i) {
+            points.push_back(all[i * all.size() / counts[k]]);
+        }
+        LightTransport by_rays = gathered(system.tracer(), points, surfels, *system.parts().directions,
+                                          bake.options.rays, bake.options.seed, execution.silent());
+        const std::shared_ptr<const LinearOperator> before = by_rays.W;
+        const auto began = std::chrono::steady_clock::now();
+        const LightTransport refined =
+            with_analytic_factors(std::move(by_rays), mesh, points, surfels, choices.analytic, execution.silent());
+        seconds[k] = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+        if (refined.W == before) {
+            return seconds[k]; // some of the points show that they do not pay
+        }
+    }
+    const double each = (seconds[1] - seconds[0]) / static_cast<double>(counts[1] - counts[0]);
+    const double points = static_cast<double>(bake.estimate.sites) * static_cast<double>(all.size()) /
+                          static_cast<double>(trial.sites->size());
+    return seconds[0] + std::max(0.0, each * (points - static_cast<double>(counts[0])));
+}
 
 /// Adds up what has the same name, in the order of the first of each.
 void add(std::vector<std::pair<std::string, double>>& phases, const std::string& name, double seconds) {
@@ -156,7 +191,9 @@ void predict_time(BakeResult& result, const Registry& registry, const Choices& c
     }
     trial.compare(result, journal);
     for (const auto& [name, seconds] : journal.seconds()) {
-        if (name != "place sites" || !result.sites) {
+        if (name == "exact form factors") {
+            add(phases, name, time_of_exact_factors(result, trial.result, choices, execution));
+        } else if (name != "place sites" || !result.sites) {
             add(phases, name, seconds * trial.growth(name));
         }
     }
