@@ -70,7 +70,8 @@ TEST(ErrorTarget, TheNextEffortIsTheCheapestThatIsPredictedToSuffice) {
     }
 }
 
-/// 2000 points instead of 500 make an interval of twice the estimate one of 2^(1/2): its end is predicted to be below.
+/// 2000 points instead of 500 make an interval of twice the estimate one of 2^(1/2), which is predicted to end at 85 %
+/// of the target.
 TEST(ErrorTarget, MorePointsMakeTheIntervalOfTheNextAttemptNarrower) {
     Attempt attempt;
     attempt.effort = {4000, 256, 500, 0};

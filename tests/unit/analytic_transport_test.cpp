@@ -248,6 +248,37 @@ TEST(AnalyticTransport, RaysThatMeetBacksCountForTheVariance) {
     EXPECT_GT(largest, 0.1);
 }
 
+/// Beside a wall that is seen whole, and under a lid that turns its back. With the shares r of the rays in bins and L
+/// on backs, scaled by s to what the form factors leave, s (r + L) = 1 - F, rays that bring 1 have the variance s² (r -
+/// r² / (r + L)).
+TEST(AnalyticTransport, BacksCountForTheVarianceBesideExactFormFactors) {
+    Mesh mesh = rectangle({0, -2, 0}, {4, 0, 0}, {0, 4, 0});
+    add(mesh, rectangle({0, -2, 0}, {0, 4, 0}, {0, 0, 1}), 1);
+    add(mesh, rectangle({2, -2, 2}, {2, 0, 0}, {0, 4, 0}), 2);
+    mesh.derive();
+    const Discretised made(test::uniform_scene(mesh, 0.5, 0.0), 0.5, "cgal", "shepard");
+    const LightTransport by_rays = made.gathered(256);
+    const LightTransport transport = refined(made, by_rays, AnalyticUse::always);
+    const auto* const W = dynamic_cast<const AnalyticTransport*>(transport.W.get());
+    ASSERT_NE(W, nullptr);
+    const Values ones = Values::Ones(static_cast<Eigen::Index>(W->columns()), 1);
+    const Values variance = W->variance_of_rays(ones, Execution{});
+    int both = 0;
+    for (std::size_t j = 0; j < transport.points(); ++j) {
+        double F = 0.0;
+        for (const double factor : W->exact_factors().row(j).value) {
+            F += factor;
+        }
+        const double L = by_rays.back[j], back = transport.back[j];
+        if (F > 0.01 && L > 0.01) {
+            ++both;
+            const double s = back / L, r = (1.0 - F - back) / s;
+            EXPECT_NEAR(variance(static_cast<Eigen::Index>(j), 0), s * s * (r - r * r / (r + L)), 1e-12);
+        }
+    }
+    EXPECT_GT(both, 10);
+}
+
 TEST(AnalyticTransport, Transposes) {
     const Discretised made(test::uniform_scene(floor_wall_box(), 0.5, 0.0), 0.5, "cgal", "shepard");
     const LightTransport transport = refined(made, made.gathered(64), AnalyticUse::always);

@@ -141,8 +141,10 @@ std::optional<Placed> place_adaptively(BakeResult& result, const Registry& regis
                        });
         }
         if (!judged->sites->graded && gain_of_grading(judged->error) < least_gain) {
-            execution.save({"graded sites", "the light varies about equally everywhere", "sites of a second pilot bake",
-                            pilot_shares.back() * all});
+            if (known_sites < known_shares.back() * all) {
+                execution.save({"graded sites", "the light varies about equally everywhere",
+                                "sites of a second pilot bake", pilot_shares.back() * all});
+            }
             return std::nullopt;
         }
     }

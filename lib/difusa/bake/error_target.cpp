@@ -1,5 +1,6 @@
 #include <difusa/bake/error_target.h>
 
+#include <difusa/bake/cost.h>
 #include <difusa/bake/evaluation.h>
 #include <difusa/core/error.h>
 #include <difusa/core/text.h>
@@ -18,8 +19,9 @@ namespace difusa {
 namespace {
 
 constexpr double margin = 0.85; ///< of the target, which the next attempt's interval should end at
-constexpr double least_interval = 1.25, usual_interval = 1.7; ///< its upper end over the estimate, as far as it counts
-constexpr double wide_interval = 2.2;                         ///< likewise: more points would help
+constexpr double least_interval = 1.25, most_interval = 1.7; ///< predictions of its upper end over the estimate are
+                                                             ///< kept between these
+constexpr double wide_interval = 2.2;                        ///< the same ratio: more points would help
 constexpr double of_basis = 0.75; ///< squared error of the basis: sites to this power, inverted
 constexpr double of_noise = 1.5;  ///< squared noise: rays to this power, inverted
 constexpr double basis_part =
@@ -73,17 +75,17 @@ double relative_half_width(const GoalEstimate& goal) {
 }
 
 std::size_t error_points_for(std::size_t sites, std::size_t least) {
-    return std::max(least, std::clamp<std::size_t>(sites / 8, 128, 4096));
+    return std::max(least, error_points(BakeOptions(), sites));
 }
 
 /// What the upper end over the estimate of an attempt's error will be from so many points: the logarithm falls with the
-/// root of their number.
+/// root of their number. Kept between least_interval and most_interval.
 double interval_from(const Attempt& attempt, std::size_t points) {
     if (!(attempt.rms > 0.0)) {
-        return usual_interval;
+        return most_interval;
     }
     const double fewer = static_cast<double>(attempt.effort.error_points) / static_cast<double>(points);
-    return std::clamp(std::pow(attempt.high / attempt.rms, std::sqrt(fewer)), least_interval, usual_interval);
+    return std::clamp(std::pow(attempt.high / attempt.rms, std::sqrt(fewer)), least_interval, most_interval);
 }
 
 /// For an error of the field whose square is smaller by the factor `excess`.
@@ -323,7 +325,7 @@ Effort next_effort(const Attempt& attempt, const ErrorTarget& target, std::size_
             next.error_points = twice;
             return next;
         }
-        const double rms = std::max(attempt.rms, attempt.high / 2.0 / usual_interval);
+        const double rms = std::max(attempt.rms, attempt.high / 2.0 / most_interval);
         for (int pass = 0; pass < 10; ++pass) { // more sites are judged at more points, and need fewer more
             const double interval = interval_from(attempt, error_points_for(next.sites, attempt.effort.error_points));
             next = attempt.effort;

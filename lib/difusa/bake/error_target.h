@@ -33,8 +33,9 @@ double error_of(const Attempt& attempt);
 double rays_of(const Effort& effort, std::size_t goals);
 
 /// The next effort: more sites, more or fewer rays, at most eight times as many sites and four times as many rays. More
-/// error points alone if they are what is missing: if the interval is wide, or the estimate well below the target. With
-/// goals, more samples of them, at most 16 times as many, and more sites and rays where the field has to be better.
+/// error points alone if they are what is missing: if the interval is wide, or if twice as many are predicted to bring
+/// the upper end below the target. With goals, more samples of them, at most 16 times as many, and more sites and rays
+/// where the field has to be better.
 Effort next_effort(const Attempt& attempt, const ErrorTarget& target, std::size_t goals);
 
 /// Bakes with more and more effort until the error is below BakeOptions::target, starting from the scene in `result`,

@@ -23,6 +23,7 @@ namespace {
 constexpr double share_of_sites = 0.1, fewest_placed = 300.0, most_placed = 2000.0;
 constexpr double most_trial_rays = 1 << 20;
 constexpr std::size_t fewest_rays = 64, most_gathered = 64;
+constexpr std::string_view exact_factors = "exact form factors"; ///< the phase
 
 /// The trial, and by what factors the bake is larger.
 class Trial {
@@ -120,11 +121,12 @@ class Trial {
 /// of rays: it is tried out with those of the bake, at few points and at more of them.
 double time_of_exact_factors(const BakeResult& bake, const BakeResult& trial, const Choices& choices,
                              const Execution& execution) {
+    const Execution one{1, execution.progress, nullptr}; // few points do not keep many threads busy
     constexpr std::array<std::size_t, 2> counts{96, 288};
     const RadiositySystem& system = *trial.system;
     const std::vector<SurfacePoint>& all = system.discretisation().points;
     const Mesh& mesh = trial.scene->mesh;
-    const Surfels surfels(mesh, Discretisation::surfel_edge(bake.options.spacing), execution.silent());
+    const Surfels surfels(mesh, Discretisation::surfel_edge(bake.options.spacing), one);
     std::array<double, 2> seconds{};
     for (std::size_t k = 0; k < counts.size(); ++k) {
         std::vector<SurfacePoint> points;
@@ -132,11 +134,11 @@ double time_of_exact_factors(const BakeResult& bake, const BakeResult& trial, co
             points.push_back(all[i * all.size() / counts[k]]);
         }
         LightTransport by_rays = gathered(system.tracer(), points, surfels, *system.parts().directions,
-                                          bake.options.rays, bake.options.seed, execution.silent());
+                                          bake.options.rays, bake.options.seed, one);
         const std::shared_ptr<const LinearOperator> before = by_rays.W;
         const auto began = std::chrono::steady_clock::now();
         const LightTransport refined =
-            with_analytic_factors(std::move(by_rays), mesh, points, surfels, choices.analytic, execution.silent());
+            with_analytic_factors(std::move(by_rays), mesh, points, surfels, choices.analytic, one);
         seconds[k] = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
         if (refined.W == before) {
             return seconds[k]; // some of the points show that they do not pay
@@ -145,7 +147,8 @@ double time_of_exact_factors(const BakeResult& bake, const BakeResult& trial, co
     const double each = (seconds[1] - seconds[0]) / static_cast<double>(counts[1] - counts[0]);
     const double points = static_cast<double>(bake.estimate.sites) * static_cast<double>(all.size()) /
                           static_cast<double>(trial.sites->size());
-    return seconds[0] + std::max(0.0, each * (points - static_cast<double>(counts[0])));
+    const double further = std::max(0.0, each * (points - static_cast<double>(counts[0])));
+    return seconds[0] + further / static_cast<double>(execution.threads);
 }
 
 /// Adds up what has the same name, in the order of the first of each.
@@ -176,12 +179,17 @@ void predict_time(BakeResult& result, const Registry& registry, const Choices& c
     SubordinateProgress unreported(execution.progress);
     Journal journal;
     const Execution own{execution.threads, &unreported, &journal};
+    double of_exact_factors = 0.0;
     try {
         Choices fresh = make_choices(registry, trial.result.options); // a basis is bound to its sites
         fresh.engine = choices.engine;
         solve(trial.result, fresh, own);
         evaluate_solution(trial.result, own);
         journal.end();
+        const auto& timed = journal.seconds();
+        if (std::any_of(timed.begin(), timed.end(), [](const auto& phase) { return phase.first == exact_factors; })) {
+            of_exact_factors = time_of_exact_factors(result, trial.result, choices, own);
+        }
     } catch (const Interrupted&) {
         throw;
     } catch (const Error& error) {
@@ -191,8 +199,8 @@ void predict_time(BakeResult& result, const Registry& registry, const Choices& c
     }
     trial.compare(result, journal);
     for (const auto& [name, seconds] : journal.seconds()) {
-        if (name == "exact form factors") {
-            add(phases, name, time_of_exact_factors(result, trial.result, choices, execution));
+        if (name == exact_factors) {
+            add(phases, name, of_exact_factors);
         } else if (name != "place sites" || !result.sites) {
             add(phases, name, seconds * trial.growth(name));
         }

@@ -85,7 +85,7 @@ std::vector<double> density_of(const Solution& solution, const ErrorSources& sou
     return density;
 }
 
-/// In proportion to one over the distance of each point to what it faces.
+/// One over the distance of each point to what it faces, as far as distances are told apart.
 std::vector<double> chances(const SurfelPoints& points, const FacingDistance& facing, double spacing,
                             const Execution& execution) {
     std::vector<double> chance(points.size());

@@ -41,12 +41,12 @@ Rgb judged_weight(const Scene& scene, const SurfacePoint& x);
 ErrorSources error_sources(const Solution& solution, const Execution& execution);
 
 /// `count` points, rounded up to a multiple of the groups: one of each group from each of as many equal shares of a
-/// density as there are points in a group. The density is a mixture over a distance. The mixture: in equal parts in
-/// proportion to w², with which the square of an error of the irradiance counts (w = judged_weights), and to w² times
-/// the square of ErrorSources::light, times its variation, and times its noise. The distance is that to what the point
-/// faces (discretisation/facing_distance.h), but at least a twentieth of the spacing and at most all of it: where walls
-/// meet floors, errors are large in strips narrower than any element, which the coefficients do not tell of. It is
-/// known at 32 times as many candidates, of which the points are chosen. None if nothing reflects.
+/// density as there are points in a group. The density is a mixture divided by a distance. The mixture: in equal parts
+/// in proportion to w², with which the square of an error of the irradiance counts (w = judged_weights), and to w²
+/// times the square of ErrorSources::light, times its variation, and times its noise. The distance is that to what the
+/// point faces (discretisation/facing_distance.h), but at least a twentieth of the spacing and at most all of it: where
+/// walls meet floors, errors are large in strips narrower than any element, which the coefficients do not tell of. The
+/// distance is computed at 32 candidates for each point, from which the points are chosen. None if nothing reflects.
 ErrorPoints draw_error_points(const Solution& solution, std::size_t count, std::uint64_t seed,
                               const Execution& execution);
 

@@ -24,9 +24,9 @@ struct SurfelPoints {
 SurfelPoints draw_surfel_points(const Surfels& surfels, std::span<const double> density, std::size_t shares,
                                 Index groups, RandomStream& stream);
 
-/// Points chosen among others: of those of each group, one from each of `shares` equal shares of what their chances sum
-/// to, so that more than one of them may be the same. `chance`: #from, in any unit; above 0 where a point stands for
-/// what counts.
+/// Points chosen among others: of those of each group, one from each of `shares` equal shares of the sum of their
+/// chances. The same one may be chosen more than once. `chance`: #from, in any unit, above 0. The weight of a point is
+/// multiplied by that sum over its chance and the number of shares, so that the sums estimated are the same.
 SurfelPoints choose_points(const SurfelPoints& from, std::span<const double> chance, std::size_t shares, Index groups,
                            RandomStream& stream);
 
