@@ -40,8 +40,8 @@ std::size_t AnalyticTransport::entry_count() const {
 }
 
 Values AnalyticTransport::variance_of_rays(const Values& x, const Execution& execution) const {
-    // With k of the N rays of a row left to R, and W = s k / N the weight of their mean, N W² v / k = s² (k / N) v. Those
-    // that end in no bin, because they meet a back, are among the k, and bring nothing.
+    // With k of the N rays of a row left to R, and W = s k / N the weight of their mean, N W² v / k = s² (k / N) v.
+    // Those that end in no bin, because they meet a back, are among the k, and bring nothing.
     Values mean, square, all, ones;
     rest_->apply(x, mean, execution);
     rest_->apply(x.cwiseAbs2(), square, execution);
