@@ -118,8 +118,8 @@ Placed place_evenly(const Stage& stage, BakeResult& result, const Choices& choic
                                });
 }
 
-/// Places the sites and solves. `known`, if not null: what an earlier bake of the scene tells, if there is one; then what
-/// this one does.
+/// Places the sites and solves. `known`, if not null: what an earlier bake of the scene tells, if there is one; then
+/// what this one does.
 void solve_on(const Stage& stage, BakeResult& result, const Choices& choices, std::optional<Judged>* known,
               const Execution& execution) {
     // An accuracy can be ordered from any sampler.
