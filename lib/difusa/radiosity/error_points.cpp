@@ -19,7 +19,7 @@ namespace difusa {
 namespace {
 
 constexpr double rounding = 1e-12;                             ///< of a variance, relative to the square of the mean
-constexpr std::size_t candidates = 32;                         ///< for each point
+constexpr std::size_t candidates_per_point = 32;               ///< for each point
 constexpr double nearest_facing = 0.05, farthest_facing = 1.0; ///< distances told apart, over the spacing
 
 /// ErrorPoints::variance and variance_of_fresh. `sources`: with the light of all sets together.
@@ -130,7 +130,8 @@ ErrorPoints draw_error_points(const Solution& solution, std::size_t count, std::
     const std::vector<double> density = density_of(solution, sources, execution);
     RandomStream stream(seed, "error points");
     const std::size_t shares = (count + ErrorPoints::groups - 1) / ErrorPoints::groups;
-    const SurfelPoints drawn = draw_surfel_points(surfels, density, candidates * shares, ErrorPoints::groups, stream);
+    const SurfelPoints drawn =
+        draw_surfel_points(surfels, density, candidates_per_point * shares, ErrorPoints::groups, stream);
     const FacingDistance facing(solution.field->parts().scene->mesh);
     const std::vector<double> chance = chances(drawn, facing, 2.0 * surfels.edge(), execution);
     ErrorPoints points{choose_points(drawn, chance, shares, ErrorPoints::groups, stream), std::move(sources.variance),
