@@ -3,6 +3,7 @@
 
 #include <difusa/core/box_tree.h>
 #include <difusa/mesh/mesh.h>
+#include <difusa/rays/flat_polygon.h>
 
 namespace difusa {
 
@@ -20,7 +21,7 @@ class FacingDistance {
     double operator()(const SurfacePoint& x, double reach) const;
 
   private:
-    double of_triangle(Index triangle, const SurfacePoint& x, double least) const;
+    double of_triangle(Index triangle, const SurfacePoint& x, const Plane& tangent, double least) const;
 
     const Mesh& mesh_;
     double rounding_;

@@ -11,4 +11,7 @@ namespace difusa {
 /// The boxes of these triangles, numbered as in the mesh.
 BoxTree tree_of_triangles(const Mesh& mesh, const std::vector<Index>& triangles);
 
+/// Those of all triangles.
+BoxTree tree_of_triangles(const Mesh& mesh);
+
 } // namespace difusa

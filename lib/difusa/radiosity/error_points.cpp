@@ -19,7 +19,7 @@ namespace difusa {
 namespace {
 
 constexpr double rounding = 1e-12;                             ///< of a variance, relative to the square of the mean
-constexpr std::size_t candidates_per_point = 32;               ///< for each point
+constexpr std::size_t candidates_per_point = 32;               ///< from which it is chosen
 constexpr double nearest_facing = 0.05, farthest_facing = 1.0; ///< distances told apart, over the spacing
 
 /// ErrorPoints::variance and variance_of_fresh. `sources`: with the light of all sets together.

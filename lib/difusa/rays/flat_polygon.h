@@ -3,6 +3,8 @@
 
 #include <difusa/core/types.h>
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -17,6 +19,11 @@ struct Plane {
 
     /// In units of the normal's length; positive above.
     double height(const Vec3& p) const { return normal.dot(p) - offset; }
+
+    /// The largest height of a box.
+    double highest(const Eigen::AlignedBox3d& box) const {
+        return height(box.center()) + 0.5 * normal.cwiseAbs().dot(box.sizes());
+    }
 };
 
 /// A convex polygon in a plane, counterclockwise seen from its front. Empty if it has fewer than three corners.

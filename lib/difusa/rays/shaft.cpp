@@ -10,26 +10,10 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
 
 namespace difusa {
 
-namespace {
-
-/// The largest height of the box above a plane.
-double highest(const Plane& plane, const BoxTree::Box& box) {
-    return plane.height(box.center()) + 0.5 * plane.normal.cwiseAbs().dot(box.sizes());
-}
-
-std::vector<Index> all_triangles(const Mesh& mesh) {
-    std::vector<Index> numbers(mesh.triangles.size());
-    std::iota(numbers.begin(), numbers.end(), Index{0});
-    return numbers;
-}
-
-} // namespace
-
-Shafts::Shafts(const Mesh& mesh) : Shafts(mesh, all_triangles(mesh)) {}
+Shafts::Shafts(const Mesh& mesh) : mesh_(mesh), faces_(tree_of_triangles(mesh)), rounding_(plane_rounding(mesh)) {}
 
 Shafts::Shafts(const Mesh& mesh, const std::vector<Index>& faces)
     : mesh_(mesh), faces_(tree_of_triangles(mesh, faces)), rounding_(plane_rounding(mesh)) {}
@@ -84,7 +68,7 @@ bool Shafts::visit(const SurfacePoint& x, std::span<const Vec3> polygon, const V
     }
     const auto reaches_in = [&](const BoxTree::Box& box) {
         return around.intersects(box) && std::all_of(planes.begin(), planes.begin() + count,
-                                                     [&](const Plane& p) { return highest(p, box) >= -rounding_; });
+                                                     [&](const Plane& p) { return p.highest(box) >= -rounding_; });
     };
     return faces_.visit_where(reaches_in, [&](Index face) {
         if (face == x.face) {
@@ -135,7 +119,7 @@ bool share_area(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b, cons
 } // namespace
 
 std::vector<std::uint8_t> overlaid_faces(const Mesh& mesh, const Execution& execution) {
-    const BoxTree tree = tree_of_triangles(mesh, all_triangles(mesh));
+    const BoxTree tree = tree_of_triangles(mesh);
     const double rounding = plane_rounding(mesh);
     std::vector<std::uint8_t> overlaid(mesh.triangles.size(), 0);
     parallel_for(overlaid.size(), 256, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
@@ -161,10 +145,10 @@ std::vector<Exposure> exposures(const Mesh& mesh, const Execution& execution) {
     if (mesh.convex) {
         return exposures;
     }
-    const BoxTree tree = tree_of_triangles(mesh, all_triangles(mesh));
+    const BoxTree tree = tree_of_triangles(mesh);
     const double rounding = plane_rounding(mesh);
     const auto is_above = [&](const Plane& plane) {
-        return tree.visit_where([&](const BoxTree::Box& box) { return highest(plane, box) > rounding; },
+        return tree.visit_where([&](const BoxTree::Box& box) { return plane.highest(box) > rounding; },
                                 [&](Index t) {
                                     const std::array<Vec3, 3> corners = mesh.corners(t);
                                     return std::any_of(corners.begin(), corners.end(),
