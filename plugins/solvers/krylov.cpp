@@ -3,6 +3,7 @@
 // fewer applications of T are needed than by `jacobi` if the reflectance is near 1.
 #include <difusa/algebra/solver.h>
 #include <difusa/algebra/vector_blocks.h>
+#include <difusa/core/parallel.h>
 #include <difusa/plugin/plugin.h>
 
 #include <algorithm>
@@ -204,21 +205,33 @@ class Krylov final : public difusa::Solver {
             columns.emplace_back(problem.g.col(c), options, restart_, execution);
         }
         Values x = Values::Zero(problem.g.rows(), problem.g.cols()), Tx;
+        Eigen::MatrixXd Ax(x.rows(), x.cols());
+        // For each column that is not done, some rows of all of them at a time: these fit in a cache.
+        const auto for_columns = [&](const auto& act) {
+            difusa::parallel_for(
+                static_cast<std::size_t>(x.rows()), 256, execution.silent(),
+                [&](std::size_t begin, std::size_t end, unsigned) {
+                    for (std::size_t c = 0; c < columns.size(); ++c) {
+                        if (!columns[c].done()) {
+                            act(columns[c], static_cast<Eigen::Index>(c),
+                                Eigen::seqN(static_cast<Eigen::Index>(begin), static_cast<Eigen::Index>(end - begin)));
+                        }
+                    }
+                });
+        };
         difusa::Showing showing(options);
         SolveSummary summary;
         while (!std::all_of(columns.begin(), columns.end(), [](const Column& column) { return column.done(); })) {
             execution.check();
-            for (std::size_t c = 0; c < columns.size(); ++c) {
-                if (!columns[c].done()) {
-                    x.col(static_cast<Eigen::Index>(c)) = columns[c].operand();
-                }
-            }
+            for_columns(
+                [&](const Column& column, Eigen::Index c, const auto& rows) { x(rows, c) = column.operand()(rows); });
             problem.T->apply(x, Tx, execution);
             summary.entries_touched += problem.T->entry_count() * static_cast<std::size_t>(x.cols());
+            for_columns(
+                [&](const Column&, Eigen::Index c, const auto& rows) { Ax(rows, c) = x(rows, c) - Tx(rows, c); });
             for (std::size_t c = 0; c < columns.size(); ++c) {
                 if (!columns[c].done()) {
-                    const auto column = static_cast<Eigen::Index>(c);
-                    columns[c].take(x.col(column) - Tx.col(column));
+                    columns[c].take(Ax.col(static_cast<Eigen::Index>(c)));
                 }
             }
             show(columns, summary.entries_touched, showing);

@@ -132,19 +132,47 @@ void BasisAverages::row(Index s, BasisRow& row) const {
     }
 }
 
+/// Row s of P x.
+void BasisAverages::average(std::size_t s, const Values& x, double* out) const {
+    const Eigen::Index width = x.cols();
+    std::fill(out, out + width, 0.0);
+    for (std::size_t k = first_[s]; k < first_[s + 1]; ++k) {
+        const double weight = entries_[k].weight();
+        const double* const source = x.data() + static_cast<Eigen::Index>(entries_[k].site()) * width;
+        for (Eigen::Index c = 0; c < width; ++c) {
+            out[c] += weight * source[c];
+        }
+    }
+}
+
 void BasisAverages::apply(const Values& x, Values& y, const Execution& execution) const {
     DIFUSA_REQUIRE(static_cast<std::size_t>(x.rows()) == columns_);
-    const Eigen::Index width = x.cols();
-    y.resize(static_cast<Eigen::Index>(rows()), width);
-    parallel_for(rows(), 1024, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
+    y.resize(static_cast<Eigen::Index>(rows()), x.cols());
+    parallel_for(rows(), block, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
         for (std::size_t s = begin; s < end; ++s) {
-            double* const out = y.data() + static_cast<Eigen::Index>(s) * width;
-            std::fill(out, out + width, 0.0);
-            for (std::size_t k = first_[s]; k < first_[s + 1]; ++k) {
-                const double weight = entries_[k].weight();
-                const double* const source = x.data() + static_cast<Eigen::Index>(entries_[k].site()) * width;
-                for (Eigen::Index c = 0; c < width; ++c) {
-                    out[c] += weight * source[c];
+            average(s, x, y.row(static_cast<Eigen::Index>(s)).data());
+        }
+    });
+}
+
+void BasisAverages::reflect(const Values& x, const Values& rho, std::size_t rows, Values& y,
+                            const Execution& execution) const {
+    const Eigen::Index width = x.cols(), channels = rho.cols();
+    DIFUSA_REQUIRE(static_cast<std::size_t>(x.rows()) == columns_ && rows >= this->rows());
+    DIFUSA_REQUIRE(static_cast<std::size_t>(rho.rows()) == this->rows() && width % channels == 0);
+    y.resize(static_cast<Eigen::Index>(rows), width);
+    parallel_for(rows, block, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
+        for (std::size_t s = begin; s < end; ++s) {
+            double* const out = y.row(static_cast<Eigen::Index>(s)).data();
+            if (s >= this->rows()) {
+                std::fill(out, out + width, 0.0);
+                continue;
+            }
+            average(s, x, out);
+            const double* const reflected = rho.row(static_cast<Eigen::Index>(s)).data();
+            for (Eigen::Index c = 0; c < width; c += channels) {
+                for (Eigen::Index channel = 0; channel < channels; ++channel) {
+                    out[c + channel] *= reflected[channel];
                 }
             }
         }

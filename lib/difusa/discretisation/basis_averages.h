@@ -37,6 +37,10 @@ class BasisAverages final : public LinearOperator {
     void apply_transpose(const Values& x, Values& y, const Execution& execution) const override;
     std::size_t entry_count() const override { return entries_.size(); }
 
+    /// y = rho ∘ (P x), and rows of zeros after these up to `rows` of them. `rho`: #surfels by #channels, for columns
+    /// of x of which column c is reflected by channel c modulo #channels.
+    void reflect(const Values& x, const Values& rho, std::size_t rows, Values& y, const Execution& execution) const;
+
   private:
     /// 26 bits of the site, then 22 of the weight in units of 2^-18, in two's complement.
     struct Entry {
@@ -52,6 +56,8 @@ class BasisAverages final : public LinearOperator {
         }
         std::uint64_t all() const { return bits[0] | std::uint64_t{bits[1]} << 16U | std::uint64_t{bits[2]} << 32U; }
     };
+    void average(std::size_t s, const Values& x, double* out) const;
+
     std::size_t columns_;
     std::vector<std::uint32_t> first_; ///< #surfels + 1
     std::vector<Entry> entries_;

@@ -136,21 +136,19 @@ class DaylightComputation {
         const auto surfels = static_cast<Eigen::Index>(sites.surfels);
         const Eigen::Index columns = (end - first) * channels_;
         Values b(surfels, columns);
-        const Eigen::Index block = std::max<Eigen::Index>(1, columns_at_once / channels_);
+        const Eigen::Index block = std::max<Eigen::Index>(1, columns_at_once(sites) / channels_);
         for (Eigen::Index from = first; from < end; from += block) {
             const Eigen::Index to = std::min(end, from + block);
             Values sky = Values::Zero(static_cast<Eigen::Index>(sky_.count()), (to - from) * channels_);
             for (Eigen::Index part = from; part < to; ++part) {
                 sky.row(part).segment((part - from) * channels_, channels_).setConstant(std::numbers::pi);
             }
-            Values g, irradiance;
+            Values g, reflected;
             sites.gather(Values::Zero(surfels, sky.cols()), sky, g, Unreported(execution_));
             const Values h = solve_for(system_, reflectance_, g, options_.solve, Unreported(execution_));
-            discretisation.averages->apply(discretisation.evaluation->coefficients(h, Unreported(execution_)),
-                                           irradiance, Unreported(execution_));
-            for (Eigen::Index c = 0; c < irradiance.cols(); ++c) {
-                b.col((from - first) * channels_ + c) = irradiance.col(c).cwiseProduct(reflectance_.col(c % channels_));
-            }
+            discretisation.averages->reflect(discretisation.evaluation->coefficients(h, Unreported(execution_)),
+                                             reflectance_, sites.surfels, reflected, Unreported(execution_));
+            b.middleCols((from - first) * channels_, reflected.cols()) = reflected;
             if (execution_.progress != nullptr) {
                 execution_.progress->advance(static_cast<double>(to - first) / static_cast<double>(end - first));
             }

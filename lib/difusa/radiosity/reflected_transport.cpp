@@ -126,7 +126,24 @@ SparseColumns distributed(const SparseColumns& M, const SparseColumns& R, const 
 
 } // namespace
 
-void ReflectedTransport::reflect(Values& b, const Execution& execution) const {
+void ReflectedTransport::apply(const Values& h, Values& y, const Execution& execution) const {
+    const Projection& projection = *discretisation_.projection;
+    Values on_bins; // of which the sky reflects nothing
+    {
+        const std::lock_guard lock(guard_);
+        on_bins.swap(scratch_);
+    }
+    discretisation_.averages->reflect(projection.is_identity() ? h : projection.coefficients(h, execution),
+                                      reflectance_, transport_.W->columns(), on_bins, execution);
+    transport_.W->apply(on_bins, y, execution);
+    const std::lock_guard lock(guard_);
+    scratch_.swap(on_bins);
+}
+
+void ReflectedTransport::apply_transpose(const Values& x, Values& y, const Execution& execution) const {
+    Values at_bins;
+    transport_.W->apply_transpose(x, at_bins, execution);
+    Values b = at_bins.topRows(static_cast<Eigen::Index>(transport_.surfels));
     const Eigen::Index channels = reflectance_.cols();
     for_blocks(b.rows(), execution, [&](Eigen::Index first, Eigen::Index count, Eigen::Index) {
         for (Eigen::Index s = first; s < first + count; ++s) {
@@ -135,21 +152,6 @@ void ReflectedTransport::reflect(Values& b, const Execution& execution) const {
             }
         }
     });
-}
-
-void ReflectedTransport::apply(const Values& h, Values& y, const Execution& execution) const {
-    const Projection& projection = *discretisation_.projection;
-    Values b;
-    discretisation_.averages->apply(projection.is_identity() ? h : projection.coefficients(h, execution), b, execution);
-    reflect(b, execution);
-    transport_.gather(b, {}, y, execution);
-}
-
-void ReflectedTransport::apply_transpose(const Values& x, Values& y, const Execution& execution) const {
-    Values at_bins;
-    transport_.W->apply_transpose(x, at_bins, execution);
-    Values b = at_bins.topRows(static_cast<Eigen::Index>(transport_.surfels));
-    reflect(b, execution);
     Values coefficients;
     discretisation_.averages->apply_transpose(b, coefficients, execution);
     y = discretisation_.projection->transposed(coefficients);

@@ -6,6 +6,8 @@
 #include <difusa/discretisation/discretisation.h>
 #include <difusa/transport/light_transport.h>
 
+#include <mutex>
+
 namespace difusa {
 
 /// T = D diag(rho) P Π. Column c of an operand is reflected by column c modulo #channels of rho.
@@ -26,10 +28,11 @@ class ReflectedTransport final : public LinearOperator {
     std::shared_ptr<const Factors> factors(const Execution& execution) const override;
 
   private:
-    void reflect(Values& b, const Execution& execution) const;
     const Discretisation& discretisation_;
     const LightTransport& transport_;
     const Values& reflectance_;
+    mutable std::mutex guard_; ///< of `scratch_`
+    mutable Values scratch_;   ///< of the last product: its memory serves the next one
 };
 
 } // namespace difusa

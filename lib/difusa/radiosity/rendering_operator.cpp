@@ -63,10 +63,8 @@ Values radiosity_by(const Discretisation& discretisation, const Values& reflecta
                     const Execution& execution) {
     Values b;
     const Projection& projection = *discretisation.projection;
-    discretisation.averages->apply(projection.is_identity() ? g : projection.coefficients(g, execution), b, execution);
-    for (Eigen::Index c = 0; c < b.cols(); ++c) {
-        b.col(c).array() *= reflectance.col(c % reflectance.cols()).array();
-    }
+    discretisation.averages->reflect(projection.is_identity() ? g : projection.coefficients(g, execution), reflectance,
+                                     discretisation.averages->rows(), b, execution);
     return b;
 }
 
@@ -123,7 +121,7 @@ void RenderingOperator::make_dense(const Execution& execution) {
                    available_memory(), "the rendering operator as a matrix", "choose low-rank, or give fewer --sites");
     const ReflectedTransport T(system_->discretisation(), system_->transport(), reflectance_);
     std::vector<Eigen::MatrixXd> A(static_cast<std::size_t>(channels), Eigen::MatrixXd::Identity(n, n));
-    const Eigen::Index block = columns_at_once / channels;
+    const Eigen::Index block = columns_at_once(system_->transport()) / channels;
     for (Eigen::Index first = 0; first < n; first += block) {
         execution.check();
         const Eigen::Index count = std::min(block, n - first);

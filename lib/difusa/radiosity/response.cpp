@@ -28,11 +28,12 @@ class Transposed final : public LinearOperator {
     const LinearOperator& T_;
 };
 
+/// `together`: about as many columns at a time.
 Values solve_in_blocks(const Solver& solver, const LinearOperator& T, const Values& g, Eigen::Index channels,
-                       const SolveOptions& options, const Execution& execution) {
+                       Eigen::Index together, const SolveOptions& options, const Execution& execution) {
     DIFUSA_REQUIRE(g.rows() == static_cast<Eigen::Index>(T.rows()) && g.cols() % channels == 0);
     Values h(g.rows(), g.cols());
-    const Eigen::Index block = std::max<Eigen::Index>(channels, columns_at_once / channels * channels);
+    const Eigen::Index block = std::max<Eigen::Index>(channels, together / channels * channels);
     for (Eigen::Index first = 0; first < g.cols(); first += block) {
         const Eigen::Index count = std::min(block, g.cols() - first);
         execution.check();
@@ -51,10 +52,16 @@ Values solve_in_blocks(const Solver& solver, const LinearOperator& T, const Valu
 
 } // namespace
 
+Eigen::Index columns_at_once(const LightTransport& transport) {
+    constexpr std::size_t most_numbers = std::size_t{1} << 25U; // 256 MiB
+    return static_cast<Eigen::Index>(std::clamp<std::size_t>(most_numbers / transport.W->columns(), 24, 96));
+}
+
 Values solve_for(const RadiositySystem& system, const Values& reflectance, const Values& g, const SolveOptions& options,
                  const Execution& execution) {
     const ReflectedTransport T(system.discretisation(), system.transport(), reflectance);
-    return solve_in_blocks(*system.parts().solver, T, g, reflectance.cols(), options, execution);
+    return solve_in_blocks(*system.parts().solver, T, g, reflectance.cols(), columns_at_once(system.transport()),
+                           options, execution);
 }
 
 Values solve_transpose_for(const RadiositySystem& system, const Values& reflectance, const Values& g,
@@ -65,7 +72,8 @@ Values solve_transpose_for(const RadiositySystem& system, const Values& reflecta
                          "krylov");
     }
     const ReflectedTransport T(system.discretisation(), system.transport(), reflectance);
-    return solve_in_blocks(solver, Transposed(T), g, reflectance.cols(), options, execution);
+    return solve_in_blocks(solver, Transposed(T), g, reflectance.cols(), columns_at_once(system.transport()), options,
+                           execution);
 }
 
 } // namespace difusa

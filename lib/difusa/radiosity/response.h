@@ -5,9 +5,9 @@
 
 namespace difusa {
 
-/// Columns of right-hand sides that are solved for together: a row of the transport is decoded once for all of them,
-/// and what it is multiplied with should stay in the cache.
-inline constexpr Eigen::Index columns_at_once = 24;
+/// Columns of right-hand sides that are solved for together: the more they are, the less each takes, but for many
+/// surfels they would not fit in memory.
+Eigen::Index columns_at_once(const LightTransport& transport);
 
 /// h = g + T h with T = D diag(rho) P Π. `reflectance`: #surfels by #channels; `g`: #points by any number of columns,
 /// of which column c is reflected by channel c modulo #channels. Solved `columns_at_once` at a time, with the solver of

@@ -470,8 +470,9 @@ std::vector<Solution> RadiositySystem::solve(std::span<const std::shared_ptr<con
     each.front().check_contraction(contraction_with(each.front().reflectance(), execution));
     execution.phase("solve");
     std::vector<SolveSummary> solved;
+    const Eigen::Index most = columns_at_once(transport());
     for (std::size_t begin = 0, end = 0; begin < each.size(); begin = end) {
-        for (end = begin + 1; end < each.size() && first[end + 1] - first[begin] <= columns_at_once; ++end) {
+        for (end = begin + 1; end < each.size() && first[end + 1] - first[begin] <= most; ++end) {
         }
         Values g(each.front().g().rows(), first[end] - first[begin]);
         for (std::size_t i = begin; i < end; ++i) {
