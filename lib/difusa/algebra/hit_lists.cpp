@@ -6,11 +6,13 @@
 #include <difusa/core/parallel.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
 #include <limits>
 #include <numeric>
 #include <string>
+#include <utility>
 
 namespace difusa {
 
@@ -52,13 +54,19 @@ class BitWriter {
     unsigned held_ = 0;
 };
 
+/// The number of bins of the row that starts at `codes`.
+std::uint32_t bin_count(const std::uint8_t* codes) {
+    std::uint32_t count = 0;
+    std::memcpy(&count, codes, sizeof count);
+    return count;
+}
+
 /// Whether a code of this length, which `slack` bytes follow, is that of at most `rays` bins below `columns`.
 bool is_sound_code(const std::uint8_t* codes, std::size_t length, std::size_t columns, std::size_t rays) {
     if (length < header) {
         return false;
     }
-    std::uint32_t count = 0;
-    std::memcpy(&count, codes, sizeof count);
+    const std::uint32_t count = bin_count(codes);
     const unsigned r = codes[4];
     if (count > rays || r > most_low_bits) {
         return false;
@@ -89,29 +97,100 @@ bool is_sound_code(const std::uint8_t* codes, std::size_t length, std::size_t co
     return (at + 7) / 8 == length - header;
 }
 
-/// Calls `act(bin)` for each bin of the row that starts at `codes`.
-template <class Act> void decode(const std::uint8_t* codes, const Act& act) {
-    std::uint32_t count = 0;
-    std::memcpy(&count, codes, sizeof count);
-    const unsigned r = codes[4];
-    const std::uint64_t low = (std::uint64_t{1} << r) - 1;
-    const std::uint8_t* const bits = codes + header;
-    std::size_t at = 0;
-    std::uint32_t bin = 0;
-    for (std::uint32_t i = 0; i < count; ++i) {
+/// Reads the bins of a row in turn.
+class Decoder {
+  public:
+    explicit Decoder(const std::uint8_t* codes)
+        : count_(bin_count(codes)), r_(codes[4]), low_((std::uint64_t{1} << r_) - 1), bits_(codes + header) {}
+
+    std::uint32_t count() const { return count_; }
+    Index next() {
         std::uint64_t word = 0;
-        std::memcpy(&word, bits + (at >> 3U), sizeof word);
-        word >>= at & 7U; // at least 57 bits are left: 24 + 32 are needed
+        std::memcpy(&word, bits_ + (at_ >> 3U), sizeof word);
+        word >>= at_ & 7U; // at least 57 bits are left: 24 + 32 are needed
         const auto ones = static_cast<unsigned>(std::countr_one(word));
         if (ones < escape) {
             word >>= ones + 1;
-            bin += static_cast<std::uint32_t>((static_cast<std::uint64_t>(ones) << r) | (word & low));
-            at += ones + 1 + r;
+            bin_ += static_cast<std::uint32_t>((static_cast<std::uint64_t>(ones) << r_) | (word & low_));
+            at_ += ones + 1 + r_;
         } else {
-            bin += static_cast<std::uint32_t>(word >> escape);
-            at += escape + 32;
+            bin_ += static_cast<std::uint32_t>(word >> escape);
+            at_ += escape + 32;
         }
-        act(bin);
+        return bin_;
+    }
+
+  private:
+    std::uint32_t count_;
+    unsigned r_;
+    std::uint64_t low_;
+    const std::uint8_t* bits_;
+    std::size_t at_ = 0;
+    Index bin_ = 0;
+};
+
+/// Calls `act(bin)` for each bin of the row that starts at `codes`.
+template <class Act> void decode(const std::uint8_t* codes, Act act) {
+    Decoder row(codes);
+    for (std::uint32_t i = 0; i < row.count(); ++i) {
+        act(row.next());
+    }
+}
+
+/// The same with two rows, whose bins take turns: where one begins is known only when the one before it has been read,
+/// and meanwhile the other row goes on.
+template <class Act, class OtherAct>
+void decode_both(const std::uint8_t* codes, const std::uint8_t* other_codes, Act act, OtherAct other_act) {
+    Decoder row(codes), other(other_codes);
+    const std::uint32_t both = std::min(row.count(), other.count());
+    for (std::uint32_t i = 0; i < both; ++i) {
+        act(row.next());
+        other_act(other.next());
+    }
+    for (std::uint32_t i = both; i < row.count(); ++i) {
+        act(row.next());
+    }
+    for (std::uint32_t i = both; i < other.count(); ++i) {
+        other_act(other.next());
+    }
+}
+
+/// Adds up `count` columns, all that there are, of the bins of a row; handed out by reference.
+template <int count> class ColumnSums {
+  public:
+    explicit ColumnSums(const double* from) : from_(from) {}
+    void operator()(Index bin) {
+        const double* const source = from_ + static_cast<std::size_t>(count) * bin;
+        for (int c = 0; c < count; ++c) {
+            sum_[c] += source[c];
+        }
+    }
+    void put(double share, double* to) const {
+        for (int c = 0; c < count; ++c) {
+            to[c] = share * sum_[c];
+        }
+    }
+
+  private:
+    const double* from_;
+    double sum_[count] = {};
+};
+
+/// Rows j = begin ... end - 1 of a product with `count` columns; `codes(j)`: those of a row.
+template <int count, class Codes>
+void sum_rows(const Codes& codes, std::size_t begin, std::size_t end, const double* from, double share, double* to) {
+    std::size_t j = begin;
+    for (; j + 2 <= end; j += 2) {
+        ColumnSums<count> sum(from), other(from);
+        decode_both(
+            codes(j), codes(j + 1), [&](Index bin) { sum(bin); }, [&](Index bin) { other(bin); });
+        sum.put(share, to + count * j);
+        other.put(share, to + count * (j + 1));
+    }
+    if (j < end) {
+        ColumnSums<count> sum(from);
+        decode(codes(j), [&](Index bin) { sum(bin); });
+        sum.put(share, to + count * j);
     }
 }
 
@@ -144,6 +223,15 @@ void sum_columns(const std::vector<Index>& bins, const double* from, Eigen::Inde
     }
 }
 
+/// The most columns that are added at once: their sums are in registers.
+constexpr Eigen::Index panel = 24;
+
+/// By the number of columns.
+template <std::size_t... count> constexpr auto kernels(std::index_sequence<count...>) {
+    using Kernel = void (*)(const std::vector<Index>&, const double*, Eigen::Index, double, double*);
+    return std::array<Kernel, sizeof...(count)>{&sum_columns<static_cast<int>(std::max<std::size_t>(1, count))>...};
+}
+
 /// A product of many columns with a block of rows, as one thread. Rows of points that are near each other end in the
 /// same bins. So the hits of all rows are sorted into ranges of bins: each range is read into a near cache once, and
 /// added to the rows there. The hits of a row stay in order, so that its sums are those of the row alone.
@@ -159,24 +247,37 @@ class BlockProduct {
         return std::clamp<std::size_t>(std::min(for_each, most_hits / rays), 32, most_rows);
     }
 
-    void begin() {
-        hits_.clear();
-        rows_ = 0;
-    }
-    void add_row(const std::uint8_t* codes) {
-        decode(codes, [&](Index bin) { hits_.push_back({bin, rows_}); });
-        ++rows_;
+    /// Rows j = begin ... end - 1; `codes(j)`: those of a row.
+    template <class Codes> void read(const Codes& codes, std::size_t begin, std::size_t end) {
+        std::vector<std::size_t> first{0};
+        for (std::size_t j = begin; j < end; ++j) {
+            first.push_back(first.back() + bin_count(codes(j)));
+        }
+        rows_ = end - begin;
+        hits_.resize(first.back());
+        const auto put = [this, &first](std::size_t row) {
+            return [to = hits_.data() + first[row], row = static_cast<Index>(row)](Index bin) mutable {
+                *to++ = {bin, row};
+            };
+        };
+        for (std::size_t row = 0; row < rows_; row += 2) {
+            if (row + 1 < rows_) {
+                decode_both(codes(begin + row), codes(begin + row + 1), put(row), put(row + 1));
+            } else {
+                decode(codes(begin + row), put(row));
+            }
+        }
     }
     /// Of `columns` bins.
     void sort(std::size_t columns) {
         const auto range_of = [](Index bin) { return bin >> range_bits; };
         std::vector<std::size_t> next(range_of(static_cast<Index>(columns)) + 2, 0);
-        for (const Hit& hit : hits_) {
+        for (const Entry& hit : hits_) {
             ++next[range_of(hit.bin) + 1];
         }
         std::partial_sum(next.begin(), next.end(), next.begin());
         sorted_.resize(hits_.size());
-        for (const Hit& hit : hits_) {
+        for (const Entry& hit : hits_) {
             sorted_[next[range_of(hit.bin)]++] = hit;
         }
     }
@@ -198,7 +299,7 @@ class BlockProduct {
 
   private:
     static constexpr unsigned range_bits = 6;
-    struct Hit {
+    struct Entry {
         Index bin, row;
     };
     template <int count> using Columns = Eigen::Matrix<double, count, 1>;
@@ -220,9 +321,9 @@ class BlockProduct {
         }
     }
 
-    std::vector<Hit> hits_, sorted_;
+    std::vector<Entry> hits_, sorted_;
     std::vector<double> sums_;
-    Index rows_ = 0;
+    std::size_t rows_ = 0;
 };
 
 } // namespace
@@ -339,8 +440,17 @@ void HitLists::close_block(std::size_t first_row) {
 }
 
 void HitLists::row(std::size_t j, std::vector<Index>& bins) const {
-    bins.clear();
-    decode(codes_of(j), [&](Index bin) { bins.push_back(bin); });
+    bins.resize(bin_count(codes_of(j)));
+    Index* next = bins.data();
+    decode(codes_of(j), [&](Index bin) { *next++ = bin; });
+}
+
+void HitLists::both_rows(std::size_t j, std::vector<Index>& bins, std::vector<Index>& next_bins) const {
+    bins.resize(bin_count(codes_of(j)));
+    next_bins.resize(bin_count(codes_of(j + 1)));
+    Index *to = bins.data(), *next_to = next_bins.data();
+    decode_both(
+        codes_of(j), codes_of(j + 1), [&](Index bin) { *to++ = bin; }, [&](Index bin) { *next_to++ = bin; });
 }
 
 std::size_t HitLists::bytes() const {
@@ -354,9 +464,7 @@ std::size_t HitLists::bytes() const {
 std::size_t HitLists::entry_count() const {
     std::size_t sum = 0;
     for (std::size_t j = 0; j < rows_; ++j) {
-        std::uint32_t count = 0;
-        std::memcpy(&count, codes_of(j), sizeof count);
-        sum += count;
+        sum += bin_count(codes_of(j));
     }
     return sum;
 }
@@ -375,49 +483,40 @@ void HitLists::apply(const Values& x, Values& y, const Execution& execution) con
     y.resize(static_cast<Eigen::Index>(rows_), width);
     const double* const from = x.data();
     const double share = 1.0 / static_cast<double>(rays_);
+    const auto codes = [this](std::size_t j) { return codes_of(j); };
     if (width >= BlockProduct::least_columns) {
         const std::size_t block = BlockProduct::rows(rows_, rays_, execution);
         parallel_for(rows_, block, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
             BlockProduct product;
-            product.begin();
-            for (std::size_t j = begin; j < end; ++j) {
-                product.add_row(codes_of(j));
-            }
+            product.read(codes, begin, end);
             product.sort(columns_);
             product.multiply(from, width, share, y.data() + static_cast<Eigen::Index>(begin) * width);
         });
         return;
     }
     parallel_for(rows_, 64, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
-        std::vector<Index> bins;
-        for (std::size_t j = begin; j < end; ++j) {
-            double* const out = y.data() + static_cast<Eigen::Index>(j) * width;
-            if (width == 1) {
-                double sum = 0.0;
-                decode(codes_of(j), [&](Index bin) { sum += from[bin]; });
-                *out = share * sum;
-            } else if (width == 3) {
-                double sum[3] = {0.0, 0.0, 0.0};
-                decode(codes_of(j), [&](Index bin) {
-                    const double* const source = from + 3 * static_cast<std::size_t>(bin);
-                    sum[0] += source[0];
-                    sum[1] += source[1];
-                    sum[2] += source[2];
-                });
-                for (Eigen::Index c = 0; c < 3; ++c) {
-                    out[c] = share * sum[c];
-                }
+        if (width == 1) {
+            sum_rows<1>(codes, begin, end, from, share, y.data());
+            return;
+        }
+        if (width == 3) {
+            sum_rows<3>(codes, begin, end, from, share, y.data());
+            return;
+        }
+        constexpr auto sums = kernels(std::make_index_sequence<panel + 1>());
+        std::vector<Index> bins[2];
+        for (std::size_t first = begin; first < end; first += 2) {
+            const std::size_t rows = std::min<std::size_t>(2, end - first);
+            if (rows == 2) {
+                both_rows(first, bins[0], bins[1]);
             } else {
-                row(j, bins);
-                Eigen::Index c = 0;
-                for (; c + 24 <= width; c += 24) {
-                    sum_columns<24>(bins, from + c, width, share, out + c);
-                }
-                for (; c + 8 <= width; c += 8) {
-                    sum_columns<8>(bins, from + c, width, share, out + c);
-                }
-                for (; c < width; ++c) {
-                    sum_columns<1>(bins, from + c, width, share, out + c);
+                row(first, bins[0]);
+            }
+            for (std::size_t j = first; j < first + rows; ++j) {
+                double* const out = y.data() + static_cast<Eigen::Index>(j) * width;
+                for (Eigen::Index c = 0; c < width; c += panel) {
+                    sums[static_cast<std::size_t>(std::min(panel, width - c))](bins[j - first], from + c, width, share,
+                                                                               out + c);
                 }
             }
         }

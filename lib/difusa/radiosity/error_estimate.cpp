@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <string>
 
 namespace difusa {
 
@@ -98,40 +99,70 @@ class Estimation {
         if (result_.points == 0) {
             return std::move(result_);
         }
-        measure(rays);
+        evaluate_solution();
+        measure(rays, "error");
+        result_.rays_per_gather = result_.rays / (2 * result_.points);
+        for (std::size_t p = 0; p < result_.points; ++p) {
+            const auto row = static_cast<Eigen::Index>(p);
+            result_.spread.push_back(0.5 * (smooth_.first.row(row) - smooth_.second.row(row)).squaredNorm());
+        }
         carry();
         judge();
+        if (is_undecided(result_.total) || is_undecided(result_.indirect)) {
+            measure(further_rays * rays, "error, further");
+            carry();
+            judge();
+        }
         return std::move(result_);
     }
 
   private:
+    /// Times as many rays as before, if these leave too much doubt.
+    static constexpr std::size_t further_rays = 2;
+
+    static bool is_undecided(const RmsEstimate& error) { return error.high > 2.4 * error.rms; }
+
     Values sum(const Values& H) const { return sum_of_parts(H, field_.channels()); }
 
-    void measure(std::size_t rays) {
+    void evaluate_solution() {
         const std::vector<SurfacePoint>& x = result_.at.place;
-        DirectLight::Effort effort;
-        const bool in_basis = field_.parts().direct_in_basis;
         const Irradiance own = field_.evaluate_smooth(x, execution_);
         const Irradiance shown = field_.evaluate_smooth(x, execution_, true); // what is judged
-        const Irradiance first = field_.gather_smooth(x, rays, seed_, "error, first", execution_);
-        const Irradiance second = field_.gather_smooth(x, rays, seed_, "error, second", execution_);
-        const Values sharp_first = sum(field_.sharp(x, seed_, "error, first", execution_, effort));
-        const Values sharp_second = sum(field_.sharp(x, seed_, "error, second", execution_, effort));
-        const Values sharp_own = in_basis ? Values() : sum(field_.sharp(x, seed_, "error, own", execution_, effort));
-        result_.rays = first.rays + second.rays;
-        result_.segments = first.segments + second.segments + effort.segments;
-        result_.rays_per_gather = first.rays / std::max<std::size_t>(1, x.size());
-        indirect_ = {sum(own.indirect), sum(first.indirect), sum(second.indirect)};
-        smooth_ = {indirect_.own + sum(own.direct), indirect_.first + sum(first.direct),
-                   indirect_.second + sum(second.direct)};
-        total_ = {smooth_.own, smooth_.first + sharp_first, smooth_.second + sharp_second};
-        if (in_basis) {
-            smooth_ = total_;
-        } else {
-            total_.own += sharp_own;
-        }
-        total_.own += sum(shown.direct) + sum(shown.indirect) - sum(own.direct) - sum(own.indirect);
         indirect_.own = sum(shown.indirect);
+        smooth_.own = sum(own.direct) + sum(own.indirect);
+        total_.own = sum(shown.direct) + sum(shown.indirect);
+        if (!field_.parts().direct_in_basis) {
+            DirectLight::Effort effort;
+            total_.own += sum(field_.sharp(x, seed_, "error, own", execution_, effort));
+            result_.segments += effort.segments;
+        }
+        const RadiositySystem& system = *field_.parts().system;
+        system.discretisation().averages->apply(field_.parts().smooth, means_, execution_);
+    }
+
+    /// Adds two measurements to those there are.
+    void measure(std::size_t rays, const std::string& purpose) {
+        measure_once(rays, purpose + ", first", &Measured::first);
+        measure_once(rays, purpose + ", second", &Measured::second);
+        measured_rays_ += static_cast<double>(rays);
+    }
+
+    void measure_once(std::size_t rays, const std::string& purpose, Values Measured::*which) {
+        const std::vector<SurfacePoint>& x = result_.at.place;
+        DirectLight::Effort effort;
+        const Irradiance fresh = field_.gather_by_surfels(x, means_, rays, seed_, purpose, execution_);
+        const Values sharp = sum(field_.sharp(x, seed_, purpose, execution_, effort));
+        result_.rays += fresh.rays;
+        result_.segments += fresh.segments + effort.segments;
+        const double share = static_cast<double>(rays) / (measured_rays_ + static_cast<double>(rays));
+        const auto add = [share, which](Measured& to, const Values& value) {
+            Values& mean = to.*which;
+            mean = mean.size() == 0 ? value : Values((1.0 - share) * mean + share * value);
+        };
+        const Values indirect = sum(fresh.indirect), smooth = indirect + sum(fresh.direct), total = smooth + sharp;
+        add(indirect_, indirect);
+        add(smooth_, field_.parts().direct_in_basis ? total : smooth);
+        add(total_, total);
     }
 
     /// p from each group of points by itself, with the residuals spread over the surfels the points are on.
@@ -229,7 +260,6 @@ class Estimation {
         for (std::size_t p = 0; p < result_.points; ++p) {
             const auto row = static_cast<Eigen::Index>(p);
             reflected[p] = total_.own.row(row).cwiseProduct(weight_.row(row)).squaredNorm();
-            result_.spread.push_back(0.5 * (smooth_.first.row(row) - smooth_.second.row(row)).squaredNorm());
         }
         result_.reflected = std::sqrt(mean_over(at, area, reflected).value);
         const double rho = result_.largest_reflectance;
@@ -250,8 +280,10 @@ class Estimation {
     std::uint64_t seed_;
     const Execution& execution_;
     Values rho_, weight_; ///< #points by #channels, as all below; weight_: judged_weight
+    Values means_;        ///< #surfels by the channels of each set in turn: Field::gather_by_surfels
     Measured indirect_, smooth_, total_;
-    Values carried_; ///< #points by #groups #channels: p / rho
+    double measured_rays_ = 0.0; ///< in each measurement, for each point
+    Values carried_;             ///< #points by #groups #channels: p / rho
     ErrorEstimate result_;
 };
 

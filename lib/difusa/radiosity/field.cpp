@@ -24,8 +24,9 @@ class Gatherer {
     }
 
   public:
-    Gatherer(const FieldParts& parts, const DirectionPool& pool, std::uint64_t seed)
-        : parts_(parts), scene_(*parts.scene), basis_(*parts.system->discretisation().basis),
+    /// `means`: over the surfels, for Field::gather_by_surfels; or null.
+    Gatherer(const FieldParts& parts, const Values* means, const DirectionPool& pool, std::uint64_t seed)
+        : parts_(parts), means_(means), scene_(*parts.scene), basis_(*parts.system->discretisation().basis),
           around_(parts.system->tracer(), pool), sets_(parts.direct->sets()), seed_(seed), sharp_(sets_.count()) {}
 
     const BrightSurfels::Worker& light() const { return light_; }
@@ -58,6 +59,7 @@ class Gatherer {
             }
         }
         colour_.clear();
+        first_corrected_ = means_ != nullptr ? RandomStream(seed_, "corrected", number).below(stride) : 0;
         add_surface(direct, indirect);
         if (scene_.mesh.mirrors.any() || gloss) {
             add_mirrored(number, direct, indirect);
@@ -119,15 +121,10 @@ class Gatherer {
 
     void add_surface(Eigen::Ref<Eigen::RowVectorXd> direct, Eigen::Ref<Eigen::RowVectorXd> indirect) {
         const std::vector<char>& evaluated = parts_.direct->area_light_materials();
-        rows_.resize(std::max(rows_.size(), met_.size()));
-        basis_.evaluate(met_, std::span(rows_).first(met_.size()));
+        evaluate_basis();
         Eigen::RowVectorXd H(indirect.size());
         for (std::size_t p = 0; p < met_.size(); ++p) {
-            H.setZero();
-            const BasisRow& row = rows_[p];
-            for (std::size_t k = 0; k < row.element.size(); ++k) {
-                H += row.weight[k] * parts_.smooth.row(static_cast<Eigen::Index>(row.element[k]));
-            }
+            smooth_at(p, H);
             const Rgb colour = colour_.empty() ? Rgb(Rgb::Ones()) : colour_[p];
             const Eigen::RowVectorXd rho = row_of(colour * scene_.reflectance(met_[p]));
             for (Index set = 0; set < sets_.count(); ++set) {
@@ -140,7 +137,45 @@ class Gatherer {
         }
     }
 
+    bool is_evaluated(std::size_t p) const { return means_ == nullptr || p % stride == first_corrected_; }
+
+    /// At those hits where it is needed.
+    void evaluate_basis() {
+        evaluated_.clear();
+        for (std::size_t p = 0; p < met_.size(); ++p) {
+            if (is_evaluated(p)) {
+                evaluated_.push_back(met_[p]);
+            }
+        }
+        rows_.resize(std::max(rows_.size(), evaluated_.size()));
+        basis_.evaluate(evaluated_, std::span(rows_).first(evaluated_.size()));
+        next_row_ = 0;
+    }
+
+    /// sum_i c_i phi_i at hit p, or what stands for it; hits are asked for in turn.
+    void smooth_at(std::size_t p, Eigen::RowVectorXd& H) {
+        H.setZero();
+        if (is_evaluated(p)) {
+            const BasisRow& row = rows_[next_row_++];
+            for (std::size_t k = 0; k < row.element.size(); ++k) {
+                H += row.weight[k] * parts_.smooth.row(static_cast<Eigen::Index>(row.element[k]));
+            }
+        }
+        if (means_ != nullptr) {
+            const Index s = parts_.system->discretisation().surfels->at(met_[p].face, met_[p].u, met_[p].v);
+            const auto mean = means_->row(static_cast<Eigen::Index>(s));
+            if (is_evaluated(p)) {
+                H = mean + static_cast<double>(stride) * (H - mean);
+            } else {
+                H = mean;
+            }
+        }
+    }
+
+    static constexpr std::size_t stride = Field::correction_stride;
+
     const FieldParts& parts_;
+    const Values* means_;
     const Scene& scene_;
     const Basis& basis_;
     Hemisphere around_;
@@ -151,7 +186,9 @@ class Gatherer {
     std::vector<double> weight_;
     std::vector<Rgb> colour_; ///< of the mirrors on the way; empty: there are none
     std::vector<DirectLight::Arrival> arrivals_;
-    std::vector<BasisRow> rows_;
+    std::vector<SurfacePoint> evaluated_; ///< hits at which the basis is
+    std::vector<BasisRow> rows_;          ///< there
+    std::size_t next_row_ = 0, first_corrected_ = 0;
     std::vector<Rgb> sharp_;
 };
 
@@ -205,6 +242,18 @@ Irradiance Field::evaluate(std::span<const SurfacePoint> x, std::uint64_t seed, 
 
 Irradiance Field::gather_smooth(std::span<const SurfacePoint> x, std::size_t rays, std::uint64_t seed,
                                 std::string_view purpose, const Execution& execution) const {
+    return gather_smooth(x, nullptr, rays, seed, purpose, execution);
+}
+
+Irradiance Field::gather_by_surfels(std::span<const SurfacePoint> x, const Values& means, std::size_t rays,
+                                    std::uint64_t seed, std::string_view purpose, const Execution& execution) const {
+    DIFUSA_REQUIRE(static_cast<std::size_t>(means.rows()) == parts_.system->discretisation().surfels->size() &&
+                   means.cols() == parts_.smooth.cols());
+    return gather_smooth(x, &means, rays, seed, purpose, execution);
+}
+
+Irradiance Field::gather_smooth(std::span<const SurfacePoint> x, const Values* means, std::size_t rays,
+                                std::uint64_t seed, std::string_view purpose, const Execution& execution) const {
     // A different seed: the directions must not be those of the sites.
     const std::uint64_t own_seed = RandomStream(seed, purpose).bits();
     const DirectionPool pool(parts_.system->fresh_directions(), rays, own_seed);
@@ -216,7 +265,7 @@ Irradiance Field::gather_smooth(std::span<const SurfacePoint> x, std::size_t ray
     const std::size_t grain = std::clamp<std::size_t>(4096 / pool.count(), 1, 16);
     parallel_for(x.size(), grain, execution, [&](std::size_t begin, std::size_t end, unsigned number) {
         if (!workers[number]) {
-            workers[number] = std::make_unique<Gatherer>(parts_, pool, own_seed);
+            workers[number] = std::make_unique<Gatherer>(parts_, means, pool, own_seed);
         }
         for (std::size_t i = begin; i < end; ++i) {
             const auto row = static_cast<Eigen::Index>(i);

@@ -93,6 +93,13 @@ class Field {
     Irradiance gather_smooth(std::span<const SurfacePoint> x, std::size_t rays, std::uint64_t seed,
                              std::string_view purpose, const Execution& execution) const;
 
+    /// What `gather_smooth` gives, with the same rays and no bias, in less time: as if sum_i c_i phi_i were at each hit
+    /// its mean over the surfel, `means` (#surfels by the channels of each set in turn, P c), plus `correction_stride`
+    /// times the difference at the hits of one ray of so many. That varies little, and adds little to the noise.
+    Irradiance gather_by_surfels(std::span<const SurfacePoint> x, const Values& means, std::size_t rays,
+                                 std::uint64_t seed, std::string_view purpose, const Execution& execution) const;
+    static constexpr std::size_t correction_stride = 8;
+
     /// H_sharp: #x by the channels of each set in turn. Adds the rays cast to `effort`.
     Values sharp(std::span<const SurfacePoint> x, std::uint64_t seed, std::string_view purpose,
                  const Execution& execution, DirectLight::Effort& effort) const;
@@ -107,6 +114,9 @@ class Field {
                    const std::string& purpose, const Execution& execution, const RowVisitor& visit = {}) const;
 
   private:
+    Irradiance gather_smooth(std::span<const SurfacePoint> x, const Values* means, std::size_t rays, std::uint64_t seed,
+                             std::string_view purpose, const Execution& execution) const;
+
     FieldParts parts_;
 };
 
