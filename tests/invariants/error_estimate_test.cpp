@@ -82,6 +82,45 @@ TEST(ErrorEstimate, BoundAndEstimateAreSharpForAConstantError) {
     }
 }
 
+/// Whatever stands for the light of a surfel, the correction at one of so many hits makes up for it: exactly where the
+/// light is constant and so are the means, and otherwise on average.
+TEST(ErrorEstimate, SurfelsStandForTheLightAtHitsWithoutBias) {
+    Scene scene = furnace(0.5, 0.0);
+    scene.materials[4].emission = Rgb::Constant(1.0);
+    BakeOptions options = coarse(0.2, 64);
+    options.error_points = 0;
+    const BakeResult result = baked(scene, options);
+    const Mesh& mesh = result.scene->mesh;
+    std::vector<SurfacePoint> x;
+    RandomStream stream(3, "points");
+    for (int i = 0; i < 400; ++i) {
+        const auto t = static_cast<Index>(stream.below(mesh.triangles.size()));
+        x.push_back(uniform_point(mesh, t, stream.uniform(), stream.uniform()));
+    }
+    FieldParts constant = result.field().parts();
+    constant.smooth.setConstant(0.75);
+    const auto surfels = static_cast<Eigen::Index>(result.system->discretisation().surfels->size());
+    const auto difference = [&](const Field& field, const Values& means) {
+        const Irradiance plain = field.gather_smooth(x, 100, 5, "rays", Execution{});
+        const Irradiance fast = field.gather_by_surfels(x, means, 100, 5, "rays", Execution{});
+        EXPECT_EQ(fast.rays, plain.rays);
+        EXPECT_EQ(fast.direct, plain.direct);
+        return Values(fast.indirect - plain.indirect);
+    };
+    const Values same = Values::Constant(surfels, constant.smooth.cols(), 0.75);
+    EXPECT_LT(difference(Field(constant), same).cwiseAbs().maxCoeff(), 1e-14);
+
+    Values wrong = Values::Zero(surfels, constant.smooth.cols());
+    for (Eigen::Index s = 0; s < surfels; ++s) {
+        wrong.row(s).setConstant(stream.uniform());
+    }
+    const Eigen::VectorXd of = difference(result.field(), wrong).col(0);
+    const auto n = static_cast<double>(of.size());
+    const double mean = of.mean(), deviation = std::sqrt((of.array() - mean).square().sum() / (n - 1.0) / n);
+    EXPECT_GT(deviation, 1e-4);                 // the means were wrong
+    EXPECT_LT(std::abs(mean), 4.9 * deviation); // one in a million
+}
+
 /// The light of emitters that the coefficients represent is the response to their emission.
 TEST(ErrorEstimate, AResponseIsTheSolutionForTheseEmitters) {
     Scene scene = furnace(0.5, 0.0);

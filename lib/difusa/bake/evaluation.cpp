@@ -100,7 +100,10 @@ void estimate_error_of(BakeResult& result, const Execution& execution) {
         return;
     }
     execution.phase("estimate error");
-    result.error = estimate_error(result.solution, points, error_rays(result.options), result.options.seed, execution);
+    const std::optional<ErrorTarget>& target = result.options.target;
+    const double wanted = target && result.options.goals.empty() ? target->relative : 0.0;
+    result.error =
+        estimate_error(result.solution, points, error_rays(result.options), result.options.seed, execution, wanted);
     if (!(result.error->largest_reflectance < 1.0)) {
         execution.note(std::string(result.scene->thermal ? "the net flux of some surface is prescribed"
                                                          : "some surface absorbs nothing (reflectance 1)") +

@@ -95,7 +95,7 @@ class Estimation {
         }
     }
 
-    ErrorEstimate run(std::size_t rays) {
+    ErrorEstimate run(std::size_t rays, double wanted) {
         if (result_.points == 0) {
             return std::move(result_);
         }
@@ -108,8 +108,8 @@ class Estimation {
         }
         carry();
         judge();
-        if (is_undecided(result_.total) || is_undecided(result_.indirect)) {
-            measure(further_rays * rays, "error, further");
+        for (std::size_t round = 1; round <= most_rounds && is_undecided(wanted); ++round) {
+            measure((rays <<= 1U), "error, round " + std::to_string(round));
             carry();
             judge();
         }
@@ -117,10 +117,23 @@ class Estimation {
     }
 
   private:
-    /// Times as many rays as before, if these leave too much doubt.
-    static constexpr std::size_t further_rays = 2;
+    /// Rounds of twice as many rays as before, while these leave too much doubt.
+    static constexpr std::size_t most_rounds = 2;
+    static constexpr double too_much = 2.4; ///< of the upper end, over the estimate
 
-    static bool is_undecided(const RmsEstimate& error) { return error.high > 2.4 * error.rms; }
+    static constexpr double rounding = 1e-9; ///< of errors, relative to the light
+
+    /// Whether more rays would tell more that matters.
+    bool is_undecided(double wanted) const {
+        if (wanted > 0.0) { // half of the doubt may go
+            const double limit = wanted * result_.reflected;
+            return result_.total.high > limit && 0.5 * (result_.total.rms + result_.total.high) < limit;
+        }
+        const auto is_wide = [&](const RmsEstimate& error) {
+            return error.high > std::max(too_much * error.rms, rounding * result_.reflected);
+        };
+        return is_wide(result_.total) || is_wide(result_.indirect);
+    }
 
     Values sum(const Values& H) const { return sum_of_parts(H, field_.channels()); }
 
@@ -312,8 +325,8 @@ double largest_reflectance(const Scene& scene, int channels) {
 }
 
 ErrorEstimate estimate_error(const Solution& solution, std::size_t points, std::size_t rays, std::uint64_t seed,
-                             const Execution& execution) {
-    return Estimation(solution, points, seed, execution).run(rays);
+                             const Execution& execution, double wanted) {
+    return Estimation(solution, points, seed, execution).run(rays, wanted);
 }
 
 void judge_gathered(ErrorEstimate& estimate, double noise) {

@@ -10,6 +10,7 @@
 #include <difusa/radiosity/error_map.h>
 #include <difusa/render/camera_rays.h>
 #include <difusa/render/draw.h>
+#include <difusa/render/specular_paths.h>
 
 #include <algorithm>
 #include <cmath>
@@ -72,95 +73,6 @@ class PartOfPhase final : public SubordinateProgress {
 
   private:
     double begin_ = 0.0, share_ = 1.0;
-};
-
-/// Follows a ray from the eye to the first face that is not skipped.
-Hit follow(const Mesh& mesh, const Visibility& visibility, Ray ray, bool cull_backs) {
-    Hit hit;
-    double before = 0.0;
-    for (int passed = 0; passed < 65536; ++passed) {
-        visibility.first_hits(std::span(&ray, 1), std::span(&hit, 1));
-        if (hit.face == none || hit.front || !cull_backs) {
-            hit.t += before;
-            return hit;
-        }
-        before += hit.t;
-        if (mesh.repetition.any()) { // the face may be that of an image: past it by more than rounding
-            const double step = hit.t + 0x1p-30 * (hit.t + mesh.diameter() / ray.direction.norm());
-            before += step - hit.t;
-            ray.origin += step * ray.direction;
-            continue;
-        }
-        ray.origin = mesh.at(hit.face, hit.u, hit.v).position;
-        ray.face = hit.face;
-    }
-    return {};
-}
-
-/// What a mirror or a glossy surface shows, and the colour of those on the way.
-struct SeenInMirror {
-    Hit hit;
-    Vec3 direction; ///< in which it is seen
-    Rgb colour = Rgb::Ones();
-};
-
-/// Where a glossy surface is seen: what it reflects of lights that have no surface is still to be added.
-struct SeenGloss {
-    SurfacePoint at;
-    Index kind = none; ///< in GlossySurfaces::kinds
-    Vec3 direction;
-    Rgb colour = Rgb::Ones();
-};
-
-/// Goes on from what rays from the eye have hit.
-class SpecularPaths {
-  public:
-    SpecularPaths(const Mesh& mesh, const Visibility& visibility, const std::vector<Vec3>& normals,
-                  std::size_t glossy_rays)
-        : mesh_(mesh), visibility_(visibility), normals_(normals), glossy_rays_(glossy_rays) {}
-
-    /// All that is seen in one mirror or glossy surface after another, of which the first is met at `hit`.
-    void follow(const Hit& hit, const Vec3& direction, RandomStream& stream, std::vector<SeenInMirror>& sights,
-                std::vector<SeenGloss>& glossy) const {
-        const bool is_glossy = hit.face != none && hit.front && mesh_.glossy.kind(hit.face) != none;
-        const std::size_t rays = is_glossy ? glossy_rays_ : 1;
-        for (std::size_t k = 0; k < rays; ++k) {
-            follow_one(hit, direction, 1.0 / static_cast<double>(rays), stream, sights, glossy);
-        }
-    }
-
-  private:
-    void follow_one(Hit hit, Vec3 direction, double share, RandomStream& stream, std::vector<SeenInMirror>& sights,
-                    std::vector<SeenGloss>& glossy) const {
-        Rgb colour = Rgb::Constant(share);
-        for (std::size_t depth = 0; depth < mesh_.mirrors.most && hit.face != none && hit.front; ++depth) {
-            Ray next;
-            if (const Index kind = mesh_.mirrors.kind(hit.face); kind != none) {
-                next = reflected_ray(mesh_, hit, direction);
-                colour *= mesh_.mirrors.reflectance[kind];
-            } else if (const Index gloss = mesh_.glossy.kind(hit.face); gloss != none) {
-                SurfacePoint at = mesh_.at(hit.face, hit.u, hit.v);
-                at.normal = shading_normal(mesh_, normals_, hit.face, hit.u, hit.v);
-                glossy.push_back({at, gloss, direction, colour * mesh_.glossy.kinds[gloss].reflectance});
-                const DrawnRay drawn = drawn_ray(mesh_, hit, direction, at.normal, stream);
-                next = drawn.ray;
-                colour *= drawn.colour;
-            } else {
-                return;
-            }
-            if (!(colour > 0.0).any()) {
-                return;
-            }
-            direction = next.direction;
-            visibility_.first_hits(std::span(&next, 1), std::span(&hit, 1));
-            sights.push_back({hit, direction, colour});
-        }
-    }
-
-    const Mesh& mesh_;
-    const Visibility& visibility_;
-    const std::vector<Vec3>& normals_;
-    std::size_t glossy_rays_;
 };
 
 /// Computes the samples of a view in batches.

@@ -1,0 +1,53 @@
+// Rays from the eye, and what goes on from them over mirrors and glossy surfaces.
+#pragma once
+
+#include <difusa/core/random.h>
+#include <difusa/rays/tracer.h>
+
+#include <cstddef>
+#include <vector>
+
+namespace difusa {
+
+/// Follows a ray from the eye to the first face that is not skipped: backs are with `cull_backs`.
+Hit follow(const Mesh& mesh, const Visibility& visibility, Ray ray, bool cull_backs);
+
+/// What a mirror or a glossy surface shows, and the colour of those on the way.
+struct SeenInMirror {
+    Hit hit;
+    Vec3 direction; ///< in which it is seen
+    Rgb colour = Rgb::Ones();
+};
+
+/// Where a glossy surface is seen: what it reflects of lights that have no surface is still to be added.
+struct SeenGloss {
+    SurfacePoint at;
+    Index kind = none; ///< in GlossySurfaces::kinds
+    Vec3 direction;
+    Rgb colour = Rgb::Ones();
+};
+
+/// Goes on from what rays from the eye have hit.
+class SpecularPaths {
+  public:
+    /// `normals`: smooth ones of the corners (mesh/smooth_sides.h); `glossy_rays`: where a glossy surface is met first.
+    /// Keeps references.
+    SpecularPaths(const Mesh& mesh, const Visibility& visibility, const std::vector<Vec3>& normals,
+                  std::size_t glossy_rays)
+        : mesh_(mesh), visibility_(visibility), normals_(normals), glossy_rays_(glossy_rays) {}
+
+    /// Adds all that is seen in one mirror or glossy surface after another, of which the first is met at `hit`.
+    void follow(const Hit& hit, const Vec3& direction, RandomStream& stream, std::vector<SeenInMirror>& sights,
+                std::vector<SeenGloss>& glossy) const;
+
+  private:
+    void follow_one(Hit hit, Vec3 direction, double share, RandomStream& stream, std::vector<SeenInMirror>& sights,
+                    std::vector<SeenGloss>& glossy) const;
+
+    const Mesh& mesh_;
+    const Visibility& visibility_;
+    const std::vector<Vec3>& normals_;
+    std::size_t glossy_rays_;
+};
+
+} // namespace difusa
