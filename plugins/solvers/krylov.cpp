@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -126,7 +127,7 @@ class Column {
     }
     double change() const { return change_; } ///< by the last iteration, relative; if it is to stop the iteration
 
-    void take(const Vector& A_operand) {
+    void take(Vector A_operand) {
         if (space_.empty()) {
             restart(g_ - A_operand); // the true residual, free of the recurrence's drift
             return;
@@ -134,7 +135,7 @@ class Column {
         ++iterations_;
         Space& space = space_.front();
         const std::size_t before = space.size();
-        const bool more = space.extend(A_operand);
+        const bool more = space.extend(std::move(A_operand));
         if (space.size() > before) {
             history_.push_back(largest(space.residual()) / light_);
         }
@@ -205,7 +206,7 @@ class Krylov final : public difusa::Solver {
             columns.emplace_back(problem.g.col(c), options, restart_, execution);
         }
         Values x = Values::Zero(problem.g.rows(), problem.g.cols()), Tx;
-        Eigen::MatrixXd Ax(x.rows(), x.cols());
+        std::vector<Vector> Ax(columns.size());
         // For each column that is not done, some rows of all of them at a time: these fit in a cache.
         const auto for_columns = [&](const auto& act) {
             difusa::parallel_for(
@@ -227,11 +228,15 @@ class Krylov final : public difusa::Solver {
                 [&](const Column& column, Eigen::Index c, const auto& rows) { x(rows, c) = column.operand()(rows); });
             problem.T->apply(x, Tx, execution);
             summary.entries_touched += problem.T->entry_count() * static_cast<std::size_t>(x.cols());
-            for_columns(
-                [&](const Column&, Eigen::Index c, const auto& rows) { Ax(rows, c) = x(rows, c) - Tx(rows, c); });
+            for (Vector& each : Ax) {
+                each.resize(x.rows());
+            }
+            for_columns([&](const Column&, Eigen::Index c, const auto& rows) {
+                Ax[static_cast<std::size_t>(c)](rows) = x(rows, c) - Tx(rows, c);
+            });
             for (std::size_t c = 0; c < columns.size(); ++c) {
                 if (!columns[c].done()) {
-                    columns[c].take(Ax.col(static_cast<Eigen::Index>(c)));
+                    columns[c].take(std::move(Ax[c]));
                 }
             }
             show(columns, summary.entries_touched, showing);

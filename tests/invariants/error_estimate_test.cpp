@@ -69,7 +69,7 @@ TEST(ErrorEstimate, BoundAndEstimateAreSharpForAConstantError) {
         FieldParts parts = result.field().parts();
         const double d = 0.03;
         parts.smooth.array() += d;
-        const ErrorEstimate estimate = estimate_error(with_field(result, parts), 400, 64, 1, Execution{});
+        const ErrorEstimate estimate = estimate_error(with_field(result, parts), 400, 64, 1, {}, Execution{});
         const double B = 1.0 / (1.0 - rho), residual = rho * d * (1.0 - rho);
         EXPECT_NEAR(estimate.residual.rms, residual, 1e-9 * B);
         EXPECT_NEAR(estimate.residual.low, residual, 1e-6 * B); // the spread of equal values is a root of rounding
@@ -110,15 +110,39 @@ TEST(ErrorEstimate, SurfelsStandForTheLightAtHitsWithoutBias) {
     const Values same = Values::Constant(surfels, constant.smooth.cols(), 0.75);
     EXPECT_LT(difference(Field(constant), same).cwiseAbs().maxCoeff(), 1e-14);
 
-    Values wrong = Values::Zero(surfels, constant.smooth.cols());
-    for (Eigen::Index s = 0; s < surfels; ++s) {
-        wrong.row(s).setConstant(stream.uniform());
-    }
+    // Too bright by 1: a point has 12 or 13 of its 100 hits corrected by 8, and a mean of one half that is reflected.
+    Values wrong;
+    result.system->discretisation().averages->apply(result.field().parts().smooth, wrong, Execution{});
+    wrong.array() += 1.0;
     const Eigen::VectorXd of = difference(result.field(), wrong).col(0);
     const auto n = static_cast<double>(of.size());
     const double mean = of.mean(), deviation = std::sqrt((of.array() - mean).square().sum() / (n - 1.0) / n);
     EXPECT_GT(deviation, 1e-4);                 // the means were wrong
     EXPECT_LT(std::abs(mean), 4.9 * deviation); // one in a million
+}
+
+/// How often the error is measured, from the number of rays: each round has twice as many as the one before.
+TEST(ErrorEstimate, MeasuresAgainWhereThatMayHelp) {
+    Scene scene = furnace(0.5, 0.0);
+    scene.materials[4].emission = Rgb::Constant(1.0);
+    BakeOptions options = coarse(0.2, 64);
+    options.error_points = 0;
+    const BakeResult result = baked(scene, options);
+    const auto estimate = [&](const FurtherRounds& further) {
+        return estimate_error(result.solution, 30, 8, 1, further, Execution{});
+    };
+    const ErrorEstimate once = estimate({0, 0.0});
+    const auto rays = [&](const FurtherRounds& further) { return estimate(further).rays / once.rays; };
+    EXPECT_EQ(once.rays, 2 * once.points * once.rays_per_gather);
+    ASSERT_GT(once.total.high, 2.4 * once.total.rms); // few rays from few points leave much doubt
+    EXPECT_EQ(rays({1, 0.0}), 3U);
+    EXPECT_GE(rays({2, 0.0}), 3U);
+
+    const double middle = 0.5 * (once.total.rms + once.total.high);
+    EXPECT_EQ(rays({1, 1.01 * once.total.high / once.reflected}), 1U); // below the limit already
+    EXPECT_EQ(rays({1, 0.99 * once.total.high / once.reflected}), 3U);
+    EXPECT_EQ(rays({1, 1.01 * middle / once.reflected}), 3U);
+    EXPECT_EQ(rays({1, 0.99 * middle / once.reflected}), 1U); // too far above it
 }
 
 /// The light of emitters that the coefficients represent is the response to their emission.
@@ -210,8 +234,8 @@ TEST(ErrorEstimate, NoiseIsNotCountedAsError) {
     Scene scene = furnace(0.5, 0.0);
     scene.materials[4].emission = Rgb::Constant(1.0);
     const BakeResult result = baked(scene, coarse(0.2, 512));
-    const ErrorEstimate few = estimate_error(result.solution, 4000, 8, 1, Execution{});
-    const ErrorEstimate many = estimate_error(result.solution, 1000, 512, 2, Execution{});
+    const ErrorEstimate few = estimate_error(result.solution, 4000, 8, 1, {}, Execution{});
+    const ErrorEstimate many = estimate_error(result.solution, 1000, 512, 2, {}, Execution{});
     const std::vector<SurfacePoint> x = even_points(scene.mesh, 1000, RandomStream(3, "x"));
     const Irradiance a = result.field().gather(x, 8, 1, "one", Execution{}),
                      b = result.field().gather(x, 8, 1, "other", Execution{});
@@ -313,7 +337,7 @@ TEST(ErrorEstimate, EachChannelCountsAndGroupsDoNot) {
         FieldParts parts = result.field().parts();
         const Eigen::RowVector3d rho(0.2, 0.5, 0.9), d(0.03, -0.02, 0.01);
         parts.smooth.leftCols(3).rowwise() += d;
-        const ErrorEstimate estimate = estimate_error(with_field(result, parts), 400, 64, 1, Execution{});
+        const ErrorEstimate estimate = estimate_error(with_field(result, parts), 400, 64, 1, {}, Execution{});
         const double error = rho.cwiseProduct(d).norm();
         const double residual = rho.cwiseProduct(d).cwiseProduct(Eigen::RowVector3d::Ones() - rho).norm();
         EXPECT_NEAR(estimate.residual.rms, residual, 1e-8);

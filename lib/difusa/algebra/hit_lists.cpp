@@ -1,7 +1,6 @@
 #include <difusa/algebra/hit_lists.h>
 
 #include <difusa/algebra/transpose_sum.h>
-#include <difusa/algebra/vector_blocks.h>
 #include <difusa/core/error.h>
 #include <difusa/core/parallel.h>
 
@@ -240,11 +239,11 @@ class BlockProduct {
     static constexpr Eigen::Index least_columns = 48; ///< for which sorting pays
     static constexpr std::size_t most_rows = 512;
 
-    /// Rows whose hits and sums fit in a cache, if several blocks are left for each thread.
+    /// Several blocks for each thread, with hits of about 4 MiB each.
     static std::size_t rows(std::size_t all, std::size_t rays, const Execution& execution) {
         constexpr std::size_t most_hits = std::size_t{1} << 18U;
         const std::size_t for_each = all / (8 * static_cast<std::size_t>(std::max(1U, execution.threads)));
-        return std::clamp<std::size_t>(std::min(for_each, most_hits / rays), 32, most_rows);
+        return std::clamp<std::size_t>(std::min(std::max<std::size_t>(for_each, 32), most_hits / rays), 1, most_rows);
     }
 
     /// Rows j = begin ... end - 1; `codes(j)`: those of a row.

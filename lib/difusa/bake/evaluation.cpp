@@ -101,9 +101,10 @@ void estimate_error_of(BakeResult& result, const Execution& execution) {
     }
     execution.phase("estimate error");
     const std::optional<ErrorTarget>& target = result.options.target;
-    const double wanted = target && result.options.goals.empty() ? target->relative : 0.0;
+    const FurtherRounds further{result.options.error_rounds,
+                                target && result.options.goals.empty() ? target->relative : 0.0};
     result.error =
-        estimate_error(result.solution, points, error_rays(result.options), result.options.seed, execution, wanted);
+        estimate_error(result.solution, points, error_rays(result.options), result.options.seed, further, execution);
     if (!(result.error->largest_reflectance < 1.0)) {
         execution.note(std::string(result.scene->thermal ? "the net flux of some surface is prescribed"
                                                          : "some surface absorbs nothing (reflectance 1)") +

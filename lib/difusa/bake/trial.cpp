@@ -35,6 +35,7 @@ class Trial {
         const double few = std::min(n, std::clamp(share_of_sites * n, fewest_placed, most_placed));
         BakeOptions& options = result.options;
         options.sites = 0;
+        options.error_rounds = 0; // whether there are more of them, so few sites do not tell
         options.spacing *= std::sqrt(n / few);
         options.output_spacing *= std::sqrt(n / few);
         options.rays = std::min(options.rays, std::max(fewest_rays, static_cast<std::size_t>(most_trial_rays / few)));

@@ -530,7 +530,7 @@ std::string summary_of(const BakeResult& result) {
     if (result.dry_run) {
         const BakeEstimate& estimate = result.estimate;
         text << "rays: " << estimate.rays << ", visibility segments: at most " << estimate.segments << "\n"
-             << "error estimate" << (result.options.goals.empty() ? "" : ", goals")
+             << "error estimate, first round" << (result.options.goals.empty() ? "" : ", goals")
              << (result.options.final_gather > 0 ? ", final gather: " : ": ") << estimate.further_rays << " rays\n"
              << "memory for transport: at most " << format_bytes(estimate.transport_bytes) << "\n"
              << predicted_time(estimate);

@@ -95,7 +95,7 @@ class Estimation {
         }
     }
 
-    ErrorEstimate run(std::size_t rays, double wanted) {
+    ErrorEstimate run(std::size_t rays, const FurtherRounds& further) {
         if (result_.points == 0) {
             return std::move(result_);
         }
@@ -108,8 +108,9 @@ class Estimation {
         }
         carry();
         judge();
-        for (std::size_t round = 1; round <= most_rounds && is_undecided(wanted); ++round) {
-            measure((rays <<= 1U), "error, round " + std::to_string(round));
+        for (std::size_t round = 1; round <= further.most && is_undecided(further.limit); ++round) {
+            rays *= 2;
+            measure(rays, "error, round " + std::to_string(round));
             carry();
             judge();
         }
@@ -117,15 +118,12 @@ class Estimation {
     }
 
   private:
-    /// Rounds of twice as many rays as before, while these leave too much doubt.
-    static constexpr std::size_t most_rounds = 2;
-    static constexpr double too_much = 2.4; ///< of the upper end, over the estimate
+    static constexpr double too_much = 2.4;  ///< of the upper end, over the estimate
+    static constexpr double rounding = 1e-9; ///< of errors, over the light
 
-    static constexpr double rounding = 1e-9; ///< of errors, relative to the light
-
-    /// Whether more rays would tell more that matters.
+    /// `wanted`: FurtherRounds::limit.
     bool is_undecided(double wanted) const {
-        if (wanted > 0.0) { // half of the doubt may go
+        if (wanted > 0.0) {
             const double limit = wanted * result_.reflected;
             return result_.total.high > limit && 0.5 * (result_.total.rms + result_.total.high) < limit;
         }
@@ -325,8 +323,8 @@ double largest_reflectance(const Scene& scene, int channels) {
 }
 
 ErrorEstimate estimate_error(const Solution& solution, std::size_t points, std::size_t rays, std::uint64_t seed,
-                             const Execution& execution, double wanted) {
-    return Estimation(solution, points, seed, execution).run(rays, wanted);
+                             const FurtherRounds& further, const Execution& execution) {
+    return Estimation(solution, points, seed, execution).run(rays, further);
 }
 
 void judge_gathered(ErrorEstimate& estimate, double noise) {

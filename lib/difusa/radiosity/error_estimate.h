@@ -43,18 +43,25 @@ struct ErrorEstimate {
     // What was measured, to be spread over the surface (error_map.h):
     ErrorPoints at;
     std::vector<double> squared; ///< unbiased estimates of |r|², may be negative; W²/m⁴
-    std::vector<double> spread; ///< of the variance of one gather of h there with `rays_per_gather` rays, all channels;
-                                ///< W²/m⁴
+    std::vector<double> spread; ///< of the variance of one gather of h by surfels there (Field::gather_by_surfels) with
+                                ///< `rays_per_gather` rays, all channels; W²/m⁴
     std::size_t rays_per_gather = 0;
     Values carried; ///< #S by #channels: coefficients of p / rho, W/m²
 };
 
-/// Measures at about `points` points with twice `rays` rays each, and solves once. Where the upper end is far above the
-/// estimate, it does so again, up to two times, with twice as many rays as before: the means of all rays count.
-/// `wanted`: the limit that the upper end is to be below, over `reflected`, or 0; with a limit, it measures again where
-/// the upper end is above it and may come below it.
+/// When an error is measured again, each time with twice as many rays as before, of which all count.
+struct FurtherRounds {
+    std::size_t most = 2; ///< 0: never
+    /// A limit for the upper end, over `reflected`; 0: none. Without one, errors are measured again while the upper end
+    /// is far above the estimate; with one, while it is above the limit and half of the doubt less would bring it
+    /// below. Who stops at the first upper end below a limit has up to three chances, so that it holds a little less
+    /// often than in 97.5 % of cases.
+    double limit = 0.0;
+};
+
+/// Measures at about `points` points with twice `rays` rays each, and solves once; then again, if need be.
 ErrorEstimate estimate_error(const Solution& solution, std::size_t points, std::size_t rays, std::uint64_t seed,
-                             const Execution& execution, double wanted = 0.0);
+                             const FurtherRounds& further, const Execution& execution);
 
 /// The same for the light gathered at points from this solution: e = p, plus the noise of the gathering (rms over the
 /// area, W/m²), all of which counts as error of the indirect light too.

@@ -137,25 +137,26 @@ class Gatherer {
         }
     }
 
-    bool is_evaluated(std::size_t p) const { return means_ == nullptr || p % stride == first_corrected_; }
+    bool needs_basis(std::size_t p) const { return means_ == nullptr || p % stride == first_corrected_; }
 
-    /// At those hits where it is needed.
     void evaluate_basis() {
-        evaluated_.clear();
-        for (std::size_t p = 0; p < met_.size(); ++p) {
-            if (is_evaluated(p)) {
-                evaluated_.push_back(met_[p]);
+        std::span<const SurfacePoint> where = met_;
+        if (means_ != nullptr) {
+            corrected_.clear();
+            for (std::size_t p = first_corrected_; p < met_.size(); p += stride) {
+                corrected_.push_back(met_[p]);
             }
+            where = corrected_;
         }
-        rows_.resize(std::max(rows_.size(), evaluated_.size()));
-        basis_.evaluate(evaluated_, std::span(rows_).first(evaluated_.size()));
+        rows_.resize(std::max(rows_.size(), where.size()));
+        basis_.evaluate(where, std::span(rows_).first(where.size()));
         next_row_ = 0;
     }
 
     /// sum_i c_i phi_i at hit p, or what stands for it; hits are asked for in turn.
     void smooth_at(std::size_t p, Eigen::RowVectorXd& H) {
         H.setZero();
-        if (is_evaluated(p)) {
+        if (needs_basis(p)) {
             const BasisRow& row = rows_[next_row_++];
             for (std::size_t k = 0; k < row.element.size(); ++k) {
                 H += row.weight[k] * parts_.smooth.row(static_cast<Eigen::Index>(row.element[k]));
@@ -164,7 +165,7 @@ class Gatherer {
         if (means_ != nullptr) {
             const Index s = parts_.system->discretisation().surfels->at(met_[p].face, met_[p].u, met_[p].v);
             const auto mean = means_->row(static_cast<Eigen::Index>(s));
-            if (is_evaluated(p)) {
+            if (needs_basis(p)) {
                 H = mean + static_cast<double>(stride) * (H - mean);
             } else {
                 H = mean;
@@ -186,7 +187,7 @@ class Gatherer {
     std::vector<double> weight_;
     std::vector<Rgb> colour_; ///< of the mirrors on the way; empty: there are none
     std::vector<DirectLight::Arrival> arrivals_;
-    std::vector<SurfacePoint> evaluated_; ///< hits at which the basis is
+    std::vector<SurfacePoint> corrected_; ///< hits at which the basis corrects the means
     std::vector<BasisRow> rows_;          ///< there
     std::size_t next_row_ = 0, first_corrected_ = 0;
     std::vector<Rgb> sharp_;

@@ -128,7 +128,7 @@ SparseColumns distributed(const SparseColumns& M, const SparseColumns& R, const 
 
 void ReflectedTransport::apply(const Values& h, Values& y, const Execution& execution) const {
     const Projection& projection = *discretisation_.projection;
-    Values on_bins; // of which the sky reflects nothing
+    Values on_bins; // those of the sky reflect nothing
     {
         const std::lock_guard lock(guard_);
         on_bins.swap(scratch_);

@@ -53,8 +53,10 @@ Values solve_in_blocks(const Solver& solver, const LinearOperator& T, const Valu
 } // namespace
 
 Eigen::Index columns_at_once(const LightTransport& transport) {
-    constexpr std::size_t most_numbers = std::size_t{1} << 25U; // 256 MiB
-    return static_cast<Eigen::Index>(std::clamp<std::size_t>(most_numbers / transport.W->columns(), 24, 96));
+    constexpr std::size_t most_numbers = std::size_t{1} << 27U; // 1 GiB
+    // The vectors of a solver, and the sums of several threads of a transposed product.
+    const std::size_t of_each = 32 * transport.points() + 10 * transport.W->columns();
+    return static_cast<Eigen::Index>(std::clamp<std::size_t>(most_numbers / of_each, 24, 96));
 }
 
 Values solve_for(const RadiositySystem& system, const Values& reflectance, const Values& g, const SolveOptions& options,

@@ -5,8 +5,8 @@
 
 namespace difusa {
 
-/// Columns of right-hand sides that are solved for together: the more they are, the less each takes, but for many
-/// surfels they would not fit in memory.
+/// Columns of right-hand sides that are solved for together: the more columns, the less time each takes, as far as
+/// memory goes.
 Eigen::Index columns_at_once(const LightTransport& transport);
 
 /// h = g + T h with T = D diag(rho) P Π. `reflectance`: #surfels by #channels; `g`: #points by any number of columns,

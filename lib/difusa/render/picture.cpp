@@ -138,7 +138,7 @@ class Look {
                     const Vec3 direction = camera_.direction(column + x, row + y);
                     const Visibility& engine = result_.system->tracer().engine();
                     const Ray ray{camera_.eye(), direction, none};
-                    const Hit hit = follow(scene_.mesh, engine, ray, options.cull_backs);
+                    const Hit hit = first_shown(scene_.mesh, engine, ray, options.cull_backs);
                     if (specular) {
                         paths.follow(hit, direction, stream, in_mirrors_[sample], glossy_[sample]);
                     }
@@ -447,7 +447,8 @@ void draw_sites(const BakeResult& result, const ViewOptions& options, Image& ima
         if (!place || !(site.normal.dot(way) < 0.0)) {
             continue;
         }
-        const Hit hit = follow(mesh, result.system->tracer().engine(), {camera.eye(), way, none}, options.cull_backs);
+        const Hit hit =
+            first_shown(mesh, result.system->tracer().engine(), {camera.eye(), way, none}, options.cull_backs);
         if (hit.face == site.face || hit.t > 1.0 - 1e-6) { // on an edge another face may be hit slightly earlier
             draw_disc(image, (*place)[0], (*place)[1], dot_radius, dot_colour);
         }

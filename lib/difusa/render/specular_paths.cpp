@@ -6,7 +6,7 @@
 
 namespace difusa {
 
-Hit follow(const Mesh& mesh, const Visibility& visibility, Ray ray, bool cull_backs) {
+Hit first_shown(const Mesh& mesh, const Visibility& visibility, Ray ray, bool cull_backs) {
     Hit hit;
     double before = 0.0;
     for (int passed = 0; passed < 65536; ++passed) {

@@ -9,8 +9,8 @@
 
 namespace difusa {
 
-/// Follows a ray from the eye to the first face that is not skipped: backs are with `cull_backs`.
-Hit follow(const Mesh& mesh, const Visibility& visibility, Ray ray, bool cull_backs);
+/// What a ray from the eye shows: its first hit, or with `cull_backs` its first hit on a front.
+Hit first_shown(const Mesh& mesh, const Visibility& visibility, Ray ray, bool cull_backs);
 
 /// What a mirror or a glossy surface shows, and the colour of those on the way.
 struct SeenInMirror {
