@@ -82,14 +82,19 @@ TEST(ErrorEstimate, BoundAndEstimateAreSharpForAConstantError) {
     }
 }
 
-/// Whatever stands for the light of a surfel, the correction at one of so many hits makes up for it: exactly where the
-/// light is constant and so are the means, and otherwise on average.
-TEST(ErrorEstimate, SurfelsStandForTheLightAtHitsWithoutBias) {
+/// A closed box, one wall of which emits; its error is not estimated.
+BakeResult lit_from_one_side() {
     Scene scene = furnace(0.5, 0.0);
     scene.materials[4].emission = Rgb::Constant(1.0);
     BakeOptions options = coarse(0.2, 64);
     options.error_points = 0;
-    const BakeResult result = baked(scene, options);
+    return baked(scene, options);
+}
+
+/// Whatever stands for the light of a surfel, the correction at one of so many hits makes up for it: exactly where the
+/// light is constant and so are the means, and otherwise on average.
+TEST(ErrorEstimate, SurfelsStandForTheLightAtHitsWithoutBias) {
+    const BakeResult result = lit_from_one_side();
     const Mesh& mesh = result.scene->mesh;
     std::vector<SurfacePoint> x;
     RandomStream stream(3, "points");
@@ -123,11 +128,7 @@ TEST(ErrorEstimate, SurfelsStandForTheLightAtHitsWithoutBias) {
 
 /// How often the error is measured, from the number of rays: each round has twice as many as the one before.
 TEST(ErrorEstimate, MeasuresAgainWhereThatMayHelp) {
-    Scene scene = furnace(0.5, 0.0);
-    scene.materials[4].emission = Rgb::Constant(1.0);
-    BakeOptions options = coarse(0.2, 64);
-    options.error_points = 0;
-    const BakeResult result = baked(scene, options);
+    const BakeResult result = lit_from_one_side();
     const auto estimate = [&](const FurtherRounds& further) {
         return estimate_error(result.solution, 30, 8, 1, further, Execution{});
     };
