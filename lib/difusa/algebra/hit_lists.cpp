@@ -5,13 +5,13 @@
 #include <difusa/core/parallel.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cstring>
 #include <limits>
 #include <numeric>
+#include <span>
 #include <string>
-#include <utility>
+#include <type_traits>
 
 namespace difusa {
 
@@ -193,6 +193,47 @@ void sum_rows(const Codes& codes, std::size_t begin, std::size_t end, const doub
     }
 }
 
+/// The bins of some rows, one row after the other.
+struct Rows {
+    std::vector<std::size_t> first{0}; ///< of each row in `bin`, and the end of the last
+    std::vector<Index> bin;
+
+    /// Rows j = begin ... end - 1; `codes(j)`: those of a row.
+    template <class Codes> Rows(const Codes& codes, std::size_t begin, std::size_t end) {
+        for (std::size_t j = begin; j < end; ++j) {
+            first.push_back(first.back() + bin_count(codes(j)));
+        }
+        bin.resize(first.back());
+        const auto put = [this](std::size_t row) {
+            return [to = bin.data() + first[row]](Index next) mutable { *to++ = next; };
+        };
+        std::size_t row = 0;
+        for (; row + 2 <= size(); row += 2) {
+            decode_both(codes(begin + row), codes(begin + row + 1), put(row), put(row + 1));
+        }
+        if (row < size()) {
+            decode(codes(begin + row), put(row));
+        }
+    }
+
+    std::size_t size() const { return first.size() - 1; }
+    std::span<const Index> operator[](std::size_t row) const {
+        return std::span(bin).subspan(first[row], first[row + 1] - first[row]);
+    }
+};
+
+/// Divides columns 0 ... width - 1 into panels of these sizes, as many as fit of each in turn, and calls
+/// `act(size, first column)` for each panel; the size is a constant. The last size is 1.
+template <int... sizes, class Act> void for_panels(Eigen::Index width, const Act& act) {
+    Eigen::Index first = 0;
+    const auto take = [&](auto size) {
+        for (; first + size <= width; first += size) {
+            act(size, first);
+        }
+    };
+    (take(std::integral_constant<int, sizes>()), ...);
+}
+
 constexpr int line = 8; ///< of a cache, in numbers
 
 /// Asks for `count` numbers.
@@ -205,7 +246,7 @@ template <int count> void fetch(const double* numbers) {
 /// `to` = `share` times the sums of `count` columns over the bins. Several columns of all bins are more than fits in a
 /// cache that is near, so they are fetched some bins ahead: with 24 columns that takes a quarter of the time.
 template <int count>
-void sum_columns(const std::vector<Index>& bins, const double* from, Eigen::Index width, double share, double* to) {
+void sum_columns(std::span<const Index> bins, const double* from, Eigen::Index width, double share, double* to) {
     constexpr std::size_t ahead = 12;
     double sum[count] = {};
     for (std::size_t i = 0; i < bins.size(); ++i) {
@@ -220,15 +261,6 @@ void sum_columns(const std::vector<Index>& bins, const double* from, Eigen::Inde
     for (int c = 0; c < count; ++c) {
         to[c] = share * sum[c];
     }
-}
-
-/// The most columns that are added at once: their sums are in registers.
-constexpr Eigen::Index panel = 24;
-
-/// By the number of columns.
-template <std::size_t... count> constexpr auto kernels(std::index_sequence<count...>) {
-    using Kernel = void (*)(const std::vector<Index>&, const double*, Eigen::Index, double, double*);
-    return std::array<Kernel, sizeof...(count)>{&sum_columns<static_cast<int>(std::max<std::size_t>(1, count))>...};
 }
 
 /// A product of many columns with a block of rows, as one thread. Rows of points that are near each other end in the
@@ -246,54 +278,24 @@ class BlockProduct {
         return std::clamp<std::size_t>(std::min(std::max<std::size_t>(for_each, 32), most_hits / rays), 1, most_rows);
     }
 
-    /// Rows j = begin ... end - 1; `codes(j)`: those of a row.
-    template <class Codes> void read(const Codes& codes, std::size_t begin, std::size_t end) {
-        std::vector<std::size_t> first{0};
-        for (std::size_t j = begin; j < end; ++j) {
-            first.push_back(first.back() + bin_count(codes(j)));
+    /// `columns`: the number of bins.
+    BlockProduct(const Rows& rows, std::size_t columns) : rows_(rows.size()), sorted_(rows.bin.size()) {
+        const auto range_of = [](Index bin) { return bin >> range_bits; };
+        std::vector<std::size_t> next(range_of(static_cast<Index>(columns)) + 2, 0);
+        for (const Index bin : rows.bin) {
+            ++next[range_of(bin) + 1];
         }
-        rows_ = end - begin;
-        hits_.resize(first.back());
-        const auto put = [this, &first](std::size_t row) {
-            return [to = hits_.data() + first[row], row = static_cast<Index>(row)](Index bin) mutable {
-                *to++ = {bin, row};
-            };
-        };
-        for (std::size_t row = 0; row < rows_; row += 2) {
-            if (row + 1 < rows_) {
-                decode_both(codes(begin + row), codes(begin + row + 1), put(row), put(row + 1));
-            } else {
-                decode(codes(begin + row), put(row));
+        std::partial_sum(next.begin(), next.end(), next.begin());
+        for (std::size_t row = 0; row < rows.size(); ++row) {
+            for (const Index bin : rows[row]) {
+                sorted_[next[range_of(bin)]++] = {bin, static_cast<Index>(row)};
             }
         }
     }
-    /// Of `columns` bins.
-    void sort(std::size_t columns) {
-        const auto range_of = [](Index bin) { return bin >> range_bits; };
-        std::vector<std::size_t> next(range_of(static_cast<Index>(columns)) + 2, 0);
-        for (const Entry& hit : hits_) {
-            ++next[range_of(hit.bin) + 1];
-        }
-        std::partial_sum(next.begin(), next.end(), next.begin());
-        sorted_.resize(hits_.size());
-        for (const Entry& hit : hits_) {
-            sorted_[next[range_of(hit.bin)]++] = hit;
-        }
-    }
+
     void multiply(const double* from, Eigen::Index width, double share, double* to) {
-        Eigen::Index c = 0;
-        for (; c + 96 <= width; c += 96) {
-            multiply_part<96>(from + c, width, share, to + c);
-        }
-        for (; c + 24 <= width; c += 24) {
-            multiply_part<24>(from + c, width, share, to + c);
-        }
-        for (; c + 3 <= width; c += 3) {
-            multiply_part<3>(from + c, width, share, to + c);
-        }
-        for (; c < width; ++c) {
-            multiply_part<1>(from + c, width, share, to + c);
-        }
+        for_panels<96, 24, 3, 1>(
+            width, [&](auto count, Eigen::Index c) { multiply_part<count>(from + c, width, share, to + c); });
     }
 
   private:
@@ -320,9 +322,9 @@ class BlockProduct {
         }
     }
 
-    std::vector<Entry> hits_, sorted_;
+    std::size_t rows_;
+    std::vector<Entry> sorted_;
     std::vector<double> sums_;
-    std::size_t rows_ = 0;
 };
 
 } // namespace
@@ -444,14 +446,6 @@ void HitLists::row(std::size_t j, std::vector<Index>& bins) const {
     decode(codes_of(j), [&](Index bin) { *next++ = bin; });
 }
 
-void HitLists::both_rows(std::size_t j, std::vector<Index>& bins, std::vector<Index>& next_bins) const {
-    bins.resize(bin_count(codes_of(j)));
-    next_bins.resize(bin_count(codes_of(j + 1)));
-    Index *to = bins.data(), *next_to = next_bins.data();
-    decode_both(
-        codes_of(j), codes_of(j + 1), [&](Index bin) { *to++ = bin; }, [&](Index bin) { *next_to++ = bin; });
-}
-
 std::size_t HitLists::bytes() const {
     std::size_t sum = 0;
     for (const Block& block : blocks_) {
@@ -486,14 +480,12 @@ void HitLists::apply(const Values& x, Values& y, const Execution& execution) con
     if (width >= BlockProduct::least_columns) {
         const std::size_t block = BlockProduct::rows(rows_, rays_, execution);
         parallel_for(rows_, block, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
-            BlockProduct product;
-            product.read(codes, begin, end);
-            product.sort(columns_);
+            BlockProduct product(Rows(codes, begin, end), columns_);
             product.multiply(from, width, share, y.data() + static_cast<Eigen::Index>(begin) * width);
         });
         return;
     }
-    parallel_for(rows_, 64, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
+    parallel_for(rows_, 16, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
         if (width == 1) {
             sum_rows<1>(codes, begin, end, from, share, y.data());
             return;
@@ -502,22 +494,12 @@ void HitLists::apply(const Values& x, Values& y, const Execution& execution) con
             sum_rows<3>(codes, begin, end, from, share, y.data());
             return;
         }
-        constexpr auto sums = kernels(std::make_index_sequence<panel + 1>());
-        std::vector<Index> bins[2];
-        for (std::size_t first = begin; first < end; first += 2) {
-            const std::size_t rows = std::min<std::size_t>(2, end - first);
-            if (rows == 2) {
-                both_rows(first, bins[0], bins[1]);
-            } else {
-                row(first, bins[0]);
-            }
-            for (std::size_t j = first; j < first + rows; ++j) {
-                double* const out = y.data() + static_cast<Eigen::Index>(j) * width;
-                for (Eigen::Index c = 0; c < width; c += panel) {
-                    sums[static_cast<std::size_t>(std::min(panel, width - c))](bins[j - first], from + c, width, share,
-                                                                               out + c);
-                }
-            }
+        const Rows rows(codes, begin, end);
+        for (std::size_t j = begin; j < end; ++j) {
+            double* const out = y.data() + static_cast<Eigen::Index>(j) * width;
+            for_panels<24, 9, 3, 1>(width, [&](auto count, Eigen::Index c) {
+                sum_columns<count>(rows[j - begin], from + c, width, share, out + c);
+            });
         }
     });
 }

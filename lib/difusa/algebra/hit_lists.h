@@ -63,8 +63,6 @@ class HitLists final : public LinearOperator {
         std::vector<std::uint8_t> codes;  ///< 8 bytes longer than the codes, so that whole words can be read
         std::vector<std::uint32_t> begin; ///< of each row in `codes`
     };
-    /// Rows j and j + 1, in less time than one after the other.
-    void both_rows(std::size_t j, std::vector<Index>& bins, std::vector<Index>& next_bins) const;
     const std::uint8_t* codes_of(std::size_t j) const {
         const Block& block = blocks_[j / rows_per_block_];
         return block.codes.data() + block.begin[j % rows_per_block_];

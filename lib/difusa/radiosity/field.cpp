@@ -150,14 +150,13 @@ class Gatherer {
         }
         rows_.resize(std::max(rows_.size(), where.size()));
         basis_.evaluate(where, std::span(rows_).first(where.size()));
-        next_row_ = 0;
     }
 
-    /// sum_i c_i phi_i at hit p, or what stands for it; hits are asked for in turn.
+    /// sum_i c_i phi_i at hit p, or what stands for it.
     void smooth_at(std::size_t p, Eigen::RowVectorXd& H) {
         H.setZero();
         if (needs_basis(p)) {
-            const BasisRow& row = rows_[next_row_++];
+            const BasisRow& row = rows_[means_ == nullptr ? p : p / stride];
             for (std::size_t k = 0; k < row.element.size(); ++k) {
                 H += row.weight[k] * parts_.smooth.row(static_cast<Eigen::Index>(row.element[k]));
             }
@@ -189,7 +188,7 @@ class Gatherer {
     std::vector<DirectLight::Arrival> arrivals_;
     std::vector<SurfacePoint> corrected_; ///< hits at which the basis corrects the means
     std::vector<BasisRow> rows_;          ///< there
-    std::size_t next_row_ = 0, first_corrected_ = 0;
+    std::size_t first_corrected_ = 0;
     std::vector<Rgb> sharp_;
 };
 
