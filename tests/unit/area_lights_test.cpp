@@ -43,8 +43,7 @@ Lit light(const Scene& scene, const std::vector<Index>& lamps, const std::vector
           std::uint64_t seed = 1, unsigned threads = 1) {
     BruteForceVisibility visibility;
     visibility.build(scene.mesh);
-    const AreaLights light(scene, lamps, {scene.mesh, visibility},
-                           scene.mesh.convex ? nullptr : std::make_shared<const Shafts>(scene.mesh));
+    const AreaLights light(scene, lamps, {scene.mesh, visibility});
     Lit lit;
     lit.H.resize(points.size());
     const std::vector<Index> one_set(scene.materials.size(), 0);
@@ -154,7 +153,7 @@ TEST(AreaLights, SetsShareTheLightWithoutChangingIt) {
     scene.mesh.material[4] = scene.mesh.material[5] = 3;
     BruteForceVisibility visibility;
     visibility.build(scene.mesh);
-    const AreaLights light(scene, {2, 3, 4, 5}, {scene.mesh, visibility}, std::make_shared<const Shafts>(scene.mesh));
+    const AreaLights light(scene, {2, 3, 4, 5}, {scene.mesh, visibility});
     AreaLights::Worker worker;
     int partly_hidden = 0;
     for (const SurfacePoint& x : places(mesh, 12, 1, 1)) {
@@ -336,7 +335,7 @@ TEST(AreaLights, SamplesHaveTheirIrradianceAsMean) {
         const Scene scene = scene_of(mesh, lamps);
         BruteForceVisibility visibility;
         visibility.build(scene.mesh);
-        const AreaLights light(scene, lamps, {scene.mesh, visibility}, std::make_shared<const Shafts>(scene.mesh));
+        const AreaLights light(scene, lamps, {scene.mesh, visibility});
         const SurfacePoint x = place_at(mesh, Vec3(0.1, 0.2, 0.0));
         // The screen at half height hides the lamp where it is left of -0.1 as seen from x.
         const Mesh seen = rectangle(-0.1, 0.5, -0.5, 0.5, 3, true);
@@ -368,7 +367,7 @@ TEST(AreaLights, SamplesOfALampNearbyAreUnbiased) {
     const Scene scene = scene_of(mesh, {2, 3});
     BruteForceVisibility visibility;
     visibility.build(scene.mesh);
-    const AreaLights light(scene, {2, 3}, {scene.mesh, visibility}, std::make_shared<const Shafts>(scene.mesh));
+    const AreaLights light(scene, {2, 3}, {scene.mesh, visibility});
     for (const double at : {0.1, 0.3}) {
         const SurfacePoint x = place_at(mesh, Vec3(at, 0.03, 0.0));
         const double F = unblocked(rectangle(-at, 1, -0.1, 0.1, 0.2, true), {0, 1}, x); // the plate ends at 0, half way

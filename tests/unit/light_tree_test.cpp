@@ -152,7 +152,8 @@ TEST(Shafts, AnnounceEveryBlocker) {
         }
         BruteForceVisibility visibility;
         visibility.build(mesh);
-        const Shafts shafts(mesh);
+        const Shafts shafts(mesh), between(mesh, occluders(exposures(mesh, Execution{1})));
+        Index last = none;
         for (const SurfacePoint& x : even_points(mesh, 50, RandomStream(7, "points"))) {
             if (x.face >= lamp) {
                 continue;
@@ -166,8 +167,10 @@ TEST(Shafts, AnnounceEveryBlocker) {
                 visibility.occluded(std::span(&segment, 1), std::span(&hidden, 1));
                 blocked = hidden != 0;
             }
-            const bool announced = shafts.may_be_blocked(x, lamp);
+            Index first = none;
+            const bool announced = shafts.may_be_blocked(x, lamp, first);
             EXPECT_TRUE(announced || !blocked);
+            EXPECT_EQ(between.may_be_blocked(x, lamp, last), announced); // whatever was found before
             clear += announced ? 0 : 1;
             blocked_lamps += blocked ? 1 : 0;
         }
@@ -181,10 +184,11 @@ TEST(Shafts, NeighboursDoNotCount) {
     const Mesh mesh = box(Vec3(0, 0, 0), Vec3(1, 2, 3), 3, Front::inside);
     EXPECT_TRUE(mesh.convex);
     const Shafts shafts(mesh);
+    Index last = none;
     for (const SurfacePoint& x : even_points(mesh, 100, RandomStream(1, "points"))) {
         for (Index t = 0; t < mesh.triangles.size(); ++t) {
             if (form_factor(mesh, t, x.position, x.normal) > 0.0) {
-                EXPECT_FALSE(shafts.may_be_blocked(x, t));
+                EXPECT_FALSE(shafts.may_be_blocked(x, t, last));
             }
         }
     }

@@ -30,6 +30,9 @@ constexpr std::size_t candidates = 8;
 /// Up to this many area lights are tested for occluders; for more, the test costs more than rays.
 constexpr std::size_t few_shafts = 8;
 
+/// Triangles of a mesh of which those are found that may come between two points of it.
+constexpr std::size_t most_told_apart = 16384;
+
 } // namespace
 
 std::vector<char> area_light_materials(const Scene& scene) {
@@ -74,12 +77,27 @@ std::vector<char> area_light_materials(const Scene& scene) {
     return lamps;
 }
 
-AreaLights::AreaLights(const Scene& scene, std::vector<Index> triangles, const Tracer& tracer,
-                       std::shared_ptr<const Shafts> shafts)
-    : scene_(scene), tracer_(tracer), count_(triangles.size()), triangles_(std::move(triangles)),
-      shafts_(std::move(shafts)) {
+LightBlockers::LightBlockers(const Mesh& mesh) : all_(mesh) {
+    if (mesh.triangles.size() <= most_told_apart) {
+        between_.emplace(mesh, occluders(exposures(mesh, Execution{1})));
+    }
+}
+
+bool LightBlockers::may_hide(Index light, const SurfacePoint& x, Index& last) const {
+    if (x.face == none || !between_) {
+        Index any = none;
+        return all_.may_be_blocked(x, light, between_ ? any : last);
+    }
+    return between_->may_be_blocked(x, light, last);
+}
+
+AreaLights::AreaLights(const Scene& scene, std::vector<Index> triangles, const Tracer& tracer)
+    : scene_(scene), tracer_(tracer), count_(triangles.size()), triangles_(std::move(triangles)) {
     if (triangles_.empty()) {
         return;
+    }
+    if (!scene.mesh.convex) {
+        blockers_.emplace(scene.mesh);
     }
     if (const LampImages images = LampImages::of(scene.mesh, count_); !images.images.empty()) {
         depth_ = images.depth;
@@ -140,13 +158,22 @@ void AreaLights::collect(const SurfacePoint& x, RandomStream& stream, Worker& wo
     }
 }
 
-bool AreaLights::may_be_hidden(const SurfacePoint& x, const Worker& worker) const {
-    if (!shafts_) {
+bool AreaLights::may_be_blocked(const SurfacePoint& x, Index light, Index& last_blocker) const {
+    if (!blockers_) {
+        return false;
+    }
+    // From elsewhere in the unfolded surface, even the way to the light itself may lead through images.
+    const bool elsewhere = images_ && x.face == none;
+    return is_image(light) || elsewhere || blockers_->may_hide(original(light), x, last_blocker);
+}
+
+bool AreaLights::may_be_hidden(const SurfacePoint& x, Worker& worker) const {
+    if (!blockers_) {
         return false;
     }
     return worker.parts.size() > few_shafts ||
            std::any_of(worker.parts.begin(), worker.parts.end(),
-                       [&](const Worker::Part& part) { return may_be_blocked(x, part.triangle); });
+                       [&](const Worker::Part& part) { return may_be_blocked(x, part.triangle, worker.last_blocker); });
 }
 
 /// Sample s goes to the light that holds the share (s + shift) / samples of the irradiance, to an evenly distributed
@@ -275,11 +302,8 @@ AreaLights::Sample AreaLights::sample(const SurfacePoint& x, const std::array<do
     const auto sample_of = [&](double seen) {
         return Sample{lamps().material[choice.triangle], choice.weight * seen * emission(choice.triangle)};
     };
-    if (!shafts_) {
-        return sample_of(choice.form_factor);
-    }
     const SurfacePoint from = inset(scene_.mesh, x);
-    if (!may_be_blocked(from, choice.triangle)) {
+    if (!may_be_blocked(from, choice.triangle, worker.last_blocker)) {
         return sample_of(choice.form_factor);
     }
     const Target target = target_on(from, choice.triangle, {u[1], u[2], u[3]});
@@ -307,7 +331,8 @@ AreaLights::Sample AreaLights::sample_direction(const SurfacePoint& x, const std
     if (!(target.form_factor > 0.0)) {
         return {};
     }
-    if (shafts_ && may_be_blocked(from, choice.triangle) && is_blocked(from, target, choice.triangle, worker)) {
+    if (may_be_blocked(from, choice.triangle, worker.last_blocker) &&
+        is_blocked(from, target, choice.triangle, worker)) {
         return {};
     }
     return {lamps().material[choice.triangle], choice.weight * target.form_factor * emission(choice.triangle),

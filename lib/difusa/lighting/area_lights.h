@@ -27,13 +27,24 @@ namespace difusa {
 /// of the emission counts; there are none besides mirrors, nor materials whose temperature is to be found.
 std::vector<char> area_light_materials(const Scene& scene);
 
+/// The faces that may come between a place and a light. Keeps a reference.
+class LightBlockers {
+  public:
+    explicit LightBlockers(const Mesh& mesh);
+
+    /// Shafts::may_be_blocked.
+    bool may_hide(Index light, const SurfacePoint& x, Index& last) const;
+
+  private:
+    Shafts all_;
+    std::optional<Shafts> between_; ///< two points of the surface; none for large meshes, where all may
+};
+
 /// The area lights of a scene, and the light they send to a point: also from images beyond symmetry planes and periods,
 /// which are area lights of their own here. Keeps references to scene and mesh.
 class AreaLights {
   public:
-    /// `shafts`: of the scene's mesh; null if no face can block (Mesh::convex).
-    AreaLights(const Scene& scene, std::vector<Index> triangles, const Tracer& tracer,
-               std::shared_ptr<const Shafts> shafts);
+    AreaLights(const Scene& scene, std::vector<Index> triangles, const Tracer& tracer);
 
     std::size_t count() const { return count_; } ///< without images
 
@@ -61,8 +72,9 @@ class AreaLights {
         std::vector<Rgb> light;
         std::vector<std::size_t> owner; ///< #segments: in `shares`
         std::vector<std::uint8_t> blocked;
-        std::size_t cast = 0;  ///< segments
-        std::size_t clear = 0; ///< points whose lights nothing can occlude, so that no shadow ray was cast
+        Index last_blocker = none; ///< Shafts::may_be_blocked
+        std::size_t cast = 0;      ///< segments
+        std::size_t clear = 0;     ///< points whose lights nothing can occlude, so that no shadow ray was cast
     };
 
     /// Adds the irradiance in W/m² that x receives to H[set_of[m]], for the lights of each material m: closed-form form
@@ -117,16 +129,12 @@ class AreaLights {
     /// The scene's triangle that a light is, or is an image of.
     Index original(Index light) const { return images_ ? originals_[light % count_] : light; }
     bool is_image(Index light) const { return images_ && light >= count_; }
-    bool may_be_blocked(const SurfacePoint& x, Index light) const {
-        // From elsewhere in the unfolded surface, even the way to the light itself may lead through images.
-        const bool elsewhere = images_ && x.face == none;
-        return is_image(light) || elsewhere || shafts_->may_be_blocked(x, original(light));
-    }
+    bool may_be_blocked(const SurfacePoint& x, Index light, Index& last_blocker) const;
     const Rgb& emission(Index triangle) const { return scene_.materials[lamps().material[triangle]].emission; }
     /// By which lights are chosen: in thermal scenes they may emit less than nothing.
     double strength(Index triangle) const { return std::abs(emission(triangle).mean()); }
     void collect(const SurfacePoint& x, RandomStream& stream, Worker& worker) const;
-    bool may_be_hidden(const SurfacePoint& x, const Worker& worker) const;
+    bool may_be_hidden(const SurfacePoint& x, Worker& worker) const;
     double cast_round(const SurfacePoint& x, std::size_t samples, std::size_t round, const std::array<double, 3>& start,
                       Worker& worker) const;
 
@@ -137,7 +145,7 @@ class AreaLights {
     std::shared_ptr<const Mesh> images_;
     std::vector<Index> originals_; ///< if there are images
     std::optional<LightTree> tree_;
-    std::shared_ptr<const Shafts> shafts_;
+    std::optional<LightBlockers> blockers_; ///< unless no face can block (Mesh::convex)
 };
 
 } // namespace difusa

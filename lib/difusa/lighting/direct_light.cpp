@@ -27,12 +27,6 @@ std::vector<Index> triangles_of(const Scene& scene, const std::vector<char>& mat
     return triangles;
 }
 
-std::shared_ptr<const Shafts> shafts_for(const Scene& scene, const std::vector<char>& area_lights) {
-    return std::find(area_lights.begin(), area_lights.end(), 1) == area_lights.end() || scene.mesh.convex
-               ? nullptr
-               : std::make_shared<Shafts>(scene.mesh);
-}
-
 /// Calls `act(i, factor)` for DirectLight::most_sampled lights, drawn by their weight; `factor` is what makes the sum
 /// unbiased. `below`: weights up to and including each light.
 template <class Act> void draw(const std::vector<double>& below, RandomStream& stream, const Act& act) {
@@ -74,8 +68,7 @@ void weigh(const std::vector<std::pair<PointLight, Index>>& lights, const Surfac
 DirectLight::DirectLight(const Scene& scene, const Tracer& tracer, LightSets sets)
     : scene_(scene), tracer_(tracer), sets_(std::move(sets)), reach_(reach_out_of(scene.mesh)),
       rounding_(0x1p-44 * scene.mesh.magnitude()), area_light_materials_(difusa::area_light_materials(scene)),
-      shafts_(shafts_for(scene, area_light_materials_)),
-      area_lights_(scene, triangles_of(scene, area_light_materials_), tracer, shafts_) {
+      area_lights_(scene, triangles_of(scene, area_light_materials_), tracer) {
     check_light_symmetry(scene);
     for (std::size_t i = 0; i < scene_.suns.size(); ++i) {
         if ((scene_.suns[i].irradiance > 0.0).any()) {

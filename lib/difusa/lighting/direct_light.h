@@ -155,7 +155,6 @@ class DirectLight {
     double reach_;                                     ///< a length that leads out of the scene from any of its points
     double rounding_;                                  ///< of a position computed from scene coordinates
     std::vector<char> area_light_materials_;
-    std::shared_ptr<const Shafts> shafts_;
     AreaLights area_lights_;
     std::optional<MirrorImages> images_;
 };

@@ -22,7 +22,8 @@ struct Plane {
 
     /// The largest height of a box.
     double highest(const Eigen::AlignedBox3d& box) const {
-        return height(box.center()) + 0.5 * normal.cwiseAbs().dot(box.sizes());
+        const auto corner = [&](int axis) { return normal[axis] >= 0.0 ? box.max()[axis] : box.min()[axis]; };
+        return normal[0] * corner(0) + normal[1] * corner(1) + normal[2] * corner(2) - offset;
     }
 };
 

@@ -24,14 +24,12 @@ class Shafts {
 
     /// False only if no face hides any part of triangle t from x, for rays that start at x and end on t and are exempt
     /// from the planes of these two faces (rays/own_plane.h). True if a face may reach into the tetrahedron between
-    /// them.
-    bool may_be_blocked(const SurfacePoint& x, Index t) const;
+    /// them. `last`: a face to try first, which changes nothing but the time; then the one that was found, if any.
+    bool may_be_blocked(const SurfacePoint& x, Index t, Index& last) const;
 
     /// The same for a convex polygon of at most `most_corners`, counterclockwise around its unit normal, whose front
     /// faces x. Faces in its plane do not count.
-    bool may_be_blocked(const SurfacePoint& x, std::span<const Vec3> polygon, const Vec3& normal) const {
-        return may_be_blocked(x, polygon, normal, none);
-    }
+    bool may_be_blocked(const SurfacePoint& x, std::span<const Vec3> polygon, const Vec3& normal) const;
     static constexpr std::size_t most_corners = 16;
 
     /// Those that may hide parts of it, at most `most`, in `blockers`; false if there are more.
@@ -42,11 +40,10 @@ class Shafts {
     bool may_reach_between(const Vec3& x, const BoxTree::Box& box) const;
 
   private:
-    bool may_be_blocked(const SurfacePoint& x, std::span<const Vec3> polygon, const Vec3& normal, Index exempt) const;
+    class Pyramid;
 
     /// Calls `act(face)` for each face that may reach into the pyramid, until it returns true. True if it did.
-    template <class Act>
-    bool visit(const SurfacePoint& x, std::span<const Vec3> polygon, const Vec3& normal, const Act& act) const;
+    template <class Act> bool visit(const Pyramid& pyramid, const Act& act) const;
 
     const Mesh& mesh_;
     BoxTree faces_;
@@ -59,6 +56,9 @@ enum class Exposure : std::uint8_t { both, before, behind };
 
 /// #T
 std::vector<Exposure> exposures(const Mesh& mesh, const Execution& execution);
+
+/// The others: those that may come between two points of the surface.
+std::vector<Index> occluders(const std::vector<Exposure>& exposures);
 
 /// The faces that share area with another one in the same plane that faces the same way: which of them a ray meets is
 /// left to chance. #T, 1 or 0.

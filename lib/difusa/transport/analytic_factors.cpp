@@ -27,16 +27,6 @@ constexpr std::size_t most_blockers = 24, most_parts = 32;
 /// Of a form factor: what is less is rounding.
 constexpr double negligible_part = 1e-9;
 
-std::vector<Index> occluders(const std::vector<Exposure>& exposures) {
-    std::vector<Index> faces;
-    for (Index t = 0; t < exposures.size(); ++t) {
-        if (exposures[t] == Exposure::both) {
-            faces.push_back(t);
-        }
-    }
-    return faces;
-}
-
 /// Corners of an outline at which the kernel is looked at.
 constexpr std::size_t outline_samples = 8;
 
