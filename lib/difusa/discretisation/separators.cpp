@@ -11,6 +11,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -231,20 +232,49 @@ Separators::Separators(const Mesh& mesh, const SiteSet& sites, std::span<const d
 /// Which sites have an obstacle, or a fold of their region, within reach of their lines of sight.
 void Separators::find_near(const std::vector<Index>& planes, const std::vector<char>& simple,
                            const Execution& execution) {
+    /// What is known of the last region.
+    struct Search {
+        FoldSearch folds;
+        Index region = none;
+        std::vector<Index> passed; ///< #T: the region that the triangle is known not to block
+        Index blocked_by = none;
+    };
+    std::vector<Index> order(sites_->size()); // by region
+    std::iota(order.begin(), order.end(), Index{0});
+    std::stable_sort(order.begin(), order.end(),
+                     [this](Index i, Index j) { return sites_->region[i] < sites_->region[j]; });
     std::vector<std::uint8_t> folded(sites_->size(), 0);
-    std::vector<std::optional<FoldSearch>> searches(execution.threads);
-    parallel_for(sites_->size(), 1024, execution, [&](std::size_t begin, std::size_t end, unsigned worker) {
+    std::vector<std::optional<Search>> searches(execution.threads);
+    parallel_for(order.size(), 256, execution, [&](std::size_t begin, std::size_t end, unsigned worker) {
         if (!searches[worker]) {
-            searches[worker].emplace(*mesh_, obstacles_->trees());
+            searches[worker].emplace(Search{{*mesh_, obstacles_->trees()}, none, {}, none});
+            searches[worker]->passed.assign(mesh_->triangles.size(), none);
         }
-        for (std::size_t i = begin; i < end; ++i) {
-            const Index region = sites_->region[i];
+        Search& search = *searches[worker];
+        for (std::size_t k = begin; k < end; ++k) {
+            const Index i = order[k], region = sites_->region[i];
             const double reach = (planes[region] != none ? 1.0 + most_lift : 2.0) * support_[i];
             const Vec3& centre = sites_->points[i].position;
             const auto within = [&](const Box& box) { return box.squaredExteriorDistance(centre) < reach * reach; };
-            const bool close = sight_[region].obstructed &&
-                               obstacles_->visit_others(region, within, [&](Index T) { return blocks(T, region); });
-            folded[i] = simple[region] == 0 && !searches[worker]->unfolded(sites_->points[i], support_[i]) ? 1 : 0;
+            if (search.region != region) {
+                search.region = region;
+                search.blocked_by = none;
+            }
+            const auto stops = [&](Index T) {
+                if (search.passed[T] == region) {
+                    return false;
+                }
+                if (!blocks(T, region)) {
+                    search.passed[T] = region;
+                    return false;
+                }
+                search.blocked_by = T;
+                return true;
+            };
+            const bool close =
+                sight_[region].obstructed && ((search.blocked_by != none && within(mesh_->box(search.blocked_by))) ||
+                                              obstacles_->visit_others(region, within, stops));
+            folded[i] = simple[region] == 0 && !search.folds.unfolded(sites_->points[i], support_[i]) ? 1 : 0;
             near_[i] = close || folded[i] != 0 ? 1 : 0;
         }
     });
@@ -325,11 +355,18 @@ bool Separators::crosses_wall(Index region, const Vec3& a, const Vec3& b) const 
     return sight_[region].tree.visit_where(meets, [&](Index triangle) { return crosses(triangle, a, b); });
 }
 
-bool Separators::crosses_obstacle(Index region, std::span<const BoxTree* const> others, const Vec3& a,
-                                  const Vec3& b) const {
+bool Separators::crosses_obstacle(Index region, std::span<const BoxTree* const> others, const Vec3& a, const Vec3& b,
+                                  Index& last) const {
+    if (last != none && crosses(last, a, b)) {
+        return true;
+    }
     const auto meets = [segment = SightLine(a, b, rounding_)](const Box& box) { return segment.meets(box); };
     return visit_obstacles(region, others, meets, [&](Index triangle, bool known) {
-        return crosses(triangle, a, b) && (known || blocks(triangle, region));
+        if (!crosses(triangle, a, b) || !(known || blocks(triangle, region))) {
+            return false;
+        }
+        last = triangle;
+        return true;
     });
 }
 
@@ -421,13 +458,14 @@ bool Separators::hides(Index site, Viewpoint& viewpoint) const {
         }
         const Box around = Box(p.position).extend(x.position).extend(a).extend(b);
         const std::span<const BoxTree* const> near = others(region, viewpoint, grown(around, rounding_));
-        if (!crosses_obstacle(region, near, a, b)) {
+        if (!crosses_obstacle(region, near, a, b, viewpoint.last_)) {
             return false;
         }
         // Under a low ceiling over one of them, as between a shelf and the table below it.
         const double low = std::min(above_p, above_x);
         if (share == least_lift && low > 4.0 * rounding_ && low < wanted &&
-            !crosses_obstacle(region, near, p.position + low * p.normal, x.position + low * x.normal)) {
+            !crosses_obstacle(region, near, p.position + low * p.normal, x.position + low * x.normal,
+                              viewpoint.last_)) {
             return false;
         }
     }

@@ -51,6 +51,7 @@ class Separators {
         Clearance clearance_;
         BoxTree::Box around_;                ///< where other regions were looked for
         std::vector<const BoxTree*> others_; ///< their triangles
+        Index last_ = none;                  ///< what a line of sight was found to cross last: tried first
     };
 
     Separators() = default;
@@ -99,7 +100,8 @@ class Separators {
     double lift(Index region, Viewpoint& x, double wanted) const;
     bool crosses(Index triangle, const Vec3& a, const Vec3& b) const;
     bool crosses_wall(Index region, const Vec3& a, const Vec3& b) const;
-    bool crosses_obstacle(Index region, std::span<const BoxTree* const> others, const Vec3& a, const Vec3& b) const;
+    bool crosses_obstacle(Index region, std::span<const BoxTree* const> others, const Vec3& a, const Vec3& b,
+                          Index& last) const;
 
     const Mesh* mesh_ = nullptr;
     const SiteSet* sites_ = nullptr;
