@@ -42,7 +42,7 @@ void refuse_unknown(const CLI::App& app, const std::string& expected) {
 void check_rays(std::size_t rays, const std::string& choice, const Directions& directions) {
     const std::size_t stated = directions.size(1);
     if (stated == directions.size(std::size_t{1} << 20U)) {
-        throw UsageError("--rays " + std::to_string(rays) + ": does nothing beside --directions " + choice +
+        throw UsageError("--rays " + std::to_string(rays) + ": has no effect together with --directions " + choice +
                          ", whose resolution means " + std::to_string(stated) +
                          " rays; omit --rays, or the resolution, which then follows from --rays");
     }

@@ -113,7 +113,8 @@ void add_target_arguments(CLI::App& app, BakeArguments& arguments) {
                parse_percent)
         ->group(group)
         ->type_name("P%");
-    add_whole<std::size_t>(app, "--max-sites", arguments.target.most_sites, 100, "do not go beyond, with --error")
+    add_whole<std::size_t>(app, "--max-sites", arguments.target.most_sites, 100,
+                           "most sites, met to about 5 %, with --error")
         ->group(group)
         ->type_name("N")
         ->default_str(shown(arguments.target.most_sites));
@@ -142,14 +143,16 @@ void add_target_arguments(CLI::App& app, BakeArguments& arguments) {
 void check_target(const CLI::App& app, bool ordered) {
     for (const char* const name : {"--max-sites", "--max-seconds", "--best-effort", "--error-chart"}) {
         if (!ordered && app.count(name) > 0) {
-            throw UsageError(std::string(name) + ": does nothing without --error; order an accuracy, --error 1%");
+            throw UsageError(std::string(name) + ": has no effect without --error; ask for an accuracy, --error 1%");
         }
     }
     for (const char* const name : {"--quality", "--sites", "--spacing", "--adaptive", "--rays", "--error-points",
                                    "--goal-samples", "--final-gather"}) {
         if (ordered && app.count(name) > 0) {
-            throw UsageError(std::string(name) + ": cannot be combined with --error, which chooses the effort; omit "
-                                                 "one of them");
+            const bool negated = app.get_option(name)->results().back() == "false";
+            throw UsageError((negated ? "--no-" + std::string(name).substr(2) : std::string(name)) +
+                             ": cannot be combined with --error, which chooses the effort; omit "
+                             "one of them");
         }
     }
 }
@@ -254,7 +257,8 @@ void add_light_arguments(CLI::App& app, BakeOptions& options, const std::string&
     add_direct_arguments(app, options, group);
     add_name(
         app, "--analytic", options.analytic,
-        "exact form factors of surface that a point sees whole, in place of rays: auto (if they pay), always, never",
+        "exact form factors of surfaces that are fully visible from a point, in place of rays: auto (if they pay), "
+        "always, never",
         group);
     add_name(app, "--kernel", options.kernel, "form factor of pairwise transport: disc (default) or point", group);
 }
@@ -393,7 +397,7 @@ void add_result_arguments(CLI::App& app, BakeArguments& arguments, const std::st
 
 void require_target(const BakeResult& result) {
     if (result.target_missed) {
-        throw NotConverged("the accuracy ordered by --error was not reached; the files hold the best result");
+        throw NotConverged("the accuracy that --error asks for was not reached; the files hold the best result");
     }
 }
 

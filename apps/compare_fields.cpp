@@ -49,6 +49,14 @@ struct Arguments {
     bool quiet = false, version = false;
 };
 
+double parse_share(const std::string& option, const std::string& text) {
+    const double share = difusa::parse_percent(option, text);
+    if (!(share <= 1.0)) {
+        throw UsageError(option + " " + text + ": must be at most 100%");
+    }
+    return share;
+}
+
 void declare(CLI::App& app, Arguments& a) {
     app.add_option("result", a.result, "field to be assessed: .vtp or .ply")->type_name("RESULT");
     app.add_option("reference", a.reference, "what it should be: .vtp or .ply")->type_name("REFERENCE");
@@ -61,6 +69,10 @@ void declare(CLI::App& app, Arguments& a) {
                "ignore points of the result farther than this from the reference (default: 1 % of its diameter)",
                difusa::parse_positive)
         ->type_name("D");
+    add_parsed(app, "--min-match", a.compare.least_matched,
+               "refuse fields of which less of the result's area than this matches the reference (default: 50 %)",
+               parse_share)
+        ->type_name("P%");
     app.add_flag("--with-emitters", a.compare.with_emitters,
                  "include emitting surfaces in the norms of the total light");
     app.add_option("--report", a.report, "write all norms as JSON")->type_name("FILE.json");

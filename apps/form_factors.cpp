@@ -12,16 +12,19 @@
 #include <difusa/io/whole_file.h>
 #include <difusa/output/enclosure_files.h>
 #include <difusa/output/form_factor_files.h>
+#include <difusa/output/text_table.h>
 #include <difusa/plugin/registry.h>
 #include <difusa/rays/visibility_choice.h>
 #include <difusa/repair/diagnosis.h>
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace form_factors {
@@ -38,19 +41,20 @@ Examples:
       between all faces, each within 1e-6: a line for each pair that sees each other, with an estimate of its error
   form_factors room.obj factors.csv --surfaces material --layout dense
       between materials: a matrix with areas, row sums and what escapes; small ones are printed, too
-  form_factors furnace.obj factors.npz --tolerance 1e-8 --close
+  form_factors furnace_box.obj factors.npz --tolerance 1e-8 --close
       for scipy.sparse.load_npz; row sums of a closed surface made exactly 1 by the smallest change of the factors
   form_factors building.obj factors.npz --tolerance 1e-3 --layout grouped
       far triangles in groups, for large meshes: a number for a pair of groups instead of one for each pair of triangles
-  form_factors radiation_shield.json factors.csv --surfaces material --thermal heat.csv
+  form_factors oven.json factors.csv --surfaces material --thermal heat.csv
       and the temperatures, net fluxes and radiosities of a thermal scene's surfaces
-  form_factors furnace.obj factors.mtx --method rays --rays 4096 --points 4
+  form_factors furnace_box.obj factors.mtx --method rays --rays 4096 --points 4
       for comparison: counted by rays from four points of each triangle
 
 F_ij is the share of what leaves the front of surface i that arrives at the front of surface j first. What is missing
 from a row sum of 1 escapes, or meets the backs of faces.
 
-Exit codes: 0 done, 1 usage, 2 input, 3 closure is out of reach, 4 resources, 5 internal, 130 interrupted.
+Exit codes: 0 done, 1 usage, 2 input (with --close also an open surface), 3 no factors with closure were found, 4
+resources, 5 internal, 130 interrupted.
 )";
 
 struct Arguments {
@@ -61,6 +65,7 @@ struct Arguments {
     std::optional<std::string> directions, visibility;
     bool close = false;
     std::uint64_t seed = 0;
+    bool seeded = false; ///< `seed` was given
     difusa::RunArguments run;
 };
 
@@ -73,6 +78,17 @@ std::string one_of(const std::string& option, const std::string& text, const std
         throw UsageError(option + " " + text + ": must be one of " + list);
     }
     return text;
+}
+
+/// Errors are estimated by how the points of a triangle differ.
+std::size_t parse_points(const std::string& option, const std::string& text) {
+    const auto points = difusa::parse_whole<std::size_t>(option, text, 1);
+    if (points < 2) {
+        throw UsageError(option + " " + text +
+                         ": must be at least 2: errors are estimated from the differences "
+                         "between the points of a triangle, and one has none");
+    }
+    return points;
 }
 
 void declare(CLI::App& app, Arguments& a) {
@@ -128,7 +144,9 @@ void declare(CLI::App& app, Arguments& a) {
         return difusa::parse_whole<std::size_t>(option, text, 1);
     };
     add_parsed(app, "--rays", a.rays, "rays from each point (default: 1024)", whole)->group(rays)->type_name("N");
-    add_parsed(app, "--points", a.points, "points on each triangle (default: 4)", whole)->group(rays)->type_name("N");
+    add_parsed(app, "--points", a.points, "points on each triangle, at least 2 (default: 4)", parse_points)
+        ->group(rays)
+        ->type_name("N");
     const auto word = [](const std::string&, const std::string& text) { return text; };
     add_parsed(app, "--directions", a.directions, "set of directions (default: fibonacci)", word)
         ->group(rays)
@@ -147,8 +165,8 @@ void check(const Arguments& a) {
     if (a.out.empty()) {
         throw UsageError("an output file is expected: form_factors " + a.mesh.string() + " factors.csv (--help)");
     }
-    if (a.method == "exact" && (a.rays || a.points || a.directions || a.visibility)) {
-        throw UsageError("--rays, --points, --directions and --visibility belong to --method rays");
+    if (a.method == "exact" && (a.rays || a.points || a.directions || a.visibility || a.seeded)) {
+        throw UsageError("--rays, --points, --directions, --visibility and --seed belong to --method rays");
     }
     if (a.method != "exact" && a.tolerance) {
         throw UsageError("--tolerance belongs to --method exact: the number of rays and points decides the error of "
@@ -220,7 +238,7 @@ Input read(const Arguments& a, const difusa::Registry& registry, const difusa::E
     for (const difusa::Finding& finding : diagnosed.diagnosis.findings) {
         input.has_borders = input.has_borders || finding.code == "border-edges";
         if (const std::string remark = finding.remark(); !remark.empty()) {
-            execution.note(remark);
+            execution.note(finding.repaired ? remark : finding.message());
         }
     }
     return input;
@@ -264,20 +282,38 @@ difusa::FormFactors by_rays(const Arguments& a, const difusa::Registry& registry
                                         execution);
 }
 
+/// "1 - 3.8e-08" near 1, "0.561437" elsewhere.
+std::string sum_text(double sum) {
+    constexpr double near = 0.01;
+    const double more = sum - 1.0;
+    if (more == 0.0 || !(std::abs(more) < near)) {
+        return difusa::text_of(sum);
+    }
+    return std::string("1 ") + (more < 0.0 ? "- " : "+ ") + difusa::two_digits(std::abs(more));
+}
+
 void print_sums(double least, double largest, bool has_borders) {
-    using difusa::text_of;
-    std::cout << "row sums: 1 " << (least < 1.0 ? "- " : "+ ") << text_of(std::abs(least - 1)) << " to 1 "
-              << (largest < 1.0 ? "- " : "+ ") << text_of(std::abs(largest - 1))
+    std::cout << "row sums: " << sum_text(least) << " to " << sum_text(largest)
               << (has_borders ? " (the surface has borders: the rest escapes)" : "") << "\n";
+}
+
+/// Rounding leaves sums a little above 1, of which -1e-16 escapes. Numbers of the table are aligned to the right.
+std::string without_negative_zeros(std::string table) {
+    const std::string_view negative = "-0.00000000";
+    for (std::size_t at = table.find(negative); at != std::string::npos; at = table.find(negative, at)) {
+        table[at] = ' ';
+    }
+    return table;
 }
 
 void print(const Arguments& a, const Input& input, const difusa::FormFactors& F, const difusa::Surfaces& surfaces,
            double seconds) {
-    using difusa::text_of;
+    using difusa::counted, difusa::text_of;
     const double tolerance = a.tolerance.value_or(difusa::FormFactorOptions().tolerance);
     const difusa::FormFactorLaws laws = difusa::check_laws(F, tolerance);
-    std::cout << table_of(F, surfaces) << "surfaces: " << F.size() << " (" << input.scene.mesh.triangles.size()
-              << " triangles), " << F.nonzeros() << " form factors above 0\n";
+    std::cout << without_negative_zeros(table_of(F, surfaces)) << "surfaces: " << F.size() << " ("
+              << counted(input.scene.mesh.triangles.size(), "triangle") << "), " << counted(F.nonzeros(), "form factor")
+              << " above 0\n";
     print_sums(laws.least_row_sum, laws.largest_row_sum, input.has_borders);
     std::cout << "reciprocity: A_i F_ij and A_j F_ji differ by at most " << text_of(laws.reciprocity)
               << " of the smaller area\n"
@@ -307,8 +343,8 @@ void compute_grouped(const Arguments& a, const Input& input, const difusa::Execu
     for (const difusa::GroupedFormFactors::Link& link : F.links) {
         largest = std::max(largest, link.error);
     }
-    std::cout << "triangles: " << sums.size() << ", in " << F.groups.size() << " groups with " << F.links.size()
-              << " links\n";
+    std::cout << "triangles: " << sums.size() << ", in " << difusa::counted(F.groups.size(), "group") << " with "
+              << difusa::counted(F.links.size(), "link") << "\n";
     print_sums(*std::min_element(sums.begin(), sums.end()), *std::max_element(sums.begin(), sums.end()),
                input.has_borders);
     std::cout << "estimated errors: at most " << difusa::text_of(largest)
@@ -338,7 +374,7 @@ void compute(const Arguments& a, difusa::TerminalProgress& progress) {
     std::optional<difusa::ClosureCorrection> correction;
     if (a.close) {
         execution.phase("closure");
-        correction = difusa::enforce_closure(F);
+        correction = difusa::enforce_closure(F, surfaces.name);
     }
     std::optional<difusa::Enclosure> enclosure;
     if (!a.thermal.empty()) {
@@ -387,8 +423,10 @@ int program(int count, char** words) {
     Arguments arguments;
     CLI::App app(examples, "form_factors");
     declare(app, arguments);
-    return difusa::run_command(app, count, words, "one mesh and one output file", arguments.run.version,
-                               [&] { run(arguments); });
+    return difusa::run_command(app, count, words, "one mesh and one output file", arguments.run.version, [&] {
+        arguments.seeded = app.count("--seed") > 0;
+        run(arguments);
+    });
 }
 
 } // namespace form_factors

@@ -6,6 +6,7 @@
 
 #include <difusa/core/text.h>
 #include <difusa/discretisation/projection.h>
+#include <difusa/import/file_content.h>
 #include <difusa/io/field_file.h>
 #include <difusa/rays/visibility_choice.h>
 #include <difusa/study/estimate_study.h>
@@ -65,8 +66,9 @@ Examples:
       those whose names begin with 5.11, with more rays
 
   measure_accuracy --output study --mirrors
-  measure_accuracy --output study --gloss --sites 2000
       form factors over mirror patches: errors by their granularity, and the distance of what they show (data/MIRRORS.md)
+  measure_accuracy --output study --gloss --sites 2000
+      glossy floors against path tracing, by lobe and order of the harmonics (data/GLOSS.md)
 
   measure_accuracy --output study --shelf
       shelves of growing length towards the infinite one, whose form factors and radiosity are known
@@ -75,7 +77,7 @@ Examples:
 
 Cases: %CASES%.
 
-Exit codes: 0 done, 1 usage, 3 not converged, 4 resources, 5 internal, 130 interrupted.
+Exit codes: 0 done, 1 usage, 2 input, 3 not converged, 4 resources, 5 internal, 130 interrupted.
 )";
 
 struct Arguments {
@@ -105,6 +107,14 @@ difusa::MeasuredElsewhere parse_elsewhere(const std::string& option, const std::
     const std::string whole = option + " " + text + ":";
     return {text.substr(0, equals), difusa::parse_positive(whole, text.substr(equals + 1, comma - equals - 1)),
             difusa::parse_percent(whole, text.substr(comma + 1))};
+}
+
+double parse_albedo(const std::string& option, const std::string& text) {
+    const double albedo = difusa::parse_positive(option, text);
+    if (!(albedo < 1.0)) {
+        throw UsageError(option + " " + text + ": must be above 0 and below 1");
+    }
+    return albedo;
 }
 
 void declare(CLI::App& app, Arguments& a) {
@@ -146,7 +156,7 @@ void declare(CLI::App& app, Arguments& a) {
         ->type_name("NAME");
     difusa::add_repeated(app, "--albedo", a.albedos,
                          "reflectance of all surfaces for --solver (may be repeated; default: 0.5, 0.9, 0.99)",
-                         difusa::parse_positive)
+                         parse_albedo)
         ->type_name("R");
     difusa::add_parsed(
         app, "--sites", a.sites,
@@ -291,9 +301,9 @@ void estimate(const Arguments& a, const difusa::Registry& registry, const difusa
         {a.output, a.run.quiet}, registry, execution);
 }
 
-void compare_solvers(Arguments& a, const difusa::Registry& registry, const difusa::Execution& execution) {
-    fill(a.albedos, {0.5, 0.9, 0.99});
+difusa::SolverPlan solver_plan(const Arguments& a) {
     difusa::SolverPlan plan{a.solvers, a.albedos, {1e-2, 1e-6}, bake_of(a, "--solver")};
+    fill(plan.albedos, {0.5, 0.9, 0.99});
     if (a.plan.bases.empty()) {
         plan.bake.basis = "normalized-radial"; // whose bounces die out whatever the albedo
     }
@@ -302,7 +312,7 @@ void compare_solvers(Arguments& a, const difusa::Registry& registry, const difus
     } else if (a.sites) {
         throw UsageError("--sites: --spacing says how many there are; omit one of them");
     }
-    difusa::write_solvers(plan, a.scenes, {a.output, a.run.quiet}, registry, execution);
+    return plan;
 }
 
 /// Refuses the first of the options that is given.
@@ -385,14 +395,13 @@ void check_validation(const Arguments& a) {
     refuse("--validation", given);
 }
 
-void validate(Arguments& a, const difusa::Registry& registry, const difusa::Execution& execution) {
+difusa::BakeOptions validation_options(const Arguments& a) {
     difusa::BakeOptions options = bake_of(a, "--validation");
     if (a.plan.final_gathers.size() > 1) {
         throw UsageError("--validation takes a single --final-gather");
     }
     options.final_gather = a.plan.final_gathers.empty() ? 0 : a.plan.final_gathers.front();
-    difusa::write_validation(difusa::cie_171_cases(a.plan.cases), options, {a.output, a.run.quiet}, registry,
-                             execution);
+    return options;
 }
 
 /// What --mirrors, --shelf, --edges and --gloss do not take.
@@ -487,12 +496,8 @@ void chapter7(Arguments& a, const difusa::Registry& registry, const difusa::Exec
     difusa::write_chapter7(a.plan, {a.output, a.run.quiet}, registry, execution);
 }
 
-void run(Arguments& a) {
-    if (a.output.empty()) {
-        throw UsageError("a directory for the results is expected: measure_accuracy --output study (--help)");
-    }
-    const difusa::Registry registry = difusa::Registry::load(a.run.plugin_path);
-    // Wrong names are rejected before the work starts.
+/// Wrong options and names are rejected before anything is printed or written.
+void check(const Arguments& a, const difusa::Registry& registry) {
     check_validation(a);
     check_mirrors(a);
     for (const std::string& name : a.plan.cases) {
@@ -524,6 +529,25 @@ void run(Arguments& a) {
     for (const std::string& projection : a.plan.projections) {
         difusa::parse_projection(projection, text);
     }
+    if (!a.validation.empty()) {
+        validation_options(a);
+        difusa::cie_171_cases(a.plan.cases);
+    } else if (!a.solvers.empty()) {
+        solver_plan(a);
+    } else if (a.estimate > 0) {
+        estimate_options(a);
+    }
+    for (const std::string& scene : a.scenes) {
+        difusa::check_readable(scene);
+    }
+}
+
+void run(Arguments& a) {
+    if (a.output.empty()) {
+        throw UsageError("a directory for the results is expected: measure_accuracy --output study (--help)");
+    }
+    const difusa::Registry registry = difusa::Registry::load(a.run.plugin_path);
+    check(a, registry);
     std::error_code error;
     std::filesystem::create_directories(a.output, error);
     if (error) {
@@ -542,13 +566,14 @@ void run(Arguments& a) {
     } else if (a.edges) {
         measure_edges(a, registry, execution);
     } else if (!a.validation.empty()) {
-        validate(a, registry, execution);
+        difusa::write_validation(difusa::cie_171_cases(a.plan.cases), validation_options(a), {a.output, a.run.quiet},
+                                 registry, execution);
     } else if (compares_methods(a)) {
         side_by_side(a, registry, execution);
     } else if (a.chapter7) {
         chapter7(a, registry, execution);
     } else if (!a.solvers.empty()) {
-        compare_solvers(a, registry, execution);
+        difusa::write_solvers(solver_plan(a), a.scenes, {a.output, a.run.quiet}, registry, execution);
     } else if (a.estimate > 0) {
         estimate(a, registry, execution);
     } else {

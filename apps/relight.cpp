@@ -7,7 +7,9 @@
 #include <difusa/bake/relight.h>
 #include <difusa/import/text_scanner.h>
 #include <difusa/output/series_files.h>
+#include <difusa/output/text_table.h>
 
+#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <optional>
@@ -353,14 +355,24 @@ void check_files(const Arguments& a) {
     check_bake_outputs(bake, outputs, inputs);
 }
 
+/// "09:30".
+std::string clock_time(double hours) {
+    const long minutes = std::lround(60.0 * hours);
+    return difusa::formatted("%02.0f", static_cast<double>(minutes / 60)) + ":" +
+           difusa::formatted("%02.0f", static_cast<double>(minutes % 60));
+}
+
 void relight_series(const Arguments& a, const difusa::Registry& registry, difusa::RelightOptions& how) {
     const std::vector<std::filesystem::path> files = series_of(a);
     how.bake.outputs.insert(how.bake.outputs.end(), files.begin(), files.end());
     how.bake.error_points = how.bake.error_points.value_or(0);
     difusa::SeriesWriter writer(a.bake.files.field, a.bake.files.listed);
+    std::vector<std::vector<std::string>> times{{"time", "azimuth of the sun", "elevation"}};
     run_bake({}, a.run, a.verbose, [&](const difusa::Execution& execution) {
         return difusa::with_transport(a.transport, a.bake, how, execution, [&](const difusa::SavedTransport& saved) {
             const auto write = [&](const difusa::SunStep& step, const difusa::BakeResult& result) {
+                times.push_back({clock_time(step.hours), difusa::formatted("%.2f", step.position.azimuth),
+                                 difusa::formatted("%.2f", step.position.elevation)});
                 writer.add(step, result, execution);
             };
             difusa::BakeResult last = relight_sun_path(registry, saved, how, path_of(a), write, execution);
@@ -369,6 +381,8 @@ void relight_series(const Arguments& a, const difusa::Registry& registry, difusa
         });
     });
     if (!a.run.quiet) {
+        std::cout << "the above is of the first of these times (degrees; azimuth from north over east):\n"
+                  << difusa::text_table(times);
         std::cout << "written: " << a.bake.files.field.string() << " (" << files.size() - 1 << " times, from "
                   << files[1].filename().string() << " to " << files.back().filename().string() << ")\n";
         if (!a.bake.files.listed.empty()) {

@@ -78,12 +78,21 @@ def note(data, name):
                                      for i in range(array.GetNumberOfValues())]
 
 
+def words_of(options):
+    """Options as a shell splits them."""
+    try:
+        return shlex.split(options)
+    except ValueError as error:
+        raise RelightError("the property Options, %s, is not complete: %s; close its quotation marks" %
+                           (options, str(error).lower())) from error
+
+
 class Transport:
     """A saved transport, and what is known of the light over its surface. Light is kept as (radiosity, irradiance),
     each #V by 3."""
 
     def __init__(self, file, program, options):
-        self.file, self.program, self.options = file, program_named(program), shlex.split(options)
+        self.file, self.program, self.options = file, program_named(program), words_of(options)
         self.surface = self.run(["--light-groups"])
         names = self.surface.GetFieldData().GetAbstractArray("light_groups")
         if self.surface.GetPointData().GetArray("radiosity") is None or names is None:
@@ -269,9 +278,17 @@ class DifusaTransport(Sliders, VTKPythonAlgorithmBase):
             self.transport, self.transport_of = None, None
             self.transport = Transport(self.file, self.program, self.options)
             self.transport_of = key
+            self.list_groups()
+
+    def list_groups(self):
+        """Those of the transport and no others, in its order, which is that of the sliders. Groups of the same name
+        stay on or off."""
+        listed = [self.groups.GetArrayName(i) for i in range(self.groups.GetNumberOfArrays())]
+        if listed != self.transport.groups:
+            off = {group for group in listed if not self.groups.ArrayIsEnabled(group)}
+            self.groups.RemoveAllArrays()
             for group in self.transport.groups:
-                if not self.groups.ArrayExists(group):
-                    self.groups.AddArray(group)
+                self.groups.AddArray(group, group not in off)
 
     @contextlib.contextmanager
     def errors_shown(self):

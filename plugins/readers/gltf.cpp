@@ -5,16 +5,18 @@
 // the first perspective camera. Lengths are metres; y stays up.
 //
 // A diffuse surface reflects base colour times (1 - metallic), or the diffuse colour of
-// KHR_materials_pbrSpecularGlossiness times (1 - the largest channel of its specular colour), as specified. The
-// specifications also say that a material without "metallicFactor" is metal: it is black here, and noted, since
-// exporters often mean paint. Unlit materials (KHR_materials_unlit) are treated as paint of their base colour. Faces of
-// primitives without a material have the default reflectance (--reflectance), not glTF's white metal. glTF uses
-// photometric units, difusa watts: 683 lm are taken as 1 W, the convention of exporters (importing inverts it), so 1
-// cd/m² of emission is pi/683 W/m², 1 cd of intensity 1/683 W/sr, and 1 lux of a sun 1/683 W/m².
+// KHR_materials_pbrSpecularGlossiness times (1 - the largest channel of its specular colour), as specified. Base colour
+// times metallic is reflected specularly: by a mirror if the roughness is 0, otherwise in a GGX lobe (data/GLOSS.md).
+// The specification also says that a material without "metallicFactor" is metal: it has no diffuse part here, and is
+// noted, since exporters often mean paint. Unlit materials (KHR_materials_unlit) are treated as paint of their base
+// colour. Faces of primitives without a material have the default reflectance (--reflectance), not glTF's white metal.
+// glTF uses photometric units, difusa watts: 683 lm are taken as 1 W, the convention of exporters (importing inverts
+// it), so 1 cd/m² of emission is pi/683 W/m², 1 cd of intensity 1/683 W/sr, and 1 lux of a sun 1/683 W/m².
 //
-// Noted: lines and points, leftover vertices, transparency, textured metalness and specular colour (their means are
-// used), normal and occlusion textures, skins, morph targets, instances, ranges of lights, materials with unknown
-// extensions. Rejected: a file that requires an extension that is neither supported nor irrelevant to diffuse light.
+// Noted: lines and points, leftover vertices, transparency, textured metalness, roughness and specular colour (their
+// means are used), normal and occlusion textures, skins, morph targets, instances, ranges of lights, materials with
+// unknown extensions. Rejected: a file that requires an extension that is neither supported nor irrelevant to diffuse
+// light.
 #include <difusa/import/file_content.h>
 #include <difusa/import/gltf_input.h>
 #include <difusa/import/gltf_lights.h>

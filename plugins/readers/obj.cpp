@@ -1,17 +1,19 @@
 // reader obj: Wavefront OBJ polygons, with the materials of its MTL libraries.
 //
 // Read: v (with colours after the coordinates), vt, f (including relative indices), usemtl, mtllib, continued lines;
-// the images named by map_Kd and map_Ke of the materials. Skipped: normals, groups, smoothing. Noted: lines, points,
-// free-form surfaces, unknown statements, missing materials, libraries and images. The format does not say which way is
-// up; most files mean y.
+// the images named by map_Kd and map_Ke of the materials. Skipped: groups, smoothing. Noted: lines, points, free-form
+// surfaces, unknown statements, missing materials, libraries and images, normals (vn) against the order of the corners,
+// which decides. The format does not say which way is up; most files mean y.
 //
 // tinyobjloader 2.0 is not used: its numbers are off by an ulp, NaN and anything that is not a number read as 0, a
 // polygon has at most 255 corners, faces lose their line numbers, and a continued line is an error.
 #include <difusa/core/error.h>
 #include <difusa/core/tally.h>
+#include <difusa/core/text.h>
 #include <difusa/import/file_colours.h>
 #include <difusa/import/material_library.h>
 #include <difusa/import/reader.h>
+#include <difusa/import/stored_normals.h>
 #include <difusa/import/texture_files.h>
 #include <difusa/plugin/plugin.h>
 #include <difusa/repair/texture_coordinates.h>
@@ -49,6 +51,8 @@ class ObjFile {
             scanner_.fail("the file holds neither points (v) nor faces (f): this is not an OBJ file, or an empty one; "
                           "export the mesh again");
         }
+        check_corners();
+        compare_normals();
         finish_colours();
         finish_texture_coordinates();
         finish_materials();
@@ -62,6 +66,8 @@ class ObjFile {
             read_point();
         } else if (word == "vt") {
             read_texture_coordinates();
+        } else if (word == "vn") {
+            read_normal();
         } else if (word == "f" || word == "fo") {
             read_face();
         } else if (word == "usemtl") {
@@ -78,10 +84,10 @@ class ObjFile {
             without_surface_.add(line_, excerpt(word));
         } else if (is_one_of(word, {"curv", "curv2", "surf", "call", "bzp", "bsp", "cdc", "cdp", "res"})) {
             free_form_.add(line_, excerpt(word));
-        } else if (!is_one_of(word, {"vn",       "vp",       "g",    "o",      "s",      "mg",        "bevel",
-                                     "c_interp", "d_interp", "lod",  "usemap", "maplib", "trace_obj", "shadow_obj",
-                                     "cstype",   "deg",      "bmat", "step",   "parm",   "trim",      "hole",
-                                     "scrv",     "sp",       "end",  "con",    "ctech",  "stech"})) {
+        } else if (!is_one_of(word, {"vp",       "g",    "o",      "s",      "mg",        "bevel",      "c_interp",
+                                     "d_interp", "lod",  "usemap", "maplib", "trace_obj", "shadow_obj", "cstype",
+                                     "deg",      "bmat", "step",   "parm",   "trim",      "hole",       "scrv",
+                                     "sp",       "end",  "con",    "ctech",  "stech"})) {
             unknown_.add(line_, excerpt(word));
         }
         // Not rest_of_line: the statement may continue after a `\`.
@@ -161,12 +167,25 @@ class ObjFile {
         coordinates_.push_back(coordinates);
     }
 
+    /// Whatever it is: normals decide nothing.
+    void read_normal() {
+        Vec3 normal = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
+        std::string_view token;
+        for (Eigen::Index k = 0; scanner_.next(token, Reach::line); ++k) {
+            if (k < 3 && !parse_real(token, normal[k])) {
+                normal[k] = std::numeric_limits<double>::quiet_NaN();
+            }
+        }
+        normals_.push_back(normal);
+    }
+
     void read_face() {
         corners_.clear();
         std::string_view token;
         while (scanner_.next(token, Reach::line)) {
             corners_.push_back(parse_corner(token));
             read_texture_index(token);
+            read_normal_index(token);
         }
         if (corners_.empty()) {
             scanner_.fail_missing({"a corner of a face"}, Reach::line);
@@ -175,7 +194,7 @@ class ObjFile {
     }
 
     /// "point", "point/texture", "point//normal" or "point/texture/normal". Indices count from 1, or from -1 backwards
-    /// from the latest point. What cannot be a point number becomes `none`.
+    /// from the latest point. Points may follow the faces that use them, see `check_corners`.
     Index parse_corner(std::string_view token) const {
         const std::size_t slash = std::min(token.find('/'), token.size());
         std::int64_t index = 0;
@@ -185,8 +204,65 @@ class ObjFile {
             scanner_.fail_unexpected(token, {"a corner of a face (point/texture/normal)"});
         }
         const auto points = static_cast<std::int64_t>(soup_.points.size());
-        const std::int64_t number = index > 0 ? index - 1 : (index < 0 ? points + index : -1);
-        return number < 0 || number >= none ? none : static_cast<Index>(number);
+        const std::string refers = "the face refers to point " + std::to_string(index);
+        if (index == 0) {
+            scanner_.fail_at(line_, refers + ", but OBJ numbers points from 1: correct the number, or export the file "
+                                             "again");
+        }
+        const std::int64_t number = index > 0 ? index - 1 : points + index;
+        if (number < 0) {
+            scanner_.fail_at(line_, refers +
+                                        ", which counts back from the latest point, but the lines before it have "
+                                        "only " +
+                                        counted(soup_.points.size(), "point") + ": correct the number");
+        }
+        if (number >= none) {
+            scanner_.fail_at(line_, refers + ", but a mesh has less than 2^32 points: correct the number");
+        }
+        return static_cast<Index>(number);
+    }
+
+    /// The corners of all faces are points of the file.
+    void check_corners() const {
+        for (std::size_t f = 0; f < soup_.face_count(); ++f) {
+            for (const Index corner : soup_.face(f)) {
+                if (corner >= soup_.points.size()) {
+                    scanner_.fail_at(
+                        soup_.face_line[f],
+                        "the face refers to point " + std::to_string(corner + std::uint64_t{1}) +
+                            ", but the file has " + counted(soup_.points.size(), "point") +
+                            " (OBJ numbers them from 1): correct the number or remove the face; if points are missing, "
+                            "export the file again");
+                }
+            }
+        }
+    }
+
+    /// The number after the second slash of a corner, `none` if there is none or it makes no sense.
+    void read_normal_index(std::string_view token) {
+        const std::size_t first = token.find('/'), second = token.find('/', std::min(first, token.size() - 1) + 1);
+        std::int64_t index = 0;
+        if (second == std::string_view::npos || !parse_integer(token.substr(second + 1), index)) {
+            normal_indices_.push_back(none);
+            return;
+        }
+        const std::int64_t number = index > 0 ? index - 1 : static_cast<std::int64_t>(normals_.size()) + index;
+        normal_indices_.push_back(index == 0 || number < 0 || number >= none ? none : static_cast<Index>(number));
+    }
+
+    /// Counts the faces whose normals, on average, are against the order of their corners.
+    void compare_normals() {
+        for (std::size_t f = 0; !normals_.empty() && f < soup_.face_count(); ++f) {
+            Vec3 sum = Vec3::Zero();
+            for (std::size_t c = soup_.first_corner[f]; c < soup_.first_corner[f + 1]; ++c) {
+                if (normal_indices_[c] < normals_.size()) {
+                    sum += normals_[normal_indices_[c]];
+                }
+            }
+            if (turned_against(soup_, f, sum)) {
+                against_normals_.add(soup_.face_line[f]);
+            }
+        }
     }
 
     /// The number after the first slash of a corner, for `finish_texture_coordinates`.
@@ -367,6 +443,9 @@ class ObjFile {
         without_surface_.note("lines of kind l or p", "they have no surface and are ignored", notes);
         free_form_.note("free-form or called statements", "export polygons, or their surface is missing", notes);
         unknown_.note("lines that begin with unknown words", "they are ignored", notes);
+        against_normals_.note("faces whose normals (vn) point to their back",
+                              "the order of the corners decides which side is the front, and the normals are ignored",
+                              notes);
         weighted_.note("points with a weight other than 1", "weights are meaningless for polygons", notes);
         if (scanner_.ends_abruptly()) {
             soup_.notes.emplace_back(
@@ -392,6 +471,8 @@ class ObjFile {
     std::vector<Index> corners_;
     std::vector<TextureCoordinates> coordinates_;
     std::vector<Index> texture_indices_; ///< for each corner, `none` if it names no texture coordinates
+    std::vector<Vec3> normals_;
+    std::vector<Index> normal_indices_; ///< for each corner, `none` if it names no normal
     TextureFiles textures_;
 
     Index material_ = none; ///< number in `names_`
@@ -401,7 +482,8 @@ class ObjFile {
     std::unordered_set<std::string> libraries_;      ///< read already
     std::size_t faces_without_ = 0;
 
-    Tally missing_libraries_, undefined_, redefined_, without_surface_, free_form_, unknown_, weighted_;
+    Tally missing_libraries_, undefined_, redefined_, without_surface_, free_form_, unknown_, weighted_,
+        against_normals_;
 };
 
 class ObjReader final : public Reader {

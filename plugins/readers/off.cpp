@@ -56,9 +56,12 @@ bool is_other_dimension(std::string_view word) {
 template <class Scanner>
 Counts checked(std::int64_t points, std::int64_t faces, double point_bytes, double face_bytes, std::size_t available,
                const Scanner& scanner, const std::string& remedy) {
-    if (points < 0 || faces < 0 || points >= none ||
-        static_cast<double>(points) * point_bytes + static_cast<double>(faces) * face_bytes >
-            static_cast<double>(available)) {
+    if (points < 0 || faces < 0) {
+        scanner.fail("the header announces " + std::to_string(points) + " points and " + std::to_string(faces) +
+                     " faces, but a count cannot be negative: the header is wrong; " + remedy);
+    }
+    if (points >= none || static_cast<double>(points) * point_bytes + static_cast<double>(faces) * face_bytes >
+                              static_cast<double>(available)) {
         scanner.fail("the header announces " + std::to_string(points) + " points and " + std::to_string(faces) +
                      " faces, which is impossible in the " + std::to_string(available) +
                      " bytes that follow: the file is truncated or its header is wrong; " + remedy);

@@ -1,12 +1,13 @@
 // reader stl: stereolithography triangles, text and binary.
 //
 // Each facet has its own points; the diagnosis merges equal ones. Normals follow from the facets' corners, in the
-// counterclockwise order prescribed by the format; the stored ones are skipped. A file is binary if its size matches
-// its count of facets, whatever its first word is: many binary files begin with "solid".
+// counterclockwise order prescribed by the format; stored ones that point the other way are noted. A file is binary if
+// its size matches its count of facets, whatever its first word is: many binary files begin with "solid".
 #include <difusa/core/error.h>
 #include <difusa/core/tally.h>
 #include <difusa/import/byte_scanner.h>
 #include <difusa/import/reader.h>
+#include <difusa/import/stored_normals.h>
 #include <difusa/import/text_scanner.h>
 #include <difusa/plugin/plugin.h>
 
@@ -19,6 +20,11 @@ using Reach = TextScanner::Reach;
 
 constexpr std::size_t header_bytes = 84; // 80 of arbitrary content, and the number of facets
 constexpr std::size_t facet_bytes = 50;  // 12 floats and a 16-bit attribute
+
+void note_normals(const Tally& against, PolygonSoup& soup) {
+    against.note("facets whose normal points to their back",
+                 "the order of the corners decides which side is the front, and the normals are ignored", soup.notes);
+}
 
 bool begins_with_solid(std::string_view content) {
     content.remove_prefix(content.starts_with("\xef\xbb\xbf") ? 3 : 0);
@@ -43,6 +49,7 @@ class StlText {
         while (scanner_.to_token()) {
             read_solid();
         }
+        note_normals(against_normals_, soup_);
     }
 
   private:
@@ -65,8 +72,9 @@ class StlText {
     void read_facet() {
         const std::uint32_t line = scanner_.line();
         expect("normal");
+        Vec3 normal;
         for (int k = 0; k < 3; ++k) {
-            scanner_.real({"a component of a facet's normal"}, Reach::file);
+            normal[k] = scanner_.real({"a component of a facet's normal"}, Reach::file);
         }
         expect("outer");
         expect("loop");
@@ -83,6 +91,9 @@ class StlText {
         }
         expect("endfacet");
         soup_.add_face(corners_, none, line);
+        if (turned_against(soup_, soup_.face_count() - 1, normal)) {
+            against_normals_.add(line);
+        }
     }
 
     void read_vertex() {
@@ -116,7 +127,16 @@ class StlText {
     TextScanner scanner_;
     PolygonSoup& soup_;
     std::vector<Index> corners_;
+    Tally against_normals_;
 };
+
+Vec3 take_vector(ByteScanner& scanner, const Expected& expected) {
+    Vec3 vector;
+    for (int k = 0; k < 3; ++k) {
+        vector[k] = static_cast<double>(scanner.take<float>(expected));
+    }
+    return vector;
+}
 
 void read_binary(std::string_view content, PolygonSoup& soup) {
     ByteScanner scanner(content, soup.file, std::endian::little, header_bytes - 4);
@@ -135,24 +155,25 @@ void read_binary(std::string_view content, PolygonSoup& soup) {
     soup.first_corner.reserve(facets + 1);
     soup.face_material.reserve(facets);
     soup.face_line.reserve(facets);
-    Tally coloured{"byte"};
+    Tally coloured{"byte"}, against_normals{"byte"};
     for (std::size_t f = 0; f < facets; ++f) {
         const Expected expected{"facet", f + 1, facets};
-        scanner.skip(12, expected); // its normal
+        const std::size_t place = scanner.offset();
+        const Vec3 normal = take_vector(scanner, expected);
         std::array<Index, 3> corners;
         for (Index& corner : corners) {
-            Vec3 point;
-            for (int k = 0; k < 3; ++k) {
-                point[k] = static_cast<double>(scanner.take<float>(expected));
-            }
             corner = static_cast<Index>(soup.points.size());
-            soup.points.push_back(point);
+            soup.points.push_back(take_vector(scanner, expected));
         }
         soup.add_face(corners, none, 0);
+        if (turned_against(soup, f, normal)) {
+            against_normals.add(place);
+        }
         if ((scanner.take<std::uint16_t>(expected) & 0x8000U) != 0) {
             coloured.add(scanner.offset() - 2);
         }
     }
+    note_normals(against_normals, soup);
     coloured.note(
         "facets with colour bits in their attribute",
         "there are two conflicting conventions for them, and they are ignored: export as PLY, OFF or OBJ to keep "

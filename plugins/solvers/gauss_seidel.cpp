@@ -18,6 +18,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -138,7 +139,7 @@ class Sweeps {
         }
         summary_.reason = reason;
         show();
-        return std::move(summary_);
+        return difusa::judged(std::move(summary_), options_);
     }
 
     /// `body(first, count)` for the columns of each thread.

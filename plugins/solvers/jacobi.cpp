@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -50,7 +51,7 @@ class Jacobi final : public difusa::Solver {
                 show();
             }
             if (ends) {
-                return summary;
+                return difusa::judged(std::move(summary), options);
             }
             change = relative;
             for (double& of_column : change) {
@@ -70,8 +71,10 @@ class Jacobi final : public difusa::Solver {
             const auto column = static_cast<Eigen::Index>(c);
             const bool enough =
                 !by_change ? relative[c] <= options.tolerance : !change.empty() && change[c] <= options.tolerance;
-            converged = converged && (enough || difusa::is_rounding(r.col(column).cwiseAbs().maxCoeff(),
-                                                                    summary.h.col(column).cwiseAbs().maxCoeff()));
+            converged =
+                converged &&
+                (enough || difusa::is_rounding(r.col(column).cwiseAbs().maxCoeff<Eigen::PropagateNaN>(),
+                                               summary.h.col(column).cwiseAbs().maxCoeff<Eigen::PropagateNaN>()));
         }
         if (by_change && !change.empty()) {
             summary.change = *std::max_element(change.begin(), change.end());

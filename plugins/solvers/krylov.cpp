@@ -258,7 +258,7 @@ class Krylov final : public difusa::Solver {
         }
         showing.show({static_cast<std::size_t>(summary.iterations) * static_cast<std::size_t>(summary.h.rows()),
                       summary.entries_touched, summary.residual, summary.h});
-        return summary;
+        return difusa::judged(std::move(summary), options);
     }
 
   private:

@@ -22,7 +22,7 @@ usage "did you mean 'krylov'?" "$box" out.vtp --solver krilov
 usage "did you mean 'gauss-seidel'?" "$box" out.vtp --solver gauss-siedel
 usage "no parameter 'ambient'" "$box" out.vtp --solver southwell:ambient=no
 usage "must be a number from 0.05 to 1.95" "$box" out.vtp --solver gauss-seidel:relaxation=2
-usage "unknown stop, did you mean change?" "$box" out.vtp --stop chance
+usage "--stop chance: must be one of residual, change; did you mean change?" "$box" out.vtp --stop chance
 for solver in gauss-seidel southwell progressive; do
     usage "--solver $solver: relaxes one unknown after the other" "$box" out.vtp --solver $solver --projection galerkin
     usage "use --solver krylov or jacobi" "$box" out.vtp --solver $solver --basis radial
@@ -72,9 +72,9 @@ done
 usage "--rays: cannot be combined with --error" "$box" out.vtp --error 1% --rays 64
 usage "--quality: cannot be combined with --error" "$box" out.vtp --error 1% --quality draft
 usage "--goal-samples: cannot be combined with --error" "$box" out.vtp --error 1% --goal-samples 64
-usage "--max-sites: does nothing without --error" "$box" out.vtp --max-sites 1000
-usage "--best-effort: does nothing without --error" "$box" out.vtp --best-effort
-usage "--error-chart: does nothing without --error" "$box" out.vtp --error-chart chart.svg
+usage "--max-sites: has no effect without --error" "$box" out.vtp --max-sites 1000
+usage "--best-effort: has no effect without --error" "$box" out.vtp --best-effort
+usage "--error-chart: has no effect without --error" "$box" out.vtp --error-chart chart.svg
 usage "--error-chart chart.png: a chart is written as .svg" "$box" out.vtp --error 9% --error-chart chart.png
 usage "a dry run cannot tell what --error will take" "$box" --dry-run --error 1%
 usage "--max-iterations -1: must be" "$box" out.vtp --max-iterations -1

@@ -97,7 +97,7 @@ converged "--transport gather --basis vertex-linear --directions nusselt:grid=fi
 expect_text report.json '"sampler": "mesh-vertices"' '"directions": "nusselt:grid=fixed"'
 expect_refusal 1 "are not for solvers that relax single unknowns" "$bake" "$box" out.vtp --analytic always \
     --solver southwell
-expect_refusal 1 "unknown analytic" "$bake" "$box" out.vtp --analytic sometimes
+expect_refusal 1 "--analytic sometimes: must be one of auto, always, never" "$bake" "$box" out.vtp --analytic sometimes
 expect_refusal 1 "use a random grid" "$bake" "$box" out.vtp --error 5% --directions sphere:grid=fixed
 expect_refusal 1 "omit its resolution" "$bake" "$box" out.vtp --error 5% --directions hemicube:resolution=8
 expect_refusal 1 "belong to the sites of --sampler patch-centres" "$bake" "$box" out.vtp --basis patch-constant \

@@ -98,6 +98,18 @@ refused 2 "coarse.ply: has no point array 'display'; it has: display_rgb, radios
 expect_exit 0 "$bake" "$DIFUSA_DATA/bowl.ply" bowl.vtp $small --quiet
 refused 2 "no part of bowl.vtp lies on fine.vtp" bowl.vtp fine.vtp new.vtp
 
+# A part of the surface only: a floor, of which a quarter is on the reference.
+for side in 1 2; do
+    printf 'v 0 0 0\nv %s 0 0\nv %s %s 0\nv 0 %s 0\nf 1 2 3 4\n' $side $side $side $side >floor.obj
+    expect_exit 0 "$bake" floor.obj floor_$side.vtp $small --sky 1 --output-spacing 0.1 --quiet
+done
+refused 2 "of the area of floor_2.vtp lies on floor_1.vtp" floor_2.vtp floor_1.vtp new.vtp
+expect_text message "only 2" "in the same unit and position?" "--min-match"
+expect_exit 0 "$compare" floor_2.vtp floor_1.vtp --min-match 20%
+expect_text stdout "is excluded from the norms"
+expect_exit 0 "$compare" floor_1.vtp floor_2.vtp
+refused 1 "--min-match 101%: must be at most 100%" floor_2.vtp floor_1.vtp --min-match 101%
+
 # All files, or none.
 limited() {
     (

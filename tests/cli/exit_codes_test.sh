@@ -97,7 +97,7 @@ if [ $sanitized = yes ]; then
     soon=40000
     sites=500 # which are there earlier; their rays take a minute
 else # sanitizers reserve more address space than there is memory
-    expect_refusal 4 "are available: give a larger --spacing, or fewer --rays" crowded 400000 "$bake" "$box" kept.ply \
+    expect_refusal 4 "of which nine tenths may be used: give a larger --spacing, or fewer --rays" crowded 400000 "$bake" "$box" kept.ply \
         --sites 9000 --rays 100000
     expect_text message "sites would take about" MiB
 fi

@@ -14,6 +14,7 @@ closed_cube >cube.off
 # What is repaired in a mesh is said, whether or not the factors can be computed from it.
 expect_exit 0 "$factors" "$DIFUSA_DATA/ugly.off" ugly.csv --tolerance 1e-3
 expect_text stderr "note: repaired: "
+expect_no_text stderr "noticed: "
 expect_exit 0 "$factors" "$DIFUSA_DATA/ugly.off" ugly.csv --tolerance 1e-3 --quiet
 [ ! -s stderr ] || fail "--quiet says something: $(cat stderr)"
 expect_exit 2 "$factors" "$DIFUSA_DATA/ugly.off" ugly.npz --tolerance 1e-3 --close
@@ -22,6 +23,7 @@ expect_text stderr "note: repaired: " "closure can only be enforced"
 # Nothing sees anything: empty arrays have checksums, too.
 printf 'OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n' >plate.off
 expect_exit 0 "$factors" plate.off plate.npz
+expect_text stdout "surfaces: 1 (1 triangle), 0 form factors above 0" "row sums: 0 to 0 ("
 if command -v python3 >/dev/null; then
     python3 -c 'import zipfile; assert zipfile.ZipFile("plate.npz").testzip() is None' || fail "a damaged plate.npz"
 fi
@@ -58,6 +60,9 @@ refuse 1 "--layout grouped: is for the triangles of the mesh" cube.off out.npz -
 refuse 1 "the name must end in .npz" cube.off out.csv --layout grouped
 refuse 1 "--method magic: must be one of exact, rays" cube.off out.csv --method magic
 refuse 1 "belong to --method rays" cube.off out.csv --rays 100
+refuse 1 "--seed belong to --method rays" cube.off out.csv --seed 0
+refuse 1 "--points 1: must be at least 2: errors are estimated" cube.off out.csv --method rays --points 1
+refuse 1 "--points 0: must be a whole number" cube.off out.csv --method rays --points 0
 refuse 1 "--tolerance belongs to --method exact" cube.off out.csv --method rays --tolerance 1e-3
 refuse 1 "the name must end in .csv" cube.off out.txt
 refuse 1 "must be at most 1024" cube.off out.csv --threads 1025
@@ -65,6 +70,7 @@ refuse 2 "no-such.off" no-such.off out.csv
 refuse 4 "no-such-directory" cube.off no-such-directory/out.csv
 printf 'OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n' >open.off
 refuse 2 "closure can only be enforced on a closed surface" open.off out.csv --close
+refuse 2 'the form factors of surface "default" sum to 0' open.off out.csv --close --surfaces material
 
 # The sides of a cube, in all formats and layouts.
 expect_exit 0 "$factors" cube.off cube.csv
@@ -152,15 +158,24 @@ expect_exit 0 "$factors" "$box" three.csv --surfaces material --layout dense --t
 cmp one.csv three.csv || fail "the result depends on the number of threads"
 expect_exit 0 "$factors" cube.off closed.csv --close
 expect_text stdout "closure: form factors changed by at most" "row sums are 1 within"
+expect_no_text stdout "-0.00000000"
+expect_exit 0 "$factors" "$DIFUSA_DATA/furnace_box.obj" factors.npz --tolerance 1e-8 --close
+expect_no_text stdout "-0.00000000"
 
 # Counted by rays.
 expect_exit 0 "$factors" cube.off rays.csv --method rays --rays 256 --points 8 --layout dense
 expect_text stdout "0.19" "0.20"
 expect_exit 0 "$factors" cube.off again.csv --method rays --rays 256 --points 8 --layout dense --threads 3
 cmp rays.csv again.csv || fail "the rays depend on the number of threads"
+expect_exit 0 "$factors" cube.off other.csv --method rays --rays 256 --points 8 --layout dense --seed 1
+cmp -s rays.csv other.csv && fail "another seed makes no difference"
+
+# The examples of --help with a scene of the data.
+expect_exit 0 "$factors" "$DIFUSA_DATA/oven.json" factors.csv --surfaces material --thermal heat.csv --tolerance 1e-3
+expect_text stdout "written: heat.csv"
 
 # Help and version.
 expect_exit 0 "$factors" --help
-expect_text stdout "--tolerance" "--surfaces" "--close" "Examples"
+expect_text stdout "--tolerance" "--surfaces" "--close" "Examples" "oven.json" "2 input (with --close also an open surface)"
 expect_exit 0 "$factors" --version
 expect_text stdout "form_factors "

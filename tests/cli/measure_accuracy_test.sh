@@ -12,7 +12,11 @@ echo "in the way" >file
 expect_refusal 4 "file/study: cannot be created" "$measure" --output file/study --case sphere
 
 expect_exit 0 "$measure" --help
-expect_text stdout "Cases: ball-over-disc"
+expect_text stdout "Cases: ball-over-disc" "1 usage, 2 input, 3 not converged"
+expect_refusal 2 "nope.obj: cannot be opened" "$measure" --output nope --estimate 2 --scene nope.obj
+expect_refusal 2 "nope.obj: cannot be opened" "$measure" --output nope --solver krylov --scene nope.obj
+expect_refusal 1 "--estimate takes a single --rays" "$measure" --output nope --estimate 2 --rays 16 --rays 32
+expect_refusal 1 "no case of cie-171 begins so" "$measure" --output nope --validation cie-171 --case 5.10
 
 expect_exit 0 "$measure" --output study --case sphere --basis shepard --basis radial:width=5 --projection natural \
     --projection corrected:in=equation --spacing 0.8 --spacing 0.6 --rays 16 --places 200
@@ -91,8 +95,14 @@ expect_refusal 1 "did you mean 'southwell'?" "$measure" --output study --solver 
 expect_refusal 1 "needs a scene" "$measure" --output study --solver krylov
 expect_refusal 1 "name them" "$measure" --output study --albedo 0.5
 expect_refusal 1 "does not take --case" "$measure" --output study --solver krylov --scene "$box" --case sphere
-expect_exit 1 "$measure" --output solvers --solver krylov --scene "$box" --albedo 1
-expect_text stderr "--albedo 1: must be above 0 and below 1"
+for albedo in 1 2; do
+    expect_refusal 1 "--albedo $albedo: must be above 0 and below 1" "$measure" --output solvers --solver krylov \
+        --scene "$box" --albedo $albedo
+done
+expect_refusal 1 "--spacing says how many there are" "$measure" --output solvers --solver krylov --scene "$box" \
+    --spacing 0.1 --sites 100
+expect_refusal 1 "takes a single --basis" "$measure" --output solvers --solver krylov --scene "$box" --basis radial \
+    --basis shepard
 expect_exit 0 "$measure" --output solvers --solver krylov --solver gauss-seidel --solver progressive --scene "$box" \
     --albedo 0.5 --sites 100 --rays 16
 expect_text stdout "| cornell_box | 0.5 | 0.01 | krylov |" "written: solvers"

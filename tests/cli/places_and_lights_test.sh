@@ -15,7 +15,7 @@ refuse 1 "--at-output light.csv: no points were given; name a file of points, --
 refuse 1 "would overwrite the list of points" --at places.csv --at-output ./places.csv
 refuse 1 "two outputs have this name" --at places.csv --at-output light.csv --report light.csv
 printf '1,5,,0\n' >empty_field.csv
-refuse 2 "empty_field.csv, line 1: field 3 is empty" --at empty_field.csv --at-output light.csv
+refuse 2 "empty_field.csv:1: field 3 is empty" --at empty_field.csv --at-output light.csv
 refuse 2 "no-such.csv" --at no-such.csv --at-output light.csv
 refuse 4 "no-such-directory" --at places.csv --at-output no-such-directory/light.csv
 refuse 1 "did you mean --point-light?" --point-ligth 0,0,1,1
@@ -54,15 +54,16 @@ awk -F, -v n="$(column_of sensors.csv irradiance_direct_R)" 'NR > 1 { want = 8 /
     fail "a place with a normal is not evaluated where it stands"
 expect_exit 0 "$bake" square.off out.ply $small --point-light 0.5,0.5,2,8 --at normal.csv --at-output sensors.csv --snap
 expect_text stdout "counting from 0: number 0, 1 away"
+expect_exit 0 "$bake" square.off out.ply $small --point-light 0.5,0.5,2,8 --at normal.csv --at-output sensors.csv --sensor spherical
+expect_text stdout "the normals of 1 point of --at are ignored: a spherical sensor has none of its own"
 rm sensors.csv out.ply report.json
-refuse 1 "--sensor spherical: has no use for the normal of point 0" --at normal.csv --at-output light2.csv --sensor spherical
 refuse 1 "did you mean spherical?" --at places.csv --at-output light2.csv --sensor sferical
 refuse 1 "--sensor horizontal: there are no sensors" --sensor horizontal
 refuse 1 "--snap: there are no places" --snap
 refuse 1 "--grid default: takes FACE:spacing=D" --grid default
 refuse 1 "is none of spacing=D, height=H and margin=M" --grid default:spacing=0.1,width=3
 refuse 1 "needs a spacing above 0" --grid default:height=1
-refuse 2 "the materials are default" --grid floor:spacing=0.1
+refuse 1 "the materials are default" --grid floor:spacing=0.1
 # The mean over a goal is that of the floor's irradiance: over the unit square around the foot of the light it is
 # 8/2 times the solid angle that the square fills, 4 atan(1 / (4 h sqrt(1/2 + h^2))), and h = 2.
 cat >goals.json <<'GOALS'

@@ -50,6 +50,18 @@ expect_exit 0 "$relight" box.difusa operator.ply --error-points 0 --sun 0,0.05,-
 expect_exit 0 "$relight" box.difusa dark.vtp --error-points 0 --scale lamp=0 --sun 0,0,1,1
 expect_text stdout "note: the lights that are left do not reach the front of any face: nothing is lit"
 expect_exit 2 "$bake" other.obj none.vtp $size --sun 0,0,1,1 --sky 0
+expect_exit 0 "$relight" box.difusa dark.vtp --error-points 0 --scale lamp=0
+expect_text stdout "note: all lights are turned off: nothing is lit"
+expect_exit 1 "$relight" box.difusa dark.vtp --error-points 0 --scale lamp=1e308
+expect_text stderr "--scale lamp: the light times 1e+308 is not finite"
+
+# Without lights the bake has assumed a sky, which is a light like others: it can be scaled, and turned off.
+expect_exit 0 "$bake" other.obj skylit.ply $size --save-transport skylit.difusa
+expect_exit 0 "$relight" skylit.difusa dark.vtp --error-points 0 --scale sky=0
+expect_text stdout "note: all lights are turned off: nothing is lit"
+expect_exit 0 "$relight" skylit.difusa bright.ply --error-points 0 --scale sky=2
+expect_exit 0 "$relight" skylit.difusa double.ply --error-points 0 --sky 2
+expect_same_field bright.ply double.ply
 
 # Where an accuracy was ordered, the sites and rays that reached it are saved.
 expect_exit 0 "$bake" "$box" ordered.ply --error 90% --max-sites 100 --save-transport ordered.difusa
@@ -61,7 +73,7 @@ day="--sun-path 48.14,11.58,2026-06-21,120 --time-zone 2 --hours 8,16"
 expect_exit 0 "$relight" box.difusa day.pvd --scale lamp=0 --north 0,0,1 $day $places --at-output path.csv
 [ "$(ls day_*.vtp | wc -l)" = 5 ] || fail "there are other fields than those of five times: $(ls)"
 expect_text day.pvd 'type="Collection"' 'timestep="8" part="0" file="day_0000.vtp"' 'timestep="16" part="0" file="day_0004.vtp"'
-expect_text stdout "written: day.pvd (5 times, from day_0000.vtp to day_0004.vtp)" "written: path.csv"
+expect_text stdout "08:00" "14:00" "azimuth of the sun" "written: day.pvd (5 times, from day_0000.vtp to day_0004.vtp)" "written: path.csv"
 expect_text day_0002.vtp sun_elevation radiosity
 [ "$(wc -l <path.csv)" = 11 ] || fail "the table has other rows than those of two places and five times"
 expect_text path.csv "hours,sun_azimuth,sun_elevation,x,y,z"
@@ -147,7 +159,7 @@ printf 'x' >>damaged.difusa
 tail -c +2002 box.difusa >>damaged.difusa
 refused "is damaged" damaged.difusa
 expect_refusal 2 "is not the one that this transport was computed for" "$relight" box.difusa out.vtp --scene "$DIFUSA_DATA/bowl.ply"
-expect_refusal 2 "has no light" "$relight" box.difusa out.vtp --scale lamp=0
+expect_refusal 2 "has no light" "$relight" box.difusa out.vtp --scale lamp=0 --sky 0
 
 # The scene of a transport may be moved, and may change.
 expect_exit 0 "$bake" other.obj out.ply $small --sky 1 --save-transport other.difusa

@@ -323,6 +323,32 @@ TEST(ErrorEstimate, PairwiseTransportHasNoNoise) {
     EXPECT_GT(result.errors->error.maxCoeff(), 0.0);
 }
 
+/// A grey scene is the same scene in three equal channels. The root mean square over the channels is that of one, up to
+/// the difference of one part in 10^9 that keeps the channels apart. Where all surfaces reflect rho, the error of the
+/// irradiance is that of the radiosity over rho.
+TEST(ErrorEstimate, DoesNotDependOnTheNumberOfEqualChannels) {
+    Scene scene = furnace(0.5, 0.0);
+    scene.materials[4].emission = Rgb::Ones();
+    for (const std::size_t final_gather : {0U, 16U}) {
+        BakeOptions options = coarse(0.25, 64);
+        options.final_gather = final_gather;
+        const BakeResult grey = baked(scene, options);
+        scene.materials[4].emission[2] = 1.0 + 1e-9;
+        const BakeResult coloured = baked(scene, options);
+        scene.materials[4].emission[2] = 1.0;
+        ASSERT_EQ(grey.channels, 1);
+        ASSERT_EQ(coloured.channels, 3);
+        for (const auto member :
+             {&ErrorsAt::noise, &ErrorsAt::discretisation, &ErrorsAt::error, &ErrorsAt::irradiance}) {
+            const Values &one = *grey.errors.*member, &three = *coloured.errors.*member;
+            EXPECT_GT(one.maxCoeff(), 0.0);
+            EXPECT_LT((one - three).cwiseAbs().maxCoeff(), 1e-6 * one.maxCoeff()) << final_gather;
+        }
+        EXPECT_LT((grey.errors->error - 0.5 * grey.errors->irradiance).cwiseAbs().maxCoeff(),
+                  1e-9 * grey.errors->error.maxCoeff());
+    }
+}
+
 /// Channels are judged by themselves, and light groups change nothing.
 TEST(ErrorEstimate, EachChannelCountsAndGroupsDoNot) {
     Scene scene = furnace(0.5, 1.0);

@@ -350,6 +350,8 @@ TEST(Relight, RefusesChangesThatCannotBeMade) {
     refused("not negative", [](RelightOptions& how) { how.change.emission = {{"lamp", Rgb(-1, 0, 0)}}; });
     RelightOptions dark = without_estimate(saved);
     dark.change.scale = {{"sky", 0.0}};
+    EXPECT_EQ(relit(saved, scene, dark).output.B.cwiseAbs().maxCoeff(), 0.0); // on purpose
+    dark.bake.sky = Rgb::Zero();
     EXPECT_THAT([&] { relit(saved, scene, dark); }, ThrowsMessage<InputError>(HasSubstr("has no light")));
 }
 

@@ -92,6 +92,12 @@ TEST(ThermalBake, AConvexBodyInItsSurroundings) {
     expect(4, warmed(-80.0, 0.9), -80.0);
     expect(5, warmed(60.0, 0.6), 60.0);
     EXPECT_NEAR(result.thermal->to_surroundings, result.thermal->heat, 1e-10 * black(T0));
+    // All goes to the surroundings or comes from there: half of what either side gives and takes.
+    double given = 0.0, taken = 0.0;
+    for (const ThermalSurface& surface : result.thermal->surfaces) {
+        (surface.heat > 0.0 ? given : taken) += std::abs(surface.heat);
+    }
+    EXPECT_NEAR(result.thermal->exchanged, std::max(given, taken), 1e-10 * black(T0));
     EXPECT_EQ(result.thermal->to_backs, 0.0);
 }
 

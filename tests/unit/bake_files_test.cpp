@@ -154,7 +154,17 @@ TEST(BakeFiles, APhotometricFieldHoldsLuxAndCandelas) {
     EXPECT_NEAR(grid.mean, 683.0, 1e-9);
     EXPECT_NEAR(grid.uniformity, 1.0, 1e-12);
     EXPECT_THAT(summary_of(result), HasSubstr("illuminance (lx) minimum 683, mean 683, maximum 683, uniformity"));
-    EXPECT_THAT(point_table(result), HasSubstr(",luminance,illuminance,illuminance_direct,illuminance_indirect"));
+    EXPECT_THAT(point_table(result), HasSubstr(",luminance,illuminance,illuminance_direct,illuminance_indirect,"
+                                               "error_estimate,irradiance_error,illuminance_error\n"));
+    options.light_groups = true;
+    const BakeResult in_groups = bake(test::registry(), scene, "square", options, Execution{});
+    const FieldFile by_group = field_of(in_groups);
+    for (const std::vector<FieldArray>* arrays : {&by_group.point_arrays, &by_group.cell_arrays}) {
+        check(*arrays, "illuminance_of_sky", "lx", 683.0);
+    }
+    EXPECT_THAT(point_table(in_groups), HasSubstr(",illuminance_indirect,illuminance_of_sky,error_estimate,"));
+    EXPECT_THAT(summary_of(result), HasSubstr("luminous flux (lm): emitted 0, from suns and point lights 0, from the "
+                                              "sky 683, absorbed 341.5, "));
     const auto report = nlohmann::json::parse(report_of(result));
     EXPECT_EQ(report["options"]["units"], "photometric");
     EXPECT_EQ(report["grids"][0]["unit"], "lx");
@@ -172,7 +182,7 @@ TEST(BakeFiles, FieldHoldsTheBake) {
     EXPECT_EQ(mesh->GetNumberOfCells(), triangles);
 
     vtkPointData* points = mesh->GetPointData();
-    EXPECT_EQ(points->GetNumberOfArrays(), 13);
+    EXPECT_EQ(points->GetNumberOfArrays(), 14);
     expect_values(points, "radiosity", result.output.B);
     expect_values(points, "irradiance", result.output.H);
     expect_values(points, "irradiance_direct", result.output.H_direct);
@@ -183,6 +193,7 @@ TEST(BakeFiles, FieldHoldsTheBake) {
     expect_values(points, "radiosity_weighted", result.output.B * weights);
     expect_values(points, "irradiance_weighted", result.output.H * weights);
     expect_values(points, "error_estimate", result.errors->error);
+    expect_values(points, "irradiance_error", result.errors->irradiance);
     expect_values(points, "error_noise", result.errors->noise);
     expect_values(points, "error_discretisation", result.errors->discretisation);
     EXPECT_TRUE(result.output.B.allFinite());

@@ -19,6 +19,7 @@
 namespace difusa::compare_test {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 constexpr double eps = std::numeric_limits<double>::epsilon();
@@ -347,7 +348,9 @@ TEST(Compare, WhatHasNoMatchIsCountedAndNotUsed) {
     const Mesh mesh = test::together(test::together(near, far), away);
     const FieldFile result = scalar_field(mesh, [](const Vec3& p) { return p.x() < 2.0 ? 3.0 : 1e9; });
     const FieldFile reference = scalar_field(test::grid(3, 3), [](const Vec3&) { return 2.0; });
-    const Comparison c = compare(result, reference);
+    CompareOptions options;
+    options.least_matched = 0.15;
+    const Comparison c = compare(result, reference, options);
     EXPECT_NEAR(c.matching.matched_area, 1.0, 64 * eps);
     EXPECT_NEAR(c.matching.too_far_area, 1.0, 64 * eps);
     EXPECT_NEAR(c.matching.turned_away_area, 4.0, 64 * eps);
@@ -359,10 +362,15 @@ TEST(Compare, WhatHasNoMatchIsCountedAndNotUsed) {
     const Values e = array(error_field(c, result, "", ""), "radiosity_weighted_error");
     EXPECT_NEAR(e(0, 0), 1.0, 16 * eps);
     EXPECT_TRUE(std::isnan(e(e.rows() - 1, 0)));
-    CompareOptions options;
+    EXPECT_THAT([&] { compare(result, reference); },
+                ThrowsMessage<InputError>(AllOf(HasSubstr("only 16.6667 % of the area of result.vtp lies on reference"),
+                                                HasSubstr("same unit"), HasSubstr("--min-match"))));
     options.max_distance = 100.0;
     EXPECT_NEAR(compare(result, reference, options).matching.matched_area, 2.0, 64 * eps);
     EXPECT_THAT([&] { compare(scalar_field(away, [](const Vec3&) { return 1.0; }), reference); },
+                ThrowsMessage<InputError>(HasSubstr("no part of result.vtp lies on reference.vtp")));
+    options.least_matched = 0.0;
+    EXPECT_THAT([&] { compare(scalar_field(away, [](const Vec3&) { return 1.0; }), reference, options); },
                 ThrowsMessage<InputError>(HasSubstr("no part of result.vtp lies on reference.vtp")));
 }
 
@@ -453,7 +461,7 @@ TEST(Compare, WhatCannotBeComparedIsRefused) {
     refused(field,
             scalar_field(
                 mesh, [](const Vec3&) { return 1.0; }, "reflectance"),
-            "reflectance", "components");
+            "reflectance", "has 3 components in result.vtp and 1 in reference.vtp");
     FieldFile cloud = field;
     cloud.triangles.clear();
     refused(cloud, field, "", "result.vtp: has 9 points and no triangles");

@@ -171,6 +171,7 @@ TEST(FormFactorMatrix, AgreesWithRays) {
     const DirectionPool pool(CosineLattice(), 256, 1);
     const Surfaces surfaces = surfaces_by_face(mesh);
     const FormFactors rays = form_factors_by_rays(Tracer(mesh, engine), surfaces, pool, 64, Execution{1});
+    EXPECT_THROW(form_factors_by_rays(Tracer(mesh, engine), surfaces, pool, 1, Execution{1}), UsageError);
     const FormFactors F = compute(mesh, surfaces, 1e-3);
     double squares = 0.0;
     for (std::size_t i = 0; i < F.size(); ++i) {
@@ -315,6 +316,12 @@ TEST(Closure, RefusesWhatIsOpen) {
     const Mesh shelf = long_shelf(1.0, 2.0);
     FormFactors F = compute(shelf, runs({2, 2, 2}));
     EXPECT_THROW(enforce_closure(F), InputError);
+    try {
+        enforce_closure(F, {"wall", "shelf", "lamp"});
+        FAIL();
+    } catch (const InputError& error) {
+        EXPECT_NE(std::string(error.what()).find("surface \"wall\" sum to"), std::string::npos) << error.what();
+    }
 }
 
 } // namespace

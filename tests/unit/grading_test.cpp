@@ -216,6 +216,37 @@ TEST(Grading, DoesNotRefineWhatHasNoError) {
     EXPECT_EQ(size.smallest(), sites.spacing);
 }
 
+TEST(Grading, DoesNotDependOnTheUnitOfErrors) {
+    const Mesh mesh = test::grid(1, 1);
+    const SiteSet sites = test::poisson_sites(mesh, 0.05);
+    const std::vector<double> own(sites.size(), sites.spacing);
+    const auto spacing = [&](const std::vector<double>& error) {
+        return graded_spacing(sites, own, error, 2.0 * sites.spacing, 2.0 * static_cast<double>(sites.size()),
+                              mesh.region_count, Execution{});
+    };
+    std::vector<double> error;
+    for (std::size_t i = 0; i < sites.size(); ++i) {
+        error.push_back(std::ldexp(1.0, -static_cast<int>(i % 7)));
+    }
+    const SizeField size = spacing(error);
+    EXPECT_LT(size.smallest(), sites.spacing);
+    for (const double unit : {0x1p-1064, 0x1p-4, 0x1p1000}) { // roots of roots are exact; the first is denormal
+        std::vector<double> other = error;
+        std::for_each(other.begin(), other.end(), [unit](double& each) { each *= unit; });
+        const SizeField same = spacing(other);
+        for (std::size_t i = 0; i < sites.size(); ++i) {
+            const Vec3& p = sites.points[i].position;
+            ASSERT_EQ(same.at(p, sites.region[i]), size.at(p, sites.region[i])) << unit;
+        }
+    }
+    // Beside large errors the least ones are none.
+    std::vector<double> apart = error;
+    apart[3] = 0x1p-1070;
+    const SizeField finite = spacing(apart);
+    EXPECT_GE(finite.smallest(), 0.25 * sites.spacing);
+    EXPECT_LE(finite.at(sites.points[3].position, sites.region[3]), 2.0 * sites.spacing);
+}
+
 /// What the weights of the others, brought to a sum of 1, make of their values.
 TEST(Grading, LeaveOneOutIsWhatTheOtherSitesSay) {
     const Mesh mesh = test::grid(2, 2);

@@ -162,7 +162,7 @@ TEST(Ies, MessagesNameFileLineAndRemedy) {
         return "accepted";
     };
     EXPECT_THAT(refused("IESNA91\n"), HasSubstr("TILT"));
-    EXPECT_THAT(refused("TILT=NONE\n1 -1 1 2 1 4 2 0 0 0\n"), HasSubstr("lamp.ies, line 2: the photometric type"));
+    EXPECT_THAT(refused("TILT=NONE\n1 -1 1 2 1 4 2 0 0 0\n"), HasSubstr("lamp.ies:2: the photometric type"));
     EXPECT_THAT(refused("TILT=NONE\n1 -1 1 2 1 1 2 0 0 0\n1 1 0\n0 90\n0\n1\n"), HasSubstr("a candela value"));
     EXPECT_THAT(refused("TILT=NONE\n1 -1 1 2 1 1 2 0 0 0\n1 1 0\n90 0\n0\n1 1\n"), HasSubstr("do not ascend"));
     EXPECT_THAT(refused("TILT=away.tlt\n"), HasSubstr("cannot be found"));

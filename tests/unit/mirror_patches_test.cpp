@@ -86,6 +86,8 @@ TEST(MirrorPatches, CoverTheMirrorsOnceAndSoDoTheirQuarters) {
     const double edge = 0.17;
     const std::vector<MirrorPatch> patches = mirror_patches(mesh, edge);
     EXPECT_EQ(patches.size(), mirror_patch_count(mesh, edge));
+    EXPECT_THROW(mirror_patch_count(mesh, 1e-12), ResourceError);
+    EXPECT_THROW(mirror_patches(mesh, 1e-200), ResourceError);
     double area = 0.0;
     Vec3 moment = Vec3::Zero(), quarter_moment = Vec3::Zero();
     for (const MirrorPatch& patch : patches) {

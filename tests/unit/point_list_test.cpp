@@ -46,27 +46,27 @@ TEST_F(PointList, WaysToWriteOne) {
 }
 
 TEST_F(PointList, AnEmptyFieldIsNoCoordinate) {
-    EXPECT_THAT(refused("x,y,z\n1,2,3\n1,5,,0\n"), HasSubstr("places.csv, line 3: field 3 is empty"));
-    EXPECT_THAT(refused("1;5; ;0"), HasSubstr("places.csv, line 1: field 3 is empty"));
-    EXPECT_THAT(refused(",1,5,0"), HasSubstr("line 1: field 1 is empty"));
-    EXPECT_THAT(refused("1,5,0,"), HasSubstr("line 1: field 4 is empty"));
-    EXPECT_THAT(refused("1,5,0, # end"), HasSubstr("line 1: field 4 is empty"));
-    EXPECT_THAT(refused("1,\"\",0,3"), HasSubstr("line 1: field 2 is empty"));
-    EXPECT_THAT(refused("1,2,3\n,,\n"), HasSubstr("line 2: field 1 is empty"));
+    EXPECT_THAT(refused("x,y,z\n1,2,3\n1,5,,0\n"), HasSubstr("places.csv:3: field 3 is empty"));
+    EXPECT_THAT(refused("1;5; ;0"), HasSubstr("places.csv:1: field 3 is empty"));
+    EXPECT_THAT(refused(",1,5,0"), HasSubstr(":1: field 1 is empty"));
+    EXPECT_THAT(refused("1,5,0,"), HasSubstr(":1: field 4 is empty"));
+    EXPECT_THAT(refused("1,5,0, # end"), HasSubstr(":1: field 4 is empty"));
+    EXPECT_THAT(refused("1,\"\",0,3"), HasSubstr(":1: field 2 is empty"));
+    EXPECT_THAT(refused("1,2,3\n,,\n"), HasSubstr(":2: field 1 is empty"));
 }
 
 TEST_F(PointList, AHeadingNamesTheColumnsInOrder) {
     for (const char* heading : {"y,x,z", "x,z,y", "x,y,z,ny,nx,nz", "nx,ny,nz,x,y,z", "x,y", "x,y,z,w", "name,x,y,z",
                                 "place", "x,y,z,nx,ny,nz,u", "0.5m,1,2"}) {
         EXPECT_THAT(refused(std::string(heading) + "\n1,2,3\n"),
-                    AllOf(HasSubstr("places.csv, line 1: "), HasSubstr("x,y,z or x,y,z,nx,ny,nz in this order"),
+                    AllOf(HasSubstr("places.csv:1: "), HasSubstr("x,y,z or x,y,z,nx,ny,nz in this order"),
                           HasSubstr(std::string("'") + heading + "'")));
     }
-    EXPECT_THAT(refused("1,2,3\nx,y,z\n"), HasSubstr("line 2: expected a coordinate, found 'x'"));
+    EXPECT_THAT(refused("1,2,3\nx,y,z\n"), HasSubstr(":2: expected a coordinate, found 'x'"));
 }
 
 TEST_F(PointList, WhatIsNoPlace) {
-    EXPECT_THAT(refused("1,2\n"), HasSubstr("line 1: a point has 3 coordinates, or 3 and a normal of 3, not 2"));
+    EXPECT_THAT(refused("1,2\n"), HasSubstr(":1: a point has 3 coordinates, or 3 and a normal of 3, not 2"));
     EXPECT_THAT(refused("1,2,3,4\n"), HasSubstr("not 4 numbers"));
     EXPECT_THAT(refused("1,2,3,0,0,0\n"), HasSubstr("the normal has length 0"));
     EXPECT_THAT(refused("1,nan,3\n"), HasSubstr("not finite"));

@@ -76,11 +76,28 @@ TEST(ObjReader, RelativeIndicesCountFromTheLatestPoint) {
     EXPECT_THAT(soup.face(2), ElementsAre(0, 1, 4)); // a point may follow the faces that use it
 }
 
-TEST(ObjReader, KeepsIndicesThatNameNoPoint) {
-    const PolygonSoup soup = obj("v 0 0 0\nf 0 -2 1\nf 7 1 99999999999\nf 1\n");
-    EXPECT_THAT(soup.face(0), ElementsAre(none, none, 0));
-    EXPECT_THAT(soup.face(1), ElementsAre(6, 0, none));
-    EXPECT_THAT(soup.face(2), ElementsAre(0));
+TEST(ObjReader, RefusesIndicesThatNameNoPointByTheNumbersOfTheFile) {
+    EXPECT_THAT(
+        refusal("obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 4\n"),
+        HasSubstr("test.obj:5: the face refers to point 4, but the file has 3 points (OBJ numbers them from 1)"));
+    EXPECT_THAT(refusal("obj", "v 0 0 0\nf 1 1 \\\n 0\n"),
+                HasSubstr("test.obj:2: the face refers to point 0, but OBJ numbers points from 1"));
+    EXPECT_THAT(
+        refusal("obj", "v 0 0 0\nf 1 1 -2\nv 0 0 0\n"),
+        AllOf(HasSubstr("test.obj:2: the face refers to point -2, which counts back"), HasSubstr("only 1 point:")));
+    EXPECT_THAT(refusal("obj", "v 0 0 0\nf 1 1 99999999999\n"),
+                AllOf(HasSubstr("test.obj:2: the face refers to point 99999999999"), HasSubstr("2^32")));
+}
+
+TEST(ObjReader, NotesNormalsAgainstTheOrderOfTheCorners) {
+    const std::string points = "v 0 0 0\nv 1 0 0\nv 1 1 0\nvn 0 0 1\nvn 0 0 -1\nvn 0.9 0 -0.1\nvn\n";
+    const PolygonSoup soup = obj(points + "f 1//1 2//1 3//1\nf 1//2 2//2 3//2\nf 1/5/2 2//-3 3\n");
+    EXPECT_THAT(soup.face(1), ElementsAre(0, 1, 2));
+    EXPECT_THAT(notes(soup), AllOf(HasSubstr("faces whose normals (vn) point to their back: 2 (first at line 9)"),
+                                   HasSubstr("the order of the corners decides")));
+    // Slanted ones, and those that make no sense or do not exist, say nothing.
+    EXPECT_THAT(obj(points + "f 1//3 2//3 3//3\nf 1//4 2//4 3//4\nf 1//9 2//0 3/1/-99\nf 1//2 1//2 1//2\n").notes,
+                IsEmpty());
 }
 
 TEST(ObjReader, LinesAreCountedAcrossContinuedOnes) {
@@ -123,14 +140,14 @@ TEST(ObjReader, NotesWhatItDoesNotRead) {
 }
 
 TEST(ObjReader, RefusesMalformedLines) {
-    EXPECT_THAT(refusal("obj", "v 0 0\n"), AllOf(HasSubstr("test.obj, line 1"), HasSubstr("coordinate")));
-    EXPECT_THAT(refusal("obj", "v 0 0 0\nv a b c\n"), AllOf(HasSubstr("line 2"), HasSubstr("'a'")));
+    EXPECT_THAT(refusal("obj", "v 0 0\n"), AllOf(HasSubstr("test.obj:1: "), HasSubstr("coordinate")));
+    EXPECT_THAT(refusal("obj", "v 0 0 0\nv a b c\n"), AllOf(HasSubstr(":2: "), HasSubstr("'a'")));
     EXPECT_THAT(refusal("obj", "v 0 0 0 1 2\n"), HasSubstr("not 5 numbers"));
-    EXPECT_THAT(refusal("obj", "v 0 0 0\nf 1/a 1 1\n"), AllOf(HasSubstr("line 2"), HasSubstr("'1/a'")));
+    EXPECT_THAT(refusal("obj", "v 0 0 0\nf 1/a 1 1\n"), AllOf(HasSubstr(":2: "), HasSubstr("'1/a'")));
     EXPECT_THAT(refusal("obj", "v 0 0 0\nf 1/1/1/1 1 1\n"), HasSubstr("'1/1/1/1'"));
     EXPECT_THAT(refusal("obj", "v 0 0 0\nf /1 1 1\n"), HasSubstr("'/1'"));
     EXPECT_THAT(refusal("obj", "v 0 0 0\nf 1.0 1 1\n"), HasSubstr("'1.0'"));
-    EXPECT_THAT(refusal("obj", "v 0 0 0\nf\nv 1 0 0\n"), HasSubstr("line 2: the line ends where a corner"));
+    EXPECT_THAT(refusal("obj", "v 0 0 0\nf\nv 1 0 0\n"), HasSubstr(":2: the line ends where a corner"));
     EXPECT_THAT(refusal("obj", "v 0 0 0\nmtllib\n"), HasSubstr("names no file"));
     EXPECT_THAT(refusal("obj", "solid a\nendsolid\n"), HasSubstr("neither points (v) nor faces (f)"));
     EXPECT_THAT(refusal("obj", "\n \n"), HasSubstr("neither points (v) nor faces (f)"));
@@ -154,7 +171,7 @@ TEST(ObjReader, TakesTimeInProportionToAHostileFile) {
 }
 
 TEST_F(ObjLibraries, KdIsReflectanceAndKeIsEmission) {
-    write("room.mtl", "newmtl red\nKd 0.725 0.1 0.05\nKs 1 1 1\nillum 2\n\nnewmtl lamp top\n\tKd 0.78 \\\n0.78 "
+    write("room.mtl", "newmtl red\nKd 0.725 0.1 0.05\nKs 1 1 1\nillum 1\n\nnewmtl lamp top\n\tKd 0.78 \\\n0.78 "
                       "0.78\nKe 1e6 17 nan\n");
     const PolygonSoup soup = read("mtllib room.mtl\n" + square +
                                   "usemtl lamp top  # bright\nf 1 2 3\nusemtl red\nf 1 2 3\n"
@@ -200,7 +217,7 @@ TEST_F(ObjLibraries, AMalformedLibraryIsRefusedWithItsLine) {
         read("mtllib room.mtl\n" + square);
         FAIL();
     } catch (const InputError& error) {
-        EXPECT_THAT(error.what(), AllOf(HasSubstr("room.mtl, line 2"), HasSubstr("'0,1'")));
+        EXPECT_THAT(error.what(), AllOf(HasSubstr("room.mtl:2: "), HasSubstr("'0,1'")));
     }
 }
 
@@ -237,7 +254,7 @@ TEST(MaterialLibrary, RefusesMalformedColours) {
         }
         return "";
     };
-    EXPECT_THAT(refusal_of("newmtl a\nKd\n"), HasSubstr("a.mtl, line 2"));
+    EXPECT_THAT(refusal_of("newmtl a\nKd\n"), HasSubstr("a.mtl:2: "));
     EXPECT_THAT(refusal_of("newmtl a\nKd 1 1\n"), HasSubstr("two numbers"));
     EXPECT_THAT(refusal_of("newmtl a\nKe 1 1 1 1\n"), HasSubstr("'1'"));
     EXPECT_THAT(refusal_of("Kd 1 1 1\n"), HasSubstr("before the first newmtl"));
@@ -302,11 +319,11 @@ TEST_F(ObjLibraries, PicturesThatAreMissingOrDamaged) {
 
 TEST(ObjReader, TextureIndicesThatNameNothing) {
     EXPECT_THAT(refusal("obj", "v 0 0 0\nvt 0 0\nf 1/1 1/1 1/1\nf 1/2 1/1 1/1\n"),
-                AllOf(HasSubstr("test.obj, line 4"), HasSubstr("texture coordinates"), HasSubstr("it has 1")));
-    EXPECT_THAT(refusal("obj", "v 0 0 0\nvt 0 0\nf 1/0 1/1 1/1\n"), HasSubstr("line 3"));
-    EXPECT_THAT(refusal("obj", "v 0 0 0\nf 1/-1 1 1\nvt 0 0\n"), HasSubstr("line 2"));
+                AllOf(HasSubstr("test.obj:4: "), HasSubstr("texture coordinates"), HasSubstr("it has 1")));
+    EXPECT_THAT(refusal("obj", "v 0 0 0\nvt 0 0\nf 1/0 1/1 1/1\n"), HasSubstr(":3: "));
+    EXPECT_THAT(refusal("obj", "v 0 0 0\nf 1/-1 1 1\nvt 0 0\n"), HasSubstr(":2: "));
     EXPECT_THAT(refusal("obj", "v 0 0 0\nf 1/1+ 1 1\n"), HasSubstr("'1/1+'"));
-    EXPECT_THAT(refusal("obj", "v 0 0 0\nvt a\n"), AllOf(HasSubstr("line 2"), HasSubstr("'a'")));
+    EXPECT_THAT(refusal("obj", "v 0 0 0\nvt a\n"), AllOf(HasSubstr(":2: "), HasSubstr("'a'")));
     EXPECT_THAT(refusal("obj", "v 0 0 0\nvt\n"), HasSubstr("texture coordinate"));
     EXPECT_THAT(refusal("obj", "v 0 0 0\nvt 1 2 3 4\n"), HasSubstr("'4'"));
     EXPECT_THAT(obj("v 0 0 0\nf 1/1/1 1/5/1 1/9/1\n").corner_texture, IsEmpty()) << "a file without any vt";
@@ -356,7 +373,10 @@ TEST(MaterialLibrary, MirrorsAreThoseOfIllum3) {
     for (const std::string& note : library.notes) {
         text += note + "\n";
     }
-    EXPECT_THAT(text, HasSubstr("add up to more than 1: 1 (first at line 13)"));
+    EXPECT_THAT(text,
+                AllOf(HasSubstr("add up to more than 1: 1 (first at line 13)"),
+                      HasSubstr("a.mtl: materials with a specular colour Ks but without illum 3: 1 (first at line 5)"),
+                      HasSubstr("Ks is ignored")));
     const MaterialLibrary exported =
         parse_material_library("newmtl a\nKd 0.1\nKs 0.5\nNs 250\nillum 3\nnewmtl b\nKd 0.1\nKs 0.5\nNs 1000\nillum 3\n"
                                "newmtl c\nKs 0.5\nillum 3\n",

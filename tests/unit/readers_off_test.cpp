@@ -141,9 +141,9 @@ TEST(OffReader, OnlyFacesMayHaveColoursAfterTheWordCOFF) {
     const std::string body = " 3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 255 0 128\n";
     readers::expect_equal(off("COFF" + body), off("OFF" + body));
     EXPECT_THAT(refusal("off", "COFF 2 1 0\n0 0 0\n1 0 0 1 1 1\n1 0\n"),
-                AllOf(HasSubstr("line 3"), HasSubstr("those before it have none")));
+                AllOf(HasSubstr(":3: "), HasSubstr("those before it have none")));
     EXPECT_THAT(refusal("off", "COFF 2 1 0\n0 0 0 1 1 1\n1 0 0\n1 0\n"),
-                AllOf(HasSubstr("line 3"), HasSubstr("a colour component of point 2 of 2")));
+                AllOf(HasSubstr(":3: "), HasSubstr("a colour component of point 2 of 2")));
 }
 
 TEST(OffReader, AWholeNumberScaleThatCannotBeToldIsNoted) {
@@ -154,7 +154,7 @@ TEST(OffReader, AWholeNumberScaleThatCannotBeToldIsNoted) {
 
 TEST(OffReader, RefusesColoursOfTwoScales) {
     EXPECT_THAT(refusal("off", "OFF 3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 0.5 0 0\n3 0 1 2 128 0 0\n"),
-                AllOf(HasSubstr("test.off, line 6"), HasSubstr("128"), HasSubstr("line 5"), HasSubstr("255")));
+                AllOf(HasSubstr("test.off:6: "), HasSubstr("128"), HasSubstr("line 5"), HasSubstr("255")));
     EXPECT_THAT(refusal("off", "OFF 1 1 0\n0 0 0\n1 0 0 256 0\n"), HasSubstr("256"));
     EXPECT_THAT(refusal("off", "OFF 1 1 0\n0 0 0\n1 0 0 -1 0\n"), HasSubstr("'-1'"));
     EXPECT_THAT(refusal("off", "OFF 1 1 0\n0 0 0\n1 0 0 nan 0\n"), HasSubstr("'nan'"));
@@ -171,20 +171,21 @@ TEST(OffReader, NotesWhatItDoesNotRead) {
 TEST(OffReader, RefusesWhatItCannotReadWithAReason) {
     EXPECT_THAT(refusal("off", "4OFF 1 1 0\n0 0 0 1\n1 0\n"), HasSubstr("do not have three coordinates"));
     EXPECT_THAT(refusal("off", "STC4nOFF 4\n1 1 0\n0 0 0 1\n1 0\n"), HasSubstr("do not have three coordinates"));
-    EXPECT_THAT(refusal("off", "solid a\nendsolid\n"), AllOf(HasSubstr("line 1"), HasSubstr("'solid'")));
+    EXPECT_THAT(refusal("off", "solid a\nendsolid\n"), AllOf(HasSubstr(":1: "), HasSubstr("'solid'")));
     EXPECT_THAT(refusal("off", "# nothing\n\n"), HasSubstr("only blanks"));
     EXPECT_THAT(refusal("off", "\xff\xfeO\0F\0F\0"), HasSubstr("UTF-16"));
-    EXPECT_THAT(refusal("off", "OFF -1 1 0\n"), HasSubstr("impossible"));
-    EXPECT_THAT(refusal("off", "OFF 1 1 0\n0 0\n1 0\n"), AllOf(HasSubstr("line 2"), HasSubstr("point 1 of 1")));
+    EXPECT_THAT(refusal("off", "OFF -1 1 0\n"), HasSubstr("-1 points and 1 faces, but a count cannot be"));
+    EXPECT_THAT(refusal("off", "OFF 9 1 0\n0 0 0\n"), HasSubstr("impossible"));
+    EXPECT_THAT(refusal("off", "OFF 1 1 0\n0 0\n1 0\n"), AllOf(HasSubstr(":2: "), HasSubstr("point 1 of 1")));
     EXPECT_THAT(refusal("off", "OFF 1 1 0\n0 0 0,5\n1 0\n"), HasSubstr("'0,5'"));
-    EXPECT_THAT(refusal("off", "OFF 1 1 0\n0 0 0\n3 0 0\n"), AllOf(HasSubstr("line 3"), HasSubstr("face 1 of 1")));
+    EXPECT_THAT(refusal("off", "OFF 1 1 0\n0 0 0\n3 0 0\n"), AllOf(HasSubstr(":3: "), HasSubstr("face 1 of 1")));
     EXPECT_THAT(refusal("off", "OFF 1 1 0\n0 0 0\n1 0.0\n"), HasSubstr("'0.0'"));
     EXPECT_THAT(refusal("off", "OFF 1 1 0\n0 0 0\n-1\n"), HasSubstr("impossible"));
-    EXPECT_THAT(refusal("off", "OFF 1 1 0\n0 0 0 255 0 0\n1 0\n"), AllOf(HasSubstr("line 2"), HasSubstr("COFF")));
+    EXPECT_THAT(refusal("off", "OFF 1 1 0\n0 0 0 255 0 0\n1 0\n"), AllOf(HasSubstr(":2: "), HasSubstr("COFF")));
 }
 
 TEST(OffReader, RefusesWhatFollowsTheLastFace) {
-    EXPECT_THAT(refusal("off", tetrahedron + "3 0 1 2\n"), AllOf(HasSubstr("line 11"), HasSubstr("4 faces")));
+    EXPECT_THAT(refusal("off", tetrahedron + "3 0 1 2\n"), AllOf(HasSubstr(":11: "), HasSubstr("4 faces")));
 }
 
 TEST(OffReader, RefusesAHeaderThatPromisesMoreThanTheFileHolds) {

@@ -120,7 +120,7 @@ TEST(PlyReader, RefusesColoursOutOfTheirRange) {
                                    " green\nproperty " + type + " blue\nelement face 1\n" + corners) +
                "0 0 0 " + colour + "\n1 0\n";
     };
-    EXPECT_THAT(refusal("ply", file("float", "255 0 0")), AllOf(HasSubstr("line 15"), HasSubstr("'red'")));
+    EXPECT_THAT(refusal("ply", file("float", "255 0 0")), AllOf(HasSubstr(":15: "), HasSubstr("'red'")));
     EXPECT_THAT(refusal("ply", file("uchar", "0 256 0")), HasSubstr("'green'"));
     EXPECT_THAT(refusal("ply", file("float", "0 0 nan")), HasSubstr("'blue'"));
     EXPECT_THAT(refusal("ply", file("int", "-1 0 0")), HasSubstr("'red'"));
@@ -154,7 +154,7 @@ TEST(PlyReader, StripsBecomeTrianglesOfOneOrientation) {
 TEST(PlyReader, RefusesHeadersItCannotTrust) {
     const std::string points = "element vertex 1\n" + xyz;
     const std::string faces = "element face 1\n" + corners;
-    EXPECT_THAT(refusal("ply", "OFF\n"), AllOf(HasSubstr("test.ply, line 1"), HasSubstr("not a PLY file")));
+    EXPECT_THAT(refusal("ply", "OFF\n"), AllOf(HasSubstr("test.ply:1: "), HasSubstr("not a PLY file")));
     EXPECT_THAT(refusal("ply", header("utf8", points + faces)), HasSubstr("'utf8'"));
     EXPECT_THAT(refusal("ply", "ply\nformat ascii 2.0\n" + points + faces + "end_header\n"), HasSubstr("'2.0'"));
     EXPECT_THAT(refusal("ply", "ply\n" + points + faces + "end_header\n"), HasSubstr("no line 'format'"));
@@ -177,12 +177,12 @@ TEST(PlyReader, RefusesHeadersItCannotTrust) {
 
 TEST(PlyReader, RefusesDamagedTextWhereItIs) {
     EXPECT_THAT(refusal("ply", triangle_header + "0 0 0\n1 0\n0 1 0\n3 0 1 2\n"),
-                AllOf(HasSubstr("line 13"), HasSubstr("vertex 2 of 3")));
+                AllOf(HasSubstr(":13: "), HasSubstr("vertex 2 of 3")));
     EXPECT_THAT(refusal("ply", triangle_header + "0 0 0\n1 0 0 5\n0 1 0\n3 0 1 2\n"),
-                AllOf(HasSubstr("line 13"), HasSubstr("'5'")));
+                AllOf(HasSubstr(":13: "), HasSubstr("'5'")));
     EXPECT_THAT(refusal("ply", triangle_header + "0 0 0\n1 0 0\n0 1 0\n3 0 1 x\n"),
                 AllOf(HasSubstr("face 1 of 1"), HasSubstr("'x'")));
-    EXPECT_THAT(refusal("ply", triangle + "3 0 1 2\n"), AllOf(HasSubstr("line 16"), HasSubstr("continues")));
+    EXPECT_THAT(refusal("ply", triangle + "3 0 1 2\n"), AllOf(HasSubstr(":16: "), HasSubstr("continues")));
 }
 
 TEST(PlyReader, BytesThatFollowBinaryDataAreNoted) {

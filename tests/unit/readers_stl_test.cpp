@@ -79,6 +79,23 @@ TEST(StlReader, BinaryEqualsTextWhateverItsFirstWord) {
     }
 }
 
+TEST(StlReader, NotesNormalsAgainstTheOrderOfTheCorners) {
+    std::string turned = text;
+    turned.replace(turned.rfind("0 0 1"), 5, "0 0 -1");
+    const PolygonSoup soup = stl(turned);
+    EXPECT_THAT(soup.face(1), ElementsAre(3, 4, 5));
+    EXPECT_THAT(notes(soup), AllOf(HasSubstr("facets whose normal points to their back: 1 (first at line 9)"),
+                                   HasSubstr("the order of the corners decides")));
+    for (const char* harmless : {"0 0 0", "1 0 0", "nan 0 1"}) {
+        turned = text;
+        turned.replace(turned.find("0 0 1"), 5, harmless);
+        EXPECT_THAT(stl(turned).notes, IsEmpty()) << harmless;
+    }
+    std::string bits = binary("", 2);
+    bits[84 + 11] = static_cast<char>(bits[84 + 11] ^ '\x80'); // the sign of the first normal's z
+    EXPECT_THAT(notes(stl(bits)), HasSubstr("facets whose normal points to their back: 1 (first at byte 84)"));
+}
+
 TEST(StlReader, NotesColourBitsAndTrailingBytes) {
     EXPECT_THAT(notes(stl(binary("", 2, 0x801f))), HasSubstr("colour bits in their attribute: 1 (first at byte 182)"));
     EXPECT_THAT(stl(binary("", 2, 0x7fff)).notes, IsEmpty());
@@ -90,11 +107,11 @@ TEST(StlReader, NotesColourBitsAndTrailingBytes) {
 
 TEST(StlReader, RefusesDamagedTextWhereItIs) {
     EXPECT_THAT(refusal("stl", "solid\nfacet normal 0 0\nouter loop\n"),
-                AllOf(HasSubstr("test.stl, line 3"), HasSubstr("'outer'")));
+                AllOf(HasSubstr("test.stl:3: "), HasSubstr("'outer'")));
     EXPECT_THAT(refusal("stl", "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0,5\n"), HasSubstr("'0,5'"));
     EXPECT_THAT(refusal("stl", "solid\nfacet normal 0 0 1\nendfacet\n"),
-                AllOf(HasSubstr("line 3"), HasSubstr("expected outer")));
-    EXPECT_THAT(refusal("stl", text + "nonsense\n"), AllOf(HasSubstr("line 17"), HasSubstr("'nonsense'")));
+                AllOf(HasSubstr(":3: "), HasSubstr("expected outer")));
+    EXPECT_THAT(refusal("stl", text + "nonsense\n"), AllOf(HasSubstr(":17: "), HasSubstr("'nonsense'")));
     EXPECT_THAT(refusal("stl", text.substr(0, text.find("endsolid"))), HasSubstr("the file ends where"));
     EXPECT_THAT(refusal("stl", "OFF\n"), HasSubstr("less than the 84"));
     EXPECT_THAT(refusal("stl", "OFF\n" + std::string(200, '#')), HasSubstr("does not begin with the word solid"));

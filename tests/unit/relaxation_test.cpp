@@ -135,6 +135,54 @@ TEST(Southwell, RelaxesTheLargestResidualEachTime) {
     }
 }
 
+/// Some unknowns light few others and some light all, all of them in dyadic numbers, so that there are ties: the first
+/// of the largest is relaxed, and every number is exact.
+TEST(GreedyMethods, TakeTheFirstOfTheLargestWhetherFewResidualsChangeOrMany) {
+    constexpr Eigen::Index size = 200;
+    Eigen::MatrixXd K = Eigen::MatrixXd::Zero(size, size);
+    for (Eigen::Index i = 0; i < size; ++i) {
+        K((i + 1) % size, i) = K((i + 7) % size, i) = 0.25;
+        if (i % 16 == 5) {
+            K.col(i).setConstant(0x1p-9);
+            K(i, i) = 0.0;
+        }
+    }
+    Values rho(size, 1), g(size, 1);
+    for (Eigen::Index i = 0; i < size; ++i) {
+        rho(i, 0) = i % 3 == 0 ? 0.5 : 1.0;
+        g(i, 0) = i % 5 == 0 ? 2.0 : 1.0;
+    }
+    const DenseOperator T(K, rho);
+    const Eigen::MatrixXd dense = K * Eigen::VectorXd(rho.col(0)).asDiagonal();
+    for (const bool shooting : {false, true}) {
+        Eigen::VectorXd x = g.col(0), r = dense * x;
+        if (shooting) {
+            x.setZero();
+            r = g.col(0);
+        }
+        Shown shown;
+        test::plugin<Solver>(shooting ? "progressive:ambient=no" : "southwell")
+            ->solve({&T, g}, shown.in(patient(1e-14, 2)), {});
+        std::size_t steps = 0;
+        for (std::size_t k = 0; k + 1 < shown.h.size(); ++k) { // the last is shown twice
+            for (; steps < shown.relaxations[k]; ++steps) {
+                Eigen::Index largest = 0;
+                for (Eigen::Index i = 1; i < size; ++i) {
+                    const double weight = shooting ? rho(i, 0) : 1.0, other = shooting ? rho(largest, 0) : 1.0;
+                    largest = weight * std::abs(r[i]) > other * std::abs(r[largest]) ? i : largest;
+                }
+                const double delta = r[largest];
+                x[largest] += delta;
+                r += delta * dense.col(largest);
+                r[largest] -= delta;
+            }
+            EXPECT_EQ(Eigen::VectorXd(shown.h[k].col(0)), shooting ? Eigen::VectorXd(x + r) : x)
+                << "after " << steps << " steps";
+        }
+        EXPECT_GT(steps, 200U);
+    }
+}
+
 TEST(Progressive, ShootsTheMostUnshotPowerAndShowsTheAmbientTerm) {
     const Room room(0.8);
     const Eigen::VectorXd rho = room.rho.col(0);

@@ -17,10 +17,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace difusa::sensors_test {
@@ -100,7 +102,7 @@ TEST(Sensors, UnderAPointLight) {
     EXPECT_LT((ratio - 1.0).abs().maxCoeff(), 0.02);
     // The noise tells how far they are off: root mean squares, from a hundred differences.
     const double noise = std::sqrt(spheres.noise.col(0).array().square().mean()) /
-                         (lamp.intensity.matrix().norm() / (4.0 * r2)); // of all channels
+                         (std::sqrt(lamp.intensity.square().mean()) / (4.0 * r2));
     EXPECT_NEAR(std::sqrt((ratio - 1.0).square().mean()) / noise, 1.0, 0.4);
     // Behind the floor of a horizontal sensor that faces down is nothing.
     EXPECT_EQ(read(result, {{place, -Vec3::UnitZ(), SensorKind::planar}}).H.maxCoeff(), 0.0);
@@ -151,6 +153,13 @@ TEST(Sensors, TheSameBitsOnAnyNumberOfThreadsAndTheSumOfTheGroups) {
     ASSERT_EQ(one.groups.size(), 2U);
     EXPECT_LT((one.groups[0].H + one.groups[1].H - one.H).cwiseAbs().maxCoeff(), 1e-12 * one.H.maxCoeff());
     EXPECT_GT(one.H_indirect.minCoeff(), 0.0);
+    // Of a field that undershoots, groups are raised to 0 as their sum is.
+    FieldParts parts = result.field().parts();
+    parts.smooth *= -1.0;
+    const SensorReadings raised = read_sensors(Field(std::move(parts)), sensors, 128, nullptr, 1, Execution{});
+    EXPECT_EQ(raised.H_indirect, Values(Values::Zero(raised.H.rows(), 3)));
+    EXPECT_EQ(raised.H_direct, one.H_direct);
+    EXPECT_LT((raised.groups[0].H + raised.groups[1].H - raised.H).cwiseAbs().maxCoeff(), 1e-12 * one.H.maxCoeff());
 }
 
 TEST(Sensors, TheirErrorsAreEstimated) {
@@ -187,7 +196,13 @@ std::vector<Vec3> grid_places(const Scene& scene, const SensorGrid& grid) {
 }
 
 std::string refused(const Scene& scene, const SensorGrid& grid) {
-    return test::refusal_of([&] { places_of_grid(grid, scene); }, grid.on);
+    try {
+        places_of_grid(grid, scene);
+    } catch (const UsageError& error) {
+        return error.what();
+    }
+    ADD_FAILURE() << "accepted: " << grid.on;
+    return "";
 }
 
 TEST(SensorGrids, CellsAreNoLongerThanTheSpacingAndKeepTheMargin) {
@@ -224,6 +239,43 @@ TEST(SensorGrids, FollowTheOutlineOfTheFace) {
         EXPECT_GT(std::min(p.x(), p.y()), 0.2 - 1e-9);
     }
     EXPECT_THAT(refused(scene, {"7", 0.5, 0.25, 0.0}), HasSubstr("not flat"));
+}
+
+/// A disc of slivers, each of which spans many cells: the places are those inside all of its sides, by the margin.
+TEST(SensorGrids, AreFoundOnSlivers) {
+    constexpr int slices = 96;
+    std::vector<Vec3> points{Vec3::Zero()};
+    std::vector<std::array<Index, 3>> triangles;
+    for (Index k = 0; k < slices; ++k) {
+        const double angle = 2.0 * pi * k / slices;
+        points.emplace_back(std::cos(angle), std::sin(angle), 0.0);
+        triangles.push_back({0, 1 + k, 1 + (k + 1) % slices});
+    }
+    Scene scene = test::uniform_scene(test::make_mesh(points, triangles), 0.5, 0.0);
+    scene.materials[0].name = "disc";
+    for (const double margin : {0.0, 0.13}) {
+        const double side = 2.0 * (1.0 - margin), cells = std::ceil(side / 0.07);
+        std::vector<Vec3> expected;
+        for (double row = 0.5; row < cells; ++row) {
+            for (double column = 0.5; column < cells; ++column) {
+                const Vec3 p(margin - 1.0 + column / cells * side, margin - 1.0 + row / cells * side, 0.4);
+                double reach = -1.0; // along the normal of a side
+                for (int k = 0; k < slices; ++k) {
+                    const double angle = 2.0 * pi * (k + 0.5) / slices;
+                    reach = std::max(reach, std::cos(angle) * p.x() + std::sin(angle) * p.y());
+                }
+                if (reach <= std::cos(pi / slices) - margin) {
+                    expected.push_back(p);
+                }
+            }
+        }
+        const std::vector<Vec3> places = grid_places(scene, {"disc", 0.4, 0.07, margin});
+        ASSERT_EQ(places.size(), expected.size());
+        EXPECT_GT(places.size(), 400U);
+        for (std::size_t i = 0; i < places.size(); ++i) {
+            EXPECT_LT((places[i] - expected[i]).norm(), 1e-12);
+        }
+    }
 }
 
 TEST(Places, WithANormalStandWhereTheyAreAndWithoutOneOnTheSurface) {
@@ -266,8 +318,11 @@ TEST(Places, WithANormalStandWhereTheyAreAndWithoutOneOnTheSurface) {
     options.at.pop_back();
     EXPECT_EQ(coarse_bake(scene, options).listed.size(), 3U);
     options.sensor = "spherical";
-    EXPECT_THROW(coarse_bake(scene, options), UsageError); // has no use for the normal
+    EXPECT_THROW(coarse_bake(scene, options), UsageError); // measures where it stands
     options.snap = false;
+    const BakeResult turned = coarse_bake(scene, options); // normals are not used, and that is said
+    EXPECT_EQ(turned.sensors.size(), options.at.size());
+    EXPECT_THAT(turned.journal.notes(), Contains(HasSubstr("a spherical sensor has none of its own")));
     options.at = {{mid, {}}};
     EXPECT_EQ(coarse_bake(scene, options).sensors.size(), 1U);
     options.sensor = "diagonal";

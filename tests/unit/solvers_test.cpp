@@ -151,6 +151,14 @@ TEST(Solvers, DoNotDependOnTheUnitOfLight) {
         const SolveSummary a = solve(name, p.problem()), b = solve(name, bright);
         EXPECT_EQ(b.h, a.h * 0x1p70) << name;
         EXPECT_EQ(b.iterations, a.iterations) << name;
+        for (const double unit : {0x1p-800, 0x1p800}) { // whose square is no double
+            SolveProblem other = p.problem();
+            other.g *= unit;
+            const SolveSummary c = solve(name, other);
+            EXPECT_TRUE(c.converged()) << name << c.sentence();
+            EXPECT_EQ(c.h, a.h * unit) << name;
+            EXPECT_EQ(c.iterations, a.iterations) << name;
+        }
     }
 }
 
@@ -160,7 +168,11 @@ TEST(Solvers, AcceptAResidualOfMereRounding) {
         SolveOptions options;
         options.tolerance = 1e-30;
         options.max_iterations = 200;
-        EXPECT_TRUE(solve(name, p.problem(), options).converged()) << name;
+        const SolveSummary summary = solve(name, p.problem(), options);
+        EXPECT_TRUE(summary.converged()) << name;
+        EXPECT_THAT(summary.sentence(), testing::StartsWith("converged to rounding after"));
+        options.tolerance = 1e-9;
+        EXPECT_THAT(solve(name, p.problem(), options).sentence(), testing::StartsWith("converged after")) << name;
     }
 }
 
@@ -195,6 +207,7 @@ TEST(Jacobi, DivergesWhereTheSeriesDoes) {
     const SolveSummary summary = solve("jacobi", p.problem(), options);
     EXPECT_EQ(summary.reason, Reason::diverged);
     EXPECT_THAT(summary.sentence(), testing::HasSubstr("diverged"));
+    EXPECT_THAT(summary.remedy(), testing::HasSubstr("--solver krylov"));
 }
 
 TEST(Jacobi, ContractsByTheSpectralRadius) {

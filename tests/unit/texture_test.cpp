@@ -8,6 +8,9 @@
 
 #include "soups.h"
 
+#include <limits>
+#include <memory>
+
 namespace difusa::texture_test {
 namespace {
 
@@ -56,6 +59,37 @@ TEST(Texture, APlacementMovesItsCoordinates) {
     for (const double u : {0.0, 0.125, 0.75}) {
         for (const double v : {0.0, 0.25, 0.5}) {
             EXPECT_EQ(value(moved, u, v), value(plain, 2 * v + 0.25, 1 - u));
+        }
+    }
+}
+
+TEST(SettleTextures, FacesWhoseTextureIsPlacedTooFarAwayHaveTheMeanColour) {
+    for (const double scale : {1e9, 1e12, 1e308, std::numeric_limits<double>::infinity()}) {
+        for (const bool emission : {false, true}) {
+            TexturePlacement place;
+            place << scale, 0, 0, 0, 1, 0;
+            const auto texture = std::make_shared<const Texture>(std::make_shared<const Image>(four()),
+                                                                 Texture::Wrap::repeat, Texture::Wrap::clamp, place);
+            PolygonSoup soup = make_soup({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}});
+            soup.corner_texture = {{0.0, 0.0}, {1.0, 0.0}, {-1.0, 1.0}};
+            soup.materials.resize(1);
+            soup.materials[0].name = "far";
+            (emission ? soup.materials[0].emission_texture : soup.materials[0].reflectance_texture) = texture;
+            soup.materials[0].emission = soup.materials[0].reflectance = Rgb::Ones();
+            soup.face_material.assign(1, 0);
+            settle_textures(soup);
+            if (scale == 1e9) {
+                EXPECT_EQ(soup.face_material[0], 0U);
+                EXPECT_TRUE(soup.notes.empty());
+                continue;
+            }
+            ASSERT_EQ(soup.face_material[0], 1U) << scale;
+            const Material& plain = soup.materials[1];
+            EXPECT_FALSE(is_textured(plain));
+            EXPECT_NEAR((emission ? plain.emission : plain.reflectance)[0], 0.25, 1e-7);
+            ASSERT_EQ(soup.notes.size(), 1U);
+            EXPECT_THAT(soup.notes[0],
+                        HasSubstr("too far to resolve pixels: 1 (first: face 0 (line 100), of \"far\")"));
         }
     }
 }

@@ -252,8 +252,20 @@ def check_relight():
     check(len(Picture("relight.png").colours()) > 100, "relight.png: of few colours")
 
 
+def check_relight_again():
+    """The groups of a file that has changed take the place of those it had, and the light adds up as for the first."""
+    log = open("again.log").read()
+    check("first: ['lamp']\n" in log, "again.log: other light groups than the lamp at first")
+    check("then: ['sky']\n" in log, "again.log: other light groups than the sky then")
+    off = re.findall(r"^(.*): off by (\S+)$", log, re.M)
+    check(len(off) == 2, "again.log: compares %s" % [name for name, _ in off])
+    for name, difference in off:
+        check(float(difference) <= 1e-9, "again.log: %s is off by %s" % (name, difference))
+
+
 os.chdir(sys.argv[1])
-parts = [check_box, check_luminance, check_macro, check_relight, check_courtyard, check_basis, check_error, check_meshlab]
+parts = [check_box, check_luminance, check_macro, check_relight, check_relight_again, check_courtyard, check_basis,
+         check_error, check_meshlab]
 for part in parts:
     before = len(failures)
     part()

@@ -95,6 +95,24 @@ if open_saved /nowhere/relight none || ! grep -q "difusa: the program /nowhere/r
     cat none.log >&2
     exit 1
 fi
+# The file becomes that of another scene, whose sky was assumed for want of lights: half of it, another sky, and a sun.
+"$bin/bake_radiosity" "$data/courtyard.off" saved.vtp "${few[@]}" --error-points 0 --save-transport courtyard.difusa
+relight_courtyard() { "$bin/relight" courtyard.difusa "courtyard_$1.vtp" --quiet --error-points 0 "${@:2}"; }
+relight_courtyard half --scale sky=0.5
+relight_courtyard sky --scale sky=0 --sky 2
+relight_courtyard sun --scale sky=0 --sun 0,0.93969262078590838,0.34202014332566871,30
+open_again() {
+    DIFUSA_RELIGHT=$bin/relight timeout 200 pvbatch "$here/use_relight_again.py" "$scripts/difusa_relight.py" \
+        saved.difusa courtyard.difusa "$1" courtyard_half.vtp courtyard_sky.vtp courtyard_sun.vtp >"$2.log" 2>&1
+}
+open_again "--threads 2" again && ! grep -Eiq 'warn|err\||error:|traceback' again.log ||
+    { echo "FAILED: the plugin that relights, for another scene:" >&2; cat again.log >&2; exit 1; }
+if open_again "--output-spacing '0.1" none ||
+    ! grep -q "difusa: the property Options, .*: no closing quotation" none.log; then
+    echo "FAILED: options with an open quotation mark:" >&2
+    cat none.log >&2
+    exit 1
+fi
 # What is not there is refused with what is.
 if pvbatch "$scripts/show_bake.py" box.vtp none.png --array nothing >none.log 2>&1 || [ -e none.png ] ||
     ! grep -q "has no point array nothing; it has .*radiosity_weighted" none.log; then

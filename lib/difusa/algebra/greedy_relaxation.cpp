@@ -3,6 +3,7 @@
 #include <difusa/core/parallel.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -34,6 +35,92 @@ struct GreedyTransport {
     std::size_t entries() const { return A.row.size() + factors->Q.row.size(); }
 };
 
+/// The first unknown whose weighted residual is largest, and the largest residual.
+struct GreedyChoice {
+    double weighted = 0.0, largest = 0.0;
+    Index next = none;
+
+    bool operator==(const GreedyChoice&) const = default;
+
+    /// Of these unknowns and of others that come after them.
+    GreedyChoice with(const GreedyChoice& later) const {
+        const GreedyChoice& first = later.weighted > weighted ? later : *this;
+        return {first.weighted, std::max(largest, later.largest), first.next};
+    }
+};
+
+/// The choice among all unknowns, by a tournament: after a step that changes few residuals, few matches are played
+/// again.
+class GreedyTournament {
+  public:
+    explicit GreedyTournament(Eigen::VectorXd weight)
+        : weight_(std::move(weight)), leaves_(std::bit_ceil(static_cast<std::size_t>(weight_.size()))) {}
+
+    /// All residuals may have changed.
+    void forget() { known_ = false; }
+
+    /// Begins a step that has changed so many residuals, at most. True if `change` is to be called for each of them.
+    bool is_worthwhile(std::size_t changed) {
+        few_ = changed < static_cast<std::size_t>(weight_.size()) / 8;
+        known_ = known_ && few_;
+        return known_;
+    }
+
+    void change(const Eigen::VectorXd& r, Index i) {
+        std::size_t node = leaves_ + i;
+        GreedyChoice now = of(r, static_cast<Eigen::Index>(i));
+        while (!(nodes_[node] == now)) {
+            nodes_[node] = now;
+            if (node == 1) {
+                break;
+            }
+            node /= 2;
+            now = nodes_[2 * node].with(nodes_[2 * node + 1]);
+        }
+    }
+
+    GreedyChoice choose(const Eigen::VectorXd& r) {
+        if (!known_ && !few_) {
+            GreedyChoice choice; // as if by `with`
+            for (Eigen::Index i = 0; i < r.size(); ++i) {
+                const double size = std::abs(r[i]), weighted = weight_[i] * size;
+                choice.largest = std::max(choice.largest, size);
+                if (weighted > choice.weighted) {
+                    choice.weighted = weighted;
+                    choice.next = static_cast<Index>(i);
+                }
+            }
+            return choice;
+        }
+        if (!known_) {
+            nodes_.assign(2 * leaves_, {});
+            for (Eigen::Index i = 0; i < r.size(); ++i) {
+                nodes_[leaves_ + static_cast<std::size_t>(i)] = of(r, i);
+            }
+            for (std::size_t node = leaves_; node-- > 1;) {
+                nodes_[node] = nodes_[2 * node].with(nodes_[2 * node + 1]);
+            }
+            known_ = true;
+        }
+        return nodes_[1];
+    }
+
+  private:
+    /// NaN is never chosen.
+    GreedyChoice of(const Eigen::VectorXd& r, Eigen::Index i) const {
+        const double size = std::abs(r[i]), weighted = weight_[i] * size;
+        return weighted > 0.0 ? GreedyChoice{weighted, std::max(0.0, size), static_cast<Index>(i)}
+                              : GreedyChoice{0.0, std::max(0.0, size), none};
+    }
+
+    Eigen::VectorXd weight_;
+    std::size_t leaves_;
+    std::vector<GreedyChoice>
+        nodes_;          ///< 1: of all; 2 k and 2 k + 1: the halves of k; from `leaves_` on: of each unknown
+    bool known_ = false; ///< whether they are those of the residuals
+    bool few_ = false;   ///< whether the last step changed few residuals
+};
+
 /// The equation of one column, step by step.
 class GreedyColumn {
   public:
@@ -41,14 +128,8 @@ class GreedyColumn {
     GreedyColumn(const GreedyTransport& transport, const GreedyRule& rule, const SolveOptions& options,
                  Eigen::Index channel, Eigen::VectorXd g, Eigen::VectorXd x, Eigen::VectorXd r)
         : transport_(transport), rule_(rule), options_(options), channel_(channel), g_(std::move(g)), x_(std::move(x)),
-          r_(std::move(r)), weight_(Eigen::VectorXd::Ones(g_.size())),
+          r_(std::move(r)), choice_(weights(transport, rule, channel)),
           light_(g_.cwiseAbs().maxCoeff<Eigen::PropagateNaN>()) {
-        if (rule.shooting) {
-            const Eigen::VectorXd power = transport.factors->power.col(channel).cwiseAbs();
-            if (const double mean = power.mean(); mean > 0.0) {
-                weight_ = power.cwiseMax(least_power * mean);
-            }
-        }
         first_ = relative(r_);
         history_.push_back(first_);
         before_ = shown(false);
@@ -95,13 +176,13 @@ class GreedyColumn {
             if (steps_ % steps_of_look == 0) {
                 execution.check();
             }
-            const auto [next, largest] = select();
-            if (largest <= limit || next == none) {
+            const GreedyChoice choice = choice_.choose(r_);
+            if (choice.largest <= limit || choice.next == none) {
                 claims_ = true;
             } else if (steps_ == target) {
                 return;
             } else {
-                relax(next);
+                relax(choice.next);
             }
         }
     }
@@ -127,6 +208,7 @@ class GreedyColumn {
     void verify(Eigen::VectorXd r, const Eigen::VectorXd& of_result) {
         claims_ = false;
         r_ = std::move(r);
+        choice_.forget();
         strictness_ *= 0.5;
         const double now = relative(of_result);
         if ((options_.stop == StopBy::residual && now <= options_.tolerance) ||
@@ -153,42 +235,47 @@ class GreedyColumn {
         return light_ == 0.0 ? 0.0 : r.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() / light_;
     }
 
-    /// The first unknown whose weighted residual is largest, and the largest residual.
-    std::pair<Index, double> select() const {
-        Index next = none;
-        double best = 0.0, largest = 0.0;
-        for (Eigen::Index i = 0; i < r_.size(); ++i) {
-            const double size = std::abs(r_[i]), weighted = weight_[i] * size;
-            largest = std::max(largest, size);
-            if (weighted > best) {
-                best = weighted;
-                next = static_cast<Index>(i);
-            }
-        }
-        return {next, largest};
+    /// What the residual of each unknown counts.
+    static Eigen::VectorXd weights(const GreedyTransport& transport, const GreedyRule& rule, Eigen::Index channel) {
+        const Eigen::VectorXd power = transport.factors->power.col(channel).cwiseAbs();
+        const double mean = rule.shooting ? power.mean() : 0.0;
+        return mean > 0.0 ? Eigen::VectorXd(power.cwiseMax(least_power * mean))
+                          : Eigen::VectorXd(Eigen::VectorXd::Ones(power.size()));
     }
 
     void relax(Index i) {
         const double delta = rule_.relaxation * r_[i] / (1.0 - transport_.diagonal(i, channel_));
         const SparseColumns &Q = transport_.factors->Q, &A = transport_.A;
+        std::size_t touched = 1;
         for (std::size_t e = Q.first[i]; e < Q.first[i + 1]; ++e) {
             const double through = delta * Q.value(static_cast<Eigen::Index>(e), channel_);
             const Index s = Q.row[e];
             for (std::size_t a = A.first[s]; a < A.first[s + 1]; ++a) {
                 r_[A.row[a]] += through * A.value(static_cast<Eigen::Index>(a), 0);
             }
+            touched += A.first[s + 1] - A.first[s];
             entries_ += A.first[s + 1] - A.first[s] + 1;
         }
         r_[i] -= delta;
         x_[i] += delta;
         ++steps_;
+        if (!choice_.is_worthwhile(touched)) {
+            return;
+        }
+        choice_.change(r_, i);
+        for (std::size_t e = Q.first[i]; e < Q.first[i + 1]; ++e) {
+            for (std::size_t a = A.first[Q.row[e]]; a < A.first[Q.row[e] + 1]; ++a) {
+                choice_.change(r_, A.row[a]);
+            }
+        }
     }
 
     const GreedyTransport& transport_;
     const GreedyRule& rule_;
     const SolveOptions& options_;
     Eigen::Index channel_;
-    Eigen::VectorXd g_, x_, r_, weight_, before_; ///< before_: the result after the last whole iteration
+    Eigen::VectorXd g_, x_, r_, before_; ///< before_: the result after the last whole iteration
+    GreedyTournament choice_;
     double light_, first_ = 0.0, change_ = 0.0;
     double strictness_ = 1.0; ///< share of the tolerance at which convergence is claimed
     std::vector<double> history_;
@@ -335,7 +422,7 @@ class GreedyRun {
         }
         summary.entries_touched = entries();
         showing_.show({steps, summary.entries_touched, summary.residual, summary.h});
-        return summary;
+        return judged(std::move(summary), options_);
     }
 
     const SolveProblem& problem_;

@@ -10,7 +10,7 @@ std::string SolveSummary::sentence() const {
     std::ostringstream text;
     switch (reason) {
     case Reason::converged:
-        text << "converged";
+        text << (to_rounding ? "converged to rounding" : "converged");
         break;
     case Reason::max_iterations:
         text << "stopped at the limit of iterations";
@@ -28,6 +28,18 @@ std::string SolveSummary::sentence() const {
         text << ", relative change " << *change;
     }
     return text.str();
+}
+
+std::string SolveSummary::remedy() const {
+    return reason == Reason::diverged ? "use a smaller relaxation, or --solver krylov"
+                                      : "allow more --max-iterations, a larger --tolerance, or another --solver";
+}
+
+SolveSummary judged(SolveSummary summary, const SolveOptions& options) {
+    const double reached =
+        options.stop == StopBy::residual ? summary.residual : summary.change.value_or(options.tolerance);
+    summary.to_rounding = summary.converged() && !(reached <= options.tolerance);
+    return summary;
 }
 
 std::shared_ptr<const Factors> factors_for(const char* solver, const LinearOperator& T, const Execution& execution) {

@@ -87,12 +87,16 @@ struct SolveSummary {
     std::vector<std::vector<double>> residual_history;
     double residual = 0.0;        ///< the last one, maximum over the columns
     std::optional<double> change; ///< of the last iteration, relative, maximum over the columns; if it was to stop it
+    /// Converged, but not to the tolerance: what is left is rounding.
+    bool to_rounding = false;
     std::size_t entries_touched = 0; ///< matrix entries multiplied, summed over the columns
     Values h;                        ///< #points by #columns, W/m²
 
     bool converged() const { return reason == Reason::converged; }
     /// One sentence for the user.
     std::string sentence() const;
+    /// What the user can do if it has not converged, to follow "...: ".
+    std::string remedy() const;
 };
 
 class Solver {
@@ -117,6 +121,9 @@ std::shared_ptr<const Factors> factors_for(const char* solver, const LinearOpera
 inline double larger(double a, double b) {
     return a <= b || std::isnan(b) ? b : a;
 }
+
+/// The same with `to_rounding` as the tolerance says.
+SolveSummary judged(SolveSummary summary, const SolveOptions& options);
 
 /// max|g + T h - h| / max|g| for each column (0 for a dark one), and the residual g + T h - h itself.
 std::vector<double> relative_residual(const SolveProblem& problem, const Values& h, Values& residual,

@@ -4,12 +4,30 @@
 
 namespace difusa {
 
+namespace {
+
+/// Sums of squares below this one may be made of squares that underflow.
+constexpr double least_square = 0x1p-900;
+
+} // namespace
+
 double norm(const Eigen::VectorXd& x, const Execution& execution) {
     Eigen::VectorXd squares = Eigen::VectorXd::Zero(block_count(x.size()));
     for_blocks(x.size(), execution, [&](Eigen::Index first, Eigen::Index count, Eigen::Index block) {
         squares[block] = x.segment(first, count).squaredNorm();
     });
-    return std::sqrt(squares.sum());
+    const double sum = squares.sum();
+    if (sum >= least_square && std::isfinite(sum)) {
+        return std::sqrt(sum);
+    }
+    const double largest = x.size() > 0 ? x.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() : 0.0;
+    if (!(largest > 0.0) || !std::isfinite(largest)) {
+        return std::sqrt(sum);
+    }
+    // Scaled by a power of two.
+    const int exponent = std::ilogb(largest);
+    const Eigen::VectorXd scaled = x.unaryExpr([exponent](double each) { return std::scalbn(each, -exponent); });
+    return std::scalbn(norm(scaled, execution), exponent);
 }
 
 Eigen::VectorXd orthogonalise(std::span<const Eigen::VectorXd> V, Eigen::VectorXd& w, const Execution& execution) {

@@ -28,7 +28,7 @@ template <class Body> void for_blocks(Eigen::Index size, const Execution& execut
                  });
 }
 
-/// ‖x‖₂
+/// ‖x‖₂, also where squares would under- or overflow.
 double norm(const Eigen::VectorXd& x, const Execution& execution);
 
 /// w -= V Vᵀ w for orthonormal vectors V. Projects twice, which is enough for w to be orthogonal to them up to rounding

@@ -178,7 +178,7 @@ Choices make_choices(const Registry& registry, const BakeOptions& options) {
     choices.direct_in_basis =
         parse_choice("direct", options.direct, {{"exact", {}}, {"interpolated", {}}}).name == "interpolated";
     choices.operator_bounce =
-        parse_choice("first bounce", options.first_bounce, {{"live", {}}, {"operator", {}}}).name == "operator";
+        parse_choice("first-bounce", options.first_bounce, {{"live", {}}, {"operator", {}}}).name == "operator";
     choices.stop_by_change = parse_choice("stop", options.stop, {{"residual", {}}, {"change", {}}}).name == "change";
     choices.sensor = parse_choice("sensor", options.sensor,
                                   {{"planar", {}}, {"horizontal", {}}, {"spherical", {}}, {"cylindrical", {}}})

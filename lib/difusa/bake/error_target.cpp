@@ -164,7 +164,9 @@ class TargetSearch {
                    a.goal_samples <= b.goal_samples;
         };
         if (is_no_more(effort, last.effort)) {
-            return "more than " + std::to_string(target_.most_sites) + " sites are needed";
+            return last.effort.sites < scaled(target_.most_sites, 0.9)
+                       ? "more rays, samples or error points are needed than there may be"
+                       : "more than " + std::to_string(target_.most_sites) + " sites are needed";
         }
         if (attempts_.size() > 1 && is_no_more(last.effort, attempts_[attempts_.size() - 2].effort)) {
             return "no further sites are found where they would help";
@@ -194,7 +196,7 @@ class TargetSearch {
                   " was reached, with " + std::to_string(reached.effort.sites) + " sites and " +
                   std::to_string(reached.effort.rays) + " rays from each; " + reason;
         if (!target_.best_effort) {
-            throw NotConverged(missed_ + ". Order a larger --error, raise the limit, or take what is reached, "
+            throw NotConverged(missed_ + ". Ask for a larger --error, raise the limit, or accept what was reached with "
                                          "--best-effort");
         }
         best_.target_missed = true;
@@ -215,25 +217,23 @@ class TargetSearch {
             next.options.goal_samples = effort.goal_samples;
             next.goal_estimates.clear();
         }
-        if (judge_again) {
-            if (effort.error_points != attempts_.back().effort.error_points) {
+        try {
+            if (!judge_again) {
+                next.options.sites = effort.sites;
+                next.options.rays = effort.rays;
+                next.options.adaptive = true;
+                solve_(next, own);
+            } else if (effort.error_points != attempts_.back().effort.error_points) {
                 estimate_error_of(next, own);
             }
-        } else {
-            next.options.sites = effort.sites;
-            next.options.rays = effort.rays;
-            next.options.adaptive = true;
-            try {
-                solve_(next, own);
-            } catch (const ResourceError& error) {
-                if (attempts_.empty()) {
-                    throw;
-                }
-                miss(error.what());
-                return false;
+            estimate_goals_of(next, own);
+        } catch (const ResourceError& error) {
+            if (attempts_.empty()) {
+                throw;
             }
+            miss(error.what());
+            return false;
         }
-        estimate_goals_of(next, own);
         const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began;
         attempts_.push_back(judged(next, took.count(), own));
         journal.end();

@@ -47,8 +47,8 @@ struct GatherNoise {
     double rms = 0.0; ///< over the area, W/m²
 };
 
-/// The difference of two halves may vanish at a vertex by chance, but hardly at all around it.
-GatherNoise noise_of(const BakeResult& result) {
+/// The difference of two halves may vanish at a vertex by chance, but hardly at all around it. `noise`: at vertices.
+GatherNoise noise_around(const BakeResult& result, const Values& noise) {
     const auto count = static_cast<Eigen::Index>(result.mesh.vertices.size());
     Values sum = Values::Zero(count, 1), weight = Values::Zero(count, 1);
     double all = 0.0, area = 0.0;
@@ -59,7 +59,7 @@ GatherNoise noise_of(const BakeResult& result) {
                                      .norm();
         double squares = 0.0;
         for (const Index v : triangle) {
-            squares += own / 3.0 * result.output.noise.row(static_cast<Eigen::Index>(v)).squaredNorm();
+            squares += own / 3.0 * noise.row(static_cast<Eigen::Index>(v)).squaredNorm();
         }
         all += squares;
         area += own;
@@ -82,9 +82,10 @@ void evaluate_with_errors(BakeResult& result, const ErrorMap& map, const Executi
         return;
     }
     result.output = values_at(result, vertices, "output", execution);
-    const GatherNoise noise = noise_of(result);
-    judge_gathered(*result.error, noise.rms);
-    result.errors = map.gathered_at(vertices, noise.around, execution);
+    const GatherNoise noise = noise_around(result, result.output.noise),
+                      of_irradiance = noise_around(result, result.output.noise_of_irradiance);
+    judge_gathered(*result.error, std::sqrt(result.channels) * noise.rms);
+    result.errors = map.gathered_at(vertices, noise.around, of_irradiance.around, execution);
 }
 
 } // namespace

@@ -8,7 +8,9 @@
 #include <difusa/scene/light_groups.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 
 namespace difusa {
 
@@ -28,6 +30,12 @@ std::vector<char> lamps_of(const Scene& scene, const LightSets& sets) {
     return lamp;
 }
 
+std::string four_digits(double value) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.4g", value);
+    return text.data();
+}
+
 } // namespace
 
 double LampPowers::rms() const {
@@ -37,16 +45,20 @@ double LampPowers::rms() const {
 std::string LampPowers::text() const {
     const std::string unit = photometric ? " lux" : " W/m²";
     std::string all = "lamps:";
+    bool more = false;
     for (const auto& [name, factor] : factors) {
-        all += " " + name + " x " + text_of(factor) + ",";
+        all += " " + name + " x " + four_digits(factor) + ",";
+        more = more || factor > 1.0;
     }
-    return all + " for " + text_of(wanted.mean()) + unit + " at " + std::to_string(after.size()) +
-           (after.size() == 1 ? " place: " : " places: ") + text_of(after.minCoeff()) + " to " +
-           text_of(after.maxCoeff()) + ", rms deviation " + text_of(rms()) + " (before: " + text_of(before.minCoeff()) +
-           " to " + text_of(before.maxCoeff()) +
-           "; of sun and sky, which stay as they "
-           "are, " +
-           text_of(fixed) + " on average)";
+    all += " for " + four_digits(wanted.mean()) + unit + " at " +
+           counted(static_cast<std::size_t>(after.size()), "place") + ": " + four_digits(after.minCoeff()) + " to " +
+           four_digits(after.maxCoeff()) + ", rms deviation " + four_digits(rms()) +
+           " (before: " + four_digits(before.minCoeff()) + " to " + four_digits(before.maxCoeff()) +
+           "; of sun and sky, which stay as they are, " + four_digits(fixed) + " on average)";
+    if (too_bright > 0) {
+        all += "; sun and sky alone exceed the level at " + counted(too_bright, "place");
+    }
+    return all + (more ? "; factors above 1 ask for more than the lamps emit now" : "");
 }
 
 LampPowers lamp_powers(const BakeResult& result, const Eigen::VectorXd& wanted) {
@@ -93,6 +105,7 @@ LampPowers lamp_powers(const BakeResult& result, const Eigen::VectorXd& wanted) 
     powers.before = A.rowwise().sum() + fixed;
     powers.after = A * x + fixed;
     powers.fixed = fixed.mean();
+    powers.too_bright = static_cast<std::size_t>((fixed.array() > wanted.array()).count());
     return powers;
 }
 

@@ -15,6 +15,7 @@ struct LampPowers {
     Eigen::VectorXd wanted;                              ///< at each place, lux of a photometric bake, else W/m²
     Eigen::VectorXd before, after;                       ///< at each place: the lamps as they are, and with the factors
     double fixed = 0.0;                                  ///< mean of what suns and sky give, which stays as it is
+    std::size_t too_bright = 0;                          ///< places where that is more than what is wanted
 
     bool photometric = false;
 

@@ -3,6 +3,7 @@
 #include <difusa/bake/names.h>
 #include <difusa/bake/options.h>
 #include <difusa/core/error.h>
+#include <difusa/core/text.h>
 #include <difusa/scene/light_groups.h>
 #include <difusa/scene/sky_dome.h>
 
@@ -30,6 +31,13 @@ template <class Act> void for_materials(Scene& scene, const char* option, const 
     }
 }
 
+void scale(Rgb& light, const std::string& name, double factor) {
+    light *= factor;
+    if (!is_light(light)) {
+        throw UsageError("--scale " + name + ": the light times " + text_of(factor) + " is not finite");
+    }
+}
+
 void scale_group(Scene& scene, const LightSets& sets, const std::string& name, double factor) {
     if (!(factor >= 0.0) || !std::isfinite(factor)) {
         throw UsageError("--scale " + name + ": the factor must be a finite number of at least 0");
@@ -42,21 +50,21 @@ void scale_group(Scene& scene, const LightSets& sets, const std::string& name, d
     // What does not shine belongs to no set, and stays dark.
     for (std::size_t m = 0; m < scene.materials.size(); ++m) {
         if (sets.material[m] == set) {
-            scene.materials[m].emission *= factor;
+            scale(scene.materials[m].emission, name, factor);
         }
     }
     for (std::size_t i = 0; i < scene.suns.size(); ++i) {
         if (sets.sun[i] == set) {
-            scene.suns[i].irradiance *= factor;
+            scale(scene.suns[i].irradiance, name, factor);
         }
     }
     for (std::size_t i = 0; i < scene.point_lights.size(); ++i) {
         if (sets.point[i] == set) {
-            scene.point_lights[i].intensity *= factor;
+            scale(scene.point_lights[i].intensity, name, factor);
         }
     }
     if (sets.sky == set && scene.has_sky()) {
-        scene.sky *= factor;
+        scale(scene.sky, name, factor);
         if (scene.dome) {
             scene.dome = factor > 0.0 ? std::make_shared<ScaledSky>(scene.dome, factor) : nullptr;
         }

@@ -11,12 +11,31 @@ namespace difusa {
 
 namespace {
 
+constexpr std::size_t most_error_rounds = 64;
+
 bool is_unit(const Vec3& v) {
     return std::abs(v.norm() - 1.0) < 1e-6;
 }
 
 [[noreturn]] void refuse(const std::string& option, const std::string& why) {
     throw UsageError(option + ": " + why);
+}
+
+bool is_positive_length(double length) {
+    return length > 0.0 && std::isfinite(length);
+}
+
+void check_sensor_grid(const SensorGrid& grid) {
+    const std::string option = "--grid " + grid.on;
+    if (!is_positive_length(grid.spacing)) {
+        refuse(option, "needs a spacing above 0");
+    }
+    if (!(grid.margin >= 0.0) || !std::isfinite(grid.margin)) {
+        refuse(option, "the margin must be a length of at least 0");
+    }
+    if (!(grid.height >= 0.0) || !std::isfinite(grid.height)) {
+        refuse(option, "the height must be a length of at least 0");
+    }
 }
 
 void check_target(const BakeOptions& options, const ErrorTarget& target) {
@@ -87,6 +106,12 @@ void check_options(const BakeOptions& options) {
     if (!(options.most_memory > 0.0)) {
         refuse("--max-memory", "must be above 0");
     }
+    if (options.error_rounds > most_error_rounds) {
+        refuse("error rounds", "must be at most " + std::to_string(most_error_rounds));
+    }
+    for (const SensorGrid& grid : options.grids) {
+        check_sensor_grid(grid);
+    }
     if (options.target) {
         check_target(options, *options.target);
     }
@@ -126,6 +151,9 @@ void check_options(const BakeOptions& options) {
     }
     if (options.output_spacing < 0.0 || !std::isfinite(options.output_spacing)) {
         refuse("--output-spacing", "must be a positive length");
+    }
+    if (!is_positive_length(options.output_in_spacings)) {
+        refuse("output spacing in spacings", "must be above 0");
     }
 }
 

@@ -7,6 +7,7 @@
 #include <difusa/lighting/dark_regions.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace difusa {
 
@@ -22,7 +23,7 @@ double spacing_for(const BakeResult& result, const Choices& choices, const LitSu
     const std::size_t wanted = result.options.sites;
     if (wanted > limit) {
         throw ResourceError(std::to_string(wanted) + " sites are requested, but memory suffices for only " +
-                            std::to_string(limit) + ": give fewer --sites");
+                            std::to_string(limit) + ": give fewer --sites, or more --max-memory if that is the limit");
     }
     constexpr double most = 50.0; // times the desired number, mostly on dark surfaces
     const double more =
@@ -35,7 +36,15 @@ double spacing_for(const BakeResult& result, const Choices& choices, const LitSu
 } // namespace
 
 std::size_t most_sites_now(const BakeOptions& options) {
-    return std::min(most_sites, available_memory(options.most_memory) / bytes_of_site);
+    const std::size_t sites = std::min(most_sites, available_memory(options.most_memory) / bytes_of_site);
+    if (sites == 0) {
+        throw ResourceError("no memory is left for sites" +
+                            (std::isfinite(options.most_memory)
+                                 ? ": the program has used the " + format_bytes(options.most_memory) +
+                                       " that --max-memory allows; allow more"
+                                 : std::string()));
+    }
+    return sites;
 }
 
 void choose_spacing(BakeResult& result, const Choices& choices, const LitSurface& lit, const Execution& execution) {

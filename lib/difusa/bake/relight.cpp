@@ -96,6 +96,11 @@ class Relighting {
                                  "temperatures in its file, and relight it");
             }
             add_chosen_lights(scene, saved_.options);
+            if (!is_thermal(scene) && !has_light(scene)) { // as the bake did; its sky may be replaced
+                const bool replaced = result_.options.sky.has_value();
+                assume_sky(result_, scene, replaced ? Execution{1} : execution_);
+                result_.sky_assumed = !replaced;
+            }
             const bool lit = has_light(scene);
             change_light(how_.change, scene);
             if (path_ != nullptr) {
@@ -104,10 +109,9 @@ class Relighting {
                 moving_ = scene.suns.size();
                 scene.suns.push_back(steps_.front().sun);
             }
-            BakeOptions& options = result_.options;
-            if (lit && !has_light(scene) && !options.sky) {
-                options.sky = Rgb::Zero(); // turned off on purpose: no sky takes its place
-            }
+            const BakeOptions& options = result_.options;
+            const bool others = options.sky || !options.suns.empty() || !options.point_lights.empty();
+            result_.turned_off = lit && !others && !has_light(scene);
         };
     }
 
@@ -118,7 +122,9 @@ class Relighting {
             return;
         }
         if (path_ == nullptr && turned_off_ && result_.solution.irradiance.isZero(0.0)) {
-            execution_.note("the lights that are left do not reach the front of any face: nothing is lit");
+            execution_.note(result_.turned_off
+                                ? "all lights are turned off: nothing is lit"
+                                : "the lights that are left do not reach the front of any face: nothing is lit");
         }
         estimate_error_of(result_, execution_);
         evaluate_solution(result_, execution_);
@@ -332,8 +338,10 @@ void read_scene_of(const SavedTransport& saved, const std::filesystem::path& fil
     refuse_to_overwrite({saved.file}, result.options.outputs);
     std::error_code ignored;
     if (!std::filesystem::exists(file, ignored)) {
-        throw InputError(file.string() + ": cannot be found; the transport was saved for this scene: name the file " +
-                         "where it is now, --scene FILE");
+        throw InputError(file.string() + ": cannot be found" +
+                         (file == saved.scene ? "; the transport was saved for this scene: name the file where it is "
+                                                "now, --scene FILE"
+                                              : " (--scene)"));
     }
     read_into(result, registry, file, execution, change);
     if (file == saved.scene && content_fingerprint(file) != saved.scene_content) {

@@ -81,7 +81,8 @@ struct ThermalResult {
     double heat = 0.0;                       ///< that leaves all surfaces
     double to_surroundings = 0.0;            ///< net, through openings
     double to_backs = 0.0;  ///< to the backs of faces and what is lost between mirrors: black, at the reference
-    double exchanged = 0.0; ///< half the sum of the magnitudes of all net fluxes: what imbalances are compared with
+    double exchanged = 0.0; ///< half the sum of the magnitudes of all net fluxes, those of surroundings and backs too:
+                            ///< what imbalances are compared with
     double imbalance() const { return heat - to_surroundings - to_backs; }
 };
 
@@ -110,6 +111,7 @@ struct BakeResult {
     Vec3 up = Vec3::UnitZ();  ///< unit, upwards: what the scene file says, or the convention of the mesh format
     int channels = 3;         ///< 1 for a grey scene
     bool sky_assumed = false; ///< nothing else emits light
+    bool turned_off = false;  ///< all lights of the scene, on purpose: no sky takes their place
     bool photometric = false; ///< what people read is in lux and cd/m²
     Journal journal;          ///< times of the phases, notes, savings; counts "rays", "segments", "output rays",
                               ///< "output segments"
@@ -149,6 +151,12 @@ struct BakeResult {
 /// How patches are divided, if they are; else null, and before there is a system.
 inline const Substructure* substructure_of(const BakeResult& result) {
     return result.system ? result.system->discretisation().basis->substructure() : nullptr;
+}
+
+/// Whether the error of the irradiance was estimated, apart from the radiosity's: in a scene that reflects nothing,
+/// whose radiosity has none, it was not. Thermal scenes have one error, which is of the irradiation.
+inline bool knows_error_of_irradiance(const BakeResult& result) {
+    return result.error && result.error->points > 0 && !result.scene->thermal;
 }
 
 } // namespace difusa

@@ -330,7 +330,8 @@ SavedTransport saved_transport_of(const BakeResult& result) {
     saved.options.sampler = result.options.sampler; // where none was named, that of the basis
     saved.options.spacing = result.sites->spacing;
     saved.options.sites = result.options.sites;
-    saved.options.rays = result.options.rays; // these, too, where an accuracy was ordered
+    saved.options.rays = result.options.rays;         // these, too, where an accuracy was ordered
+    saved.options.analytic = result.options.analytic; // what was decided from the rays, which are not looked at again
     saved.options.target.reset();
     saved.sites = result.sites;
     saved.gathered = result.system->transport();

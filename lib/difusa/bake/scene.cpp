@@ -42,6 +42,10 @@ void check_scene(const Scene& scene, const std::string& name) {
         mesh.material.size() != mesh.triangles.size()) {
         refuse("the mesh is empty, not derived (Mesh::derive), or lacks a material for some triangle");
     }
+    if (!mesh.corner_reflectance.empty() && mesh.corner_reflectance.size() != mesh.triangles.size()) {
+        refuse("there are vertex colours of " + std::to_string(mesh.corner_reflectance.size()) + " triangles, but " +
+               std::to_string(mesh.triangles.size()) + " triangles");
+    }
     check_size(mesh, name);
     for (const Index material : mesh.material) {
         if (material >= scene.materials.size()) {
@@ -127,21 +131,13 @@ void add_lights(BakeResult& result, const Execution& execution) {
         return;
     }
     add_chosen_lights(scene, options);
-    const bool lit = has_light(scene);
+    const bool lit = has_light(scene) || result.turned_off;
     if (!lit && options.sky) {
         throw InputError(result.file + ": the scene has no light: give it a sky (--sky 1), a sun (--sun 0,0,1,1), "
                                        "or some faces an emission (OBJ: Ke in the material)");
     }
     if (!lit) {
-        result.sky_assumed = true;
-        if (options.graded_sky) {
-            scene.dome = graded_sky(result.up);
-            execution.note("nothing emits light: a sky is assumed that is bright above and dim below, of irradiance 1 "
-                           "W/m^2 on a surface that faces up (--sky)");
-        } else {
-            scene.sky = Rgb::Ones();
-            execution.note("nothing emits light: a uniform sky of irradiance 1 W/m^2 is assumed (--sky)");
-        }
+        assume_sky(result, scene, execution);
     }
     try {
         check_light_symmetry(scene);
@@ -227,6 +223,18 @@ void add_chosen_lights(Scene& scene, const BakeOptions& options) {
     }
     scene.suns.insert(scene.suns.end(), options.suns.begin(), options.suns.end());
     scene.point_lights.insert(scene.point_lights.end(), options.point_lights.begin(), options.point_lights.end());
+}
+
+void assume_sky(BakeResult& result, Scene& scene, const Execution& execution) {
+    result.sky_assumed = true;
+    if (result.options.graded_sky) {
+        scene.dome = graded_sky(result.up);
+        execution.note("nothing emits light: a sky is assumed that is bright above and dim below, of irradiance 1 "
+                       "W/m^2 on a surface that faces up (--sky)");
+    } else {
+        scene.sky = Rgb::Ones();
+        execution.note("nothing emits light: a uniform sky of irradiance 1 W/m^2 is assumed (--sky)");
+    }
 }
 
 bool has_light(const Scene& scene) {

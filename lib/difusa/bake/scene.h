@@ -26,6 +26,9 @@ void add_chosen_lights(Scene& scene, const BakeOptions& options);
 /// True if a sun, a point light, a sky or a face shines.
 bool has_light(const Scene& scene);
 
+/// Gives a scene that nothing lights a sky, uniform or graded as the options say, and notes it.
+void assume_sky(BakeResult& result, Scene& scene, const Execution& execution);
+
 /// Reads and repairs a mesh or scene file into `result`: file, diagnosis, scene, camera, channels, and the options
 /// determined by the file. Throws what `read_apart_from` throws. Phases: "read", "check mesh".
 void read_into(BakeResult& result, const Registry& registry, const std::filesystem::path& file,

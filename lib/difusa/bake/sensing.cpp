@@ -43,10 +43,8 @@ class Placing {
     void place(std::size_t i) {
         const ListedPoint& wanted = result_.options.at[i];
         const bool snap = result_.options.snap || (!wanted.normal && !without_normal_);
-        if (without_normal_ && (wanted.normal || result_.options.snap)) {
-            throw UsageError("--sensor " + result_.options.sensor +
-                             (wanted.normal ? ": has no use for the normal of " + place_name(i) + " of --at: omit it"
-                                            : ": measures where it stands: omit --snap"));
+        if (without_normal_ && result_.options.snap) {
+            throw UsageError("--sensor " + result_.options.sensor + ": measures where it stands: omit --snap");
         }
         if (snap) {
             const auto place = surface_.nearest(wanted.position, wanted.normal.value_or(Vec3::Zero()));
@@ -59,7 +57,7 @@ class Placing {
         }
         Sensor sensor = without_normal_.value_or(Sensor{});
         sensor.position = wanted.position;
-        sensor.axis = wanted.normal.value_or(sensor.axis);
+        sensor.axis = without_normal_ ? sensor.axis : *wanted.normal;
         const auto place = surface_.nearest(sensor.position);
         if (place && place->distance <= touching * mesh_.diameter()) {
             const Vec3& n = place->point.normal;
@@ -84,6 +82,16 @@ class Placing {
         for (const Vec3& position : places.positions) {
             sensor.position = position + lift * places.normal;
             add({sensor, none, static_cast<Index>(g)}, "--grid " + grid.on + ": a sensor");
+        }
+    }
+
+    void note_ignored_normals(const Execution& execution) const {
+        const auto& at = result_.options.at;
+        const auto ignored = static_cast<std::size_t>(
+            std::count_if(at.begin(), at.end(), [](const ListedPoint& point) { return point.normal.has_value(); }));
+        if (without_normal_ && ignored > 0) {
+            execution.note("the normals of " + counted(ignored, "point") + " of --at are ignored: a " +
+                           result_.options.sensor + " sensor has none of its own");
         }
     }
 
@@ -163,6 +171,7 @@ void find_places(BakeResult& result, const Execution& execution) {
     for (std::size_t g = 0; g < options.grids.size(); ++g) {
         placing.place_grid(g);
     }
+    placing.note_ignored_normals(execution);
     placing.note_far(execution);
 }
 
@@ -172,10 +181,10 @@ void read_places(BakeResult& result, const ErrorMap* errors, const Execution& ex
         result.listed_values =
             result.field().at(result.listed, options.final_gather, options.seed, "listed", execution);
         if (errors != nullptr) {
-            result.listed_errors =
-                options.final_gather == 0
-                    ? errors->at(result.listed, execution)
-                    : errors->gathered_at(result.listed, result.listed_values.noise.rowwise().norm(), execution);
+            result.listed_errors = options.final_gather == 0
+                                       ? errors->at(result.listed, execution)
+                                       : errors->gathered_at(result.listed, result.listed_values.noise,
+                                                             result.listed_values.noise_of_irradiance, execution);
         }
         execution.count("output rays", result.listed_values.rays);
         execution.count("output segments", result.listed_values.segments);
@@ -207,7 +216,7 @@ GridSummary summary_of_grid(const BakeResult& result, std::size_t grid) {
         summary.most = std::max(summary.most, H);
         sum += H;
         if (result.readings.error.rows() > 0) {
-            squares += std::pow(factor * result.readings.error(row, 0), 2) / result.channels;
+            squares += std::pow(factor * result.readings.error(row, 0), 2);
         }
         ++summary.count;
     }

@@ -23,7 +23,7 @@ constexpr double most_sensors = 1e6;
 constexpr double flat = 1e-6; ///< relative to the scene's size, and to a unit normal
 
 [[noreturn]] void refuse(const SensorGrid& grid, const std::string& why) {
-    throw InputError("--grid " + grid.on + ": " + why);
+    throw UsageError("--grid " + grid.on + ": " + why);
 }
 
 /// Triangles of the face or material that a grid names.
@@ -128,6 +128,73 @@ double distance(const std::array<Vec2, 2>& side, const Vec2& p) {
     return (p - side[0] - along * way).norm();
 }
 
+/// The cells of a grid in the plane, row by row.
+class GridCells {
+  public:
+    GridCells(Vec2 low, Vec2 size, Vec2 count)
+        : low_(std::move(low)), size_(std::move(size)), count_(std::move(count)) {}
+
+    std::size_t size() const { return static_cast<std::size_t>(count_.prod()); }
+
+    Vec2 centre(std::size_t cell) const {
+        const auto columns = static_cast<std::size_t>(count_.x());
+        return centre(static_cast<double>(cell / columns), static_cast<double>(cell % columns));
+    }
+
+    /// `body(cell, centre)` for all centres that are no farther than `reach` from the convex polygon with these
+    /// corners, and maybe for some more.
+    template <std::size_t n, class Body>
+    void visit(const std::array<Vec2, n>& corners, double reach, const Body& body) const {
+        double low = corners[0].y(), high = low;
+        for (const Vec2& corner : corners) {
+            low = std::min(low, corner.y());
+            high = std::max(high, corner.y());
+        }
+        const auto [row, end_row] = range(low - reach, high + reach, 1);
+        for (double r = row; r < end_row; ++r) {
+            const auto [left, right] = extent(corners, centre(r, 0.0).y(), reach);
+            const auto [column, end] = range(left - reach, right + reach, 0);
+            for (double c = column; c < end; ++c) {
+                body(static_cast<std::size_t>(r * count_.x() + c), centre(r, c));
+            }
+        }
+    }
+
+  private:
+    Vec2 centre(double row, double column) const {
+        return low_ + Vec2((column + 0.5) / count_.x() * size_.x(), (row + 0.5) / count_.y() * size_.y());
+    }
+
+    /// The first cell along an axis with its centre between these, and the one after the last.
+    std::pair<double, double> range(double from, double to, Eigen::Index axis) const {
+        constexpr double rounding = 1e-6; // of a cell
+        const double per_length = count_[axis] / size_[axis];
+        return {std::max(0.0, std::ceil((from - low_[axis]) * per_length - 0.5 - rounding)),
+                std::min(count_[axis], std::floor((to - low_[axis]) * per_length + 0.5 + rounding))};
+    }
+
+    /// The least and the largest x of those points of a polygon whose y is within `reach` of this one.
+    template <std::size_t n>
+    static std::pair<double, double> extent(const std::array<Vec2, n>& corners, double y, double reach) {
+        double least = std::numeric_limits<double>::infinity(), most = -least;
+        for (std::size_t k = 0; k < n; ++k) {
+            const Vec2 &a = corners[k], &b = corners[(k + 1) % n];
+            const double low = std::max(y - reach, std::min(a.y(), b.y())),
+                         high = std::min(y + reach, std::max(a.y(), b.y())), rise = b.y() - a.y();
+            if (low > high) {
+                continue;
+            }
+            const double at_low = rise != 0.0 ? a.x() + (low - a.y()) / rise * (b.x() - a.x()) : a.x();
+            const double at_high = rise != 0.0 ? a.x() + (high - a.y()) / rise * (b.x() - a.x()) : b.x();
+            least = std::min({least, at_low, at_high});
+            most = std::max({most, at_low, at_high});
+        }
+        return {least, most};
+    }
+
+    Vec2 low_, size_, count_;
+};
+
 } // namespace
 
 GridPlaces places_of_grid(const SensorGrid& grid, const Scene& scene) {
@@ -142,20 +209,25 @@ GridPlaces places_of_grid(const SensorGrid& grid, const Scene& scene) {
     if (!(cells.prod() <= most_sensors)) {
         refuse(grid, "more than a million sensors: give it a larger spacing");
     }
+    const GridCells on_plane(plane.low + Vec2::Constant(grid.margin), size, cells);
+    std::vector<char> on(on_plane.size(), 0), near(on_plane.size(), 0);
+    for (const std::array<Vec2, 3>& t : plane.triangles) {
+        on_plane.visit(t, 2.0 * slack, [&](std::size_t cell, const Vec2& p) {
+            on[cell] = on[cell] != 0 || covers(t, p, slack) ? 1 : 0;
+        });
+    }
+    for (const std::array<Vec2, 2>& side : plane.outline) {
+        on_plane.visit(side, grid.margin, [&](std::size_t cell, const Vec2& p) {
+            near[cell] = near[cell] != 0 || distance(side, p) < grid.margin - slack ? 1 : 0;
+        });
+    }
     GridPlaces places;
     places.normal = plane.normal;
-    for (double row = 0.5; row < cells.y(); ++row) {
-        for (double column = 0.5; column < cells.x(); ++column) {
-            const Vec2 p = plane.low + Vec2::Constant(grid.margin) +
-                           Vec2(column / cells.x() * size.x(), row / cells.y() * size.y());
-            const bool on = std::any_of(plane.triangles.begin(), plane.triangles.end(),
-                                        [&](const auto& t) { return covers(t, p, slack); });
-            const bool free = std::all_of(plane.outline.begin(), plane.outline.end(),
-                                          [&](const auto& side) { return distance(side, p) >= grid.margin - slack; });
-            if (on && free) {
-                places.positions.push_back(plane.origin + p.x() * plane.across + p.y() * plane.along +
-                                           grid.height * plane.normal);
-            }
+    for (std::size_t cell = 0; cell < on.size(); ++cell) {
+        if (on[cell] != 0 && near[cell] == 0) {
+            const Vec2 p = on_plane.centre(cell);
+            places.positions.push_back(plane.origin + p.x() * plane.across + p.y() * plane.along +
+                                       grid.height * plane.normal);
         }
     }
     if (places.positions.empty()) {

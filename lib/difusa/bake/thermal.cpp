@@ -241,6 +241,9 @@ void make_thermal(BakeResult& result, const Execution& execution) {
     if (!options.grids.empty() || !options.goals.empty() || options.sensor != "planar") {
         refuse("--grid, --goal, --sensor", "of which the surface alone is evaluated: name places on it, --at");
     }
+    if (result.requested.reflectance) {
+        refuse("--reflectance", "whose materials have emissivities: give them in the scene file");
+    }
     if (options.keep_iterates) {
         refuse("--convergence", "whose temperatures make sense only once it is solved");
     }
@@ -370,6 +373,7 @@ void evaluate_thermal(BakeResult& result, const Execution& execution) {
     const EnergyBalance& energy = result.solution.energy;
     thermal.to_surroundings = energy.escaped[0];
     thermal.to_backs = energy.blocked[0] + energy.cut_off[0];
+    thermal.exchanged += 0.5 * (std::abs(thermal.to_surroundings) + std::abs(thermal.to_backs));
     result.thermal = std::move(thermal);
 }
 

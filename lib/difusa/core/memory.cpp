@@ -10,6 +10,7 @@
 #include <fstream>
 #include <limits>
 #include <optional>
+#include <string>
 
 namespace difusa {
 
@@ -18,14 +19,14 @@ namespace {
 constexpr std::size_t unlimited = std::numeric_limits<std::size_t>::max();
 
 /// The number in a file that contains just one, or `unlimited`.
-std::size_t number_in(const char* path) {
+std::size_t number_in(const std::filesystem::path& path) {
     std::ifstream file(path);
     std::size_t value = 0;
     return file >> value ? value : unlimited;
 }
 
 /// The number after `name` in a table of names and numbers, or nothing.
-std::optional<std::size_t> entry(const char* path, const std::string& name) {
+std::optional<std::size_t> entry(const std::filesystem::path& path, const std::string& name) {
     std::ifstream file(path);
     std::string word;
     std::size_t value = 0;
@@ -43,18 +44,68 @@ std::size_t kilobytes(const char* path, const std::string& name) {
     return value ? *value * 1024 : unlimited;
 }
 
+/// What a version of the kernel's control groups calls its files.
+struct GroupFiles {
+    const char *limit, *used, *reclaimable; ///< the last in memory.stat
+};
+
+constexpr GroupFiles files_of_v1{"memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"};
+constexpr GroupFiles files_of_v2{"memory.max", "memory.current", "inactive_file"};
+
+/// What is left of the limit of one group, or `unlimited`.
+std::size_t left_of_group(const std::filesystem::path& group, const GroupFiles& files) {
+    const std::size_t limit = number_in(group / files.limit), used = number_in(group / files.used);
+    if (limit == unlimited || used == unlimited) {
+        return unlimited;
+    }
+    // The kernel gives up pages of files before it refuses memory to a program.
+    const std::size_t reclaimable = entry(group / "memory.stat", files.reclaimable).value_or(0);
+    const std::size_t held = used - std::min(used, reclaimable);
+    return limit - std::min(limit, held);
+}
+
+/// The least of a group and of all that it is in, up to the root, which is there even where a container hides the path.
+std::size_t left_up_from(const std::filesystem::path& root, const std::string& group, const GroupFiles& files) {
+    std::size_t left = left_of_group(root, files);
+    std::filesystem::path path = root;
+    for (const std::filesystem::path& part : std::filesystem::path(group).relative_path()) {
+        if (part == "..") { // outside of what is mounted
+            break;
+        }
+        path /= part;
+        left = std::min(left, left_of_group(path, files));
+    }
+    return left;
+}
+
+/// Whether a list of names separated by commas has this one.
+bool lists(const std::string& names, const std::string& name) {
+    return ("," + names + ",").find("," + name + ",") != std::string::npos;
+}
+
 } // namespace
 
-std::size_t available_memory() {
-    std::size_t available = kilobytes("/proc/meminfo", "MemAvailable:");
-    const std::size_t group_limit = number_in("/sys/fs/cgroup/memory.max");
-    const std::size_t group_used = number_in("/sys/fs/cgroup/memory.current");
-    if (group_limit != unlimited && group_used != unlimited) {
-        // The kernel gives up pages of files before it refuses memory to a program.
-        const std::size_t files = entry("/sys/fs/cgroup/memory.stat", "inactive_file").value_or(0);
-        const std::size_t held = group_used - std::min(group_used, files);
-        available = std::min(available, group_limit - std::min(group_limit, held));
+std::size_t left_of_control_groups(const std::filesystem::path& proc, const std::filesystem::path& groups) {
+    std::size_t left = left_of_group(groups, files_of_v2);
+    std::ifstream file(proc / "self" / "cgroup");
+    for (std::string line; std::getline(file, line);) { // number:controllers:path
+        const std::size_t first = line.find(':'), second = line.find(':', first + 1);
+        if (first == std::string::npos || second == std::string::npos) {
+            continue;
+        }
+        const std::string controllers = line.substr(first + 1, second - first - 1), group = line.substr(second + 1);
+        if (controllers.empty()) {
+            left = std::min(left, left_up_from(groups, group, files_of_v2));
+        } else if (lists(controllers, "memory")) {
+            left = std::min(left, left_up_from(groups / "memory", group, files_of_v1));
+        }
     }
+    return left;
+}
+
+std::size_t available_memory() {
+    std::size_t available =
+        std::min(kilobytes("/proc/meminfo", "MemAvailable:"), left_of_control_groups("/proc", "/sys/fs/cgroup"));
     rlimit limit{};
     if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY) {
         const std::size_t mapped = kilobytes("/proc/self/status", "VmSize:");
@@ -92,7 +143,7 @@ void require_memory(double bytes, std::size_t available, const std::string& purp
     const auto most = static_cast<double>(available);
     if (bytes > 0.9 * most) {
         throw ResourceError(purpose + " would take about " + format_bytes(bytes) + " of memory; " + format_bytes(most) +
-                            " are available: " + remedy);
+                            " are available, of which nine tenths may be used: " + remedy);
     }
 }
 

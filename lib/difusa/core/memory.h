@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <string>
 
 namespace difusa {
@@ -12,6 +13,11 @@ std::size_t available_memory();
 
 /// The same, but no more than is left of `most` bytes for the whole process.
 std::size_t available_memory(double most);
+
+/// Bytes that are left of the memory limits of the control groups, of either version, that this process is in, and of
+/// those that these are in; the largest number if there is no limit. `proc` and `groups`: where the kernel mounts its
+/// files, /proc and /sys/fs/cgroup.
+std::size_t left_of_control_groups(const std::filesystem::path& proc, const std::filesystem::path& groups);
 
 /// Peak resident memory of this process so far, in bytes.
 std::size_t peak_memory();

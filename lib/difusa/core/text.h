@@ -5,6 +5,7 @@
 
 #include <array>
 #include <charconv>
+#include <cstddef>
 #include <cstdio>
 #include <string>
 #include <string_view>
@@ -16,6 +17,11 @@ inline std::string text_of(double value) {
     char text[32];
     std::snprintf(text, sizeof text, "%g", value);
     return text;
+}
+
+/// "1 face", "3 faces".
+inline std::string counted(std::size_t count, std::string_view thing) {
+    return std::to_string(count) + " " + std::string(thing) + (count == 1 ? "" : "s");
 }
 
 /// "(x, y, z)" with nine significant digits.

@@ -16,6 +16,18 @@ constexpr std::size_t sites_at_once = 256;
 constexpr double finest = 0.25;       ///< of the spacing there is
 constexpr double least_others = 0.05; ///< weight of the other sites at one, below which they do not predict its value
 
+constexpr double least_error = 0x1p-900; ///< relative to the largest; what is below asks for no finer sites
+
+/// That of the largest error, rounded down to a multiple of 4; 0 if there is none.
+int exponent_of_errors(const std::vector<double>& error) {
+    const double largest = *std::max_element(error.begin(), error.end());
+    if (!(largest > 0.0) || !std::isfinite(largest)) {
+        return 0;
+    }
+    const int exponent = std::ilogb(largest);
+    return exponent - ((exponent % 4) + 4) % 4;
+}
+
 } // namespace
 
 Values leave_one_out(const Basis& basis, const SiteSet& sites, const Values& values, const Execution& execution) {
@@ -64,7 +76,12 @@ SizeField graded_spacing(const SiteSet& sites, const std::vector<double>& own, c
                          double largest, double wanted, Index region_count, const Execution& execution) {
     const std::size_t n = sites.size();
     DIFUSA_REQUIRE(n > 0 && own.size() == n && error.size() == n);
-    const auto unscaled = [&](std::size_t i) { return std::sqrt(own[i] / error[i]); };
+    // Errors relative to a power of two near the largest: small ones would overflow the quotient. Its exponent is a
+    // multiple of 4, so that it passes through both roots below without rounding.
+    const int exponent = exponent_of_errors(error);
+    const auto unscaled = [&](std::size_t i) {
+        return std::sqrt(own[i] / std::max(std::scalbn(error[i], -exponent), least_error));
+    };
     SizeField field(sites.points, sites.region, std::vector<double>(n, largest), largest, region_count);
     const auto scale = [&](double factor) {
         std::vector<double> sizes(n);
@@ -103,6 +120,9 @@ SizeField graded_spacing(const SiteSet& sites, const std::vector<double>& own, c
     }
     while (high > 1.01 * low) {
         const double middle = std::sqrt(low) * std::sqrt(high);
+        if (!(low < middle && middle < high)) {
+            break;
+        }
         (sites_with(middle) > wanted ? low : high) = middle;
     }
     scale(high);

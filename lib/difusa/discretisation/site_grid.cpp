@@ -186,7 +186,9 @@ std::vector<Index> SiteGrid::first_come(std::span<const Dart> darts, std::span<c
 void SiteGrid::accept(std::span<const Dart> darts, std::span<const Index> of, const Execution& execution) {
     if (sites_.size() + of.size() > limit_) {
         throw ResourceError("more than " + std::to_string(limit_) + " sites are needed at spacing " +
-                            text_of(spacing_) + "; give a larger --spacing");
+                            text_of(spacing_) +
+                            ", for which memory does not suffice; give a larger --spacing, or fewer "
+                            "--sites");
     }
     for (const Index i : of) {
         sites_.push_back(darts[i].place);

@@ -57,9 +57,7 @@ class RayCount {
                 second += moments_[e].second * moments_[e].second;
             }
             sum_[j] += share * first / n;
-            if (points > 1) {
-                squares_[j] += share * share * std::max(0.0, second - first * first / n) / (n * (n - 1.0));
-            }
+            squares_[j] += share * share * std::max(0.0, second - first * first / n) / (n * (n - 1.0));
         }
         moments_.clear();
     }
@@ -90,8 +88,9 @@ class RayCount {
 
 FormFactors form_factors_by_rays(const Tracer& tracer, const Surfaces& surfaces, const DirectionPool& pool,
                                  std::size_t points, const Execution& execution) {
-    if (points == 0) {
-        throw UsageError("form factors by rays: at least one point on each triangle is needed");
+    if (points < 2) {
+        throw UsageError("form factors by rays: at least two points on each triangle are needed, as their errors are "
+                         "estimated from the differences between them");
     }
     execution.phase("form factors");
     const Mesh& mesh = tracer.mesh();

@@ -10,10 +10,10 @@ namespace difusa {
 /// F_ij as the weight of the rays from i that meet the front of j first: `points` points on each triangle, distributed
 /// evenly, each with a set of directions from the pool. With directions distributed as the cosine this is the Nusselt
 /// disc (L 38); with the pixels of a hemicube and their delta factors it is the hemicube (L 39-45). The errors are
-/// standard errors from the differences between the points, 0 if there is one point only. Reciprocity is not enforced.
+/// standard errors from the differences between the points. Reciprocity is not enforced.
 ///
 /// The same bits for any number of threads. Journal and progress: phase "form factors". Throws UsageError if `points`
-/// is 0, Interrupted if cancelled.
+/// is less than 2: from one, errors cannot be estimated; Interrupted if cancelled.
 FormFactors form_factors_by_rays(const Tracer& tracer, const Surfaces& surfaces, const DirectionPool& pool,
                                  std::size_t points, const Execution& execution);
 

@@ -8,7 +8,9 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace difusa {
 
@@ -94,11 +96,12 @@ Eigen::VectorXd multipliers(const ExchangeMatrix& G, const Eigen::VectorXd& r, c
     return l;
 }
 
-void require_nearly_closed(const FormFactors& F, double largest_gap) {
+void require_nearly_closed(const FormFactors& F, const std::vector<std::string>& names, double largest_gap) {
     for (std::size_t i = 0; i < F.size(); ++i) {
         const double sum = F.row_sum(i);
         if (!(std::abs(sum - 1.0) <= largest_gap)) {
-            throw InputError("the form factors of surface " + std::to_string(i) + " sum to " + text_of(sum) +
+            const std::string name = i < names.size() ? "\"" + names[i] + "\"" : std::to_string(i);
+            throw InputError("the form factors of surface " + name + " sum to " + text_of(sum) +
                              ": closure can only be enforced on a closed surface whose fronts face inwards; what "
                              "escapes from an open one is no error");
         }
@@ -107,8 +110,8 @@ void require_nearly_closed(const FormFactors& F, double largest_gap) {
 
 } // namespace
 
-ClosureCorrection enforce_closure(FormFactors& F, double largest_gap) {
-    require_nearly_closed(F, largest_gap);
+ClosureCorrection enforce_closure(FormFactors& F, const std::vector<std::string>& names, double largest_gap) {
+    require_nearly_closed(F, names, largest_gap);
     ExchangeMatrix G(F);
     const Eigen::VectorXd A = Eigen::Map<const Eigen::VectorXd>(F.area.data(), static_cast<Eigen::Index>(F.size()));
     Eigen::VectorXd l;

@@ -3,6 +3,9 @@
 
 #include <difusa/form_factors/form_factors.h>
 
+#include <string>
+#include <vector>
+
 namespace difusa {
 
 /// By how much factors were changed.
@@ -18,8 +21,11 @@ struct ClosureCorrection {
 /// with multipliers, X_ij = G_ij (1 + l_i + l_j), where (diag(sum_j G_ij) + G) l = A - G 1 is solved by conjugate
 /// gradients. Zeros stay zeros. Entries that would become negative are set to 0, and the others solved for again.
 ///
+/// `names` of the surfaces are for messages; without them, surfaces are named by their numbers.
+///
 /// Throws InputError if some row sum is farther than `largest_gap` from 1: what escapes from an open surface is no
 /// error; NotConverged if no such X is found.
-ClosureCorrection enforce_closure(FormFactors& F, double largest_gap = 0.05);
+ClosureCorrection enforce_closure(FormFactors& F, const std::vector<std::string>& names = {},
+                                  double largest_gap = 0.05);
 
 } // namespace difusa

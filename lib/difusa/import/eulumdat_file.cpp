@@ -53,7 +53,7 @@ class EulumdatFile {
 
   private:
     [[noreturn]] void fail(const std::string& problem) const {
-        throw InputError(name_ + ", line " + std::to_string(line_) + ": " + problem);
+        throw InputError(name_ + ":" + std::to_string(line_) + ": " + problem);
     }
 
     std::string_view line(const char* what) {

@@ -53,7 +53,7 @@ std::string read_file(const fs::path& file) {
                          " bytes could be read: check the disk, and that nothing is writing to the file");
     }
     if (content.empty()) {
-        throw InputError(name + ": is empty: export the mesh again");
+        throw InputError(name + ": is empty");
     }
     return content;
 }

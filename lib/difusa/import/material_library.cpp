@@ -49,7 +49,9 @@ class Parser {
             lenient_colour(specular_);
         } else if (word == "illum") {
             std::string_view token;
-            has_illum_3_ = scanner_.next(token, Reach::line) && token == "3";
+            scanner_.next(token, Reach::line);
+            has_illum_3_ = token == "3";
+            is_dull_ = token == "0" || token == "1";
         } else if (word == "Ns") {
             std::string_view token;
             double value = 0.0;
@@ -71,7 +73,7 @@ class Parser {
             scanner_.fail("newmtl has no name: write the name that the usemtl lines of the OBJ file use");
         }
         open_ = true;
-        has_kd_ = has_ke_ = translucent_here_ = has_illum_3_ = false;
+        has_kd_ = has_ke_ = translucent_here_ = has_illum_3_ = is_dull_ = false;
         exponent_ = std::numeric_limits<double>::infinity();
         specular_ = Rgb::Zero();
         maps_ = {};
@@ -108,6 +110,8 @@ class Parser {
                 material_.gloss =
                     Gloss{{LobeShape::Model::phong, std::max(LobeShape::least_exponent, exponent_)}, specular};
             }
+        } else if (!is_dull_ && (specular_ > 0.0).any()) {
+            specular_unused_.add(line_);
         }
         for (std::optional<TextureUse>& use : maps_) {
             if (use) {
@@ -246,6 +250,11 @@ class Parser {
         translucent_.note(materials + "that are not opaque", "transparency is ignored, every face is opaque", notes);
         too_bright_.note(materials + "whose Kd and Ks (illum 3) add up to more than 1",
                          "the specular share is what Kd leaves", notes);
+        specular_unused_.note(
+            materials + "with a specular colour Ks but without illum 3",
+            "Ks is ignored, they only reflect diffusely: with illum 3 it is that of a mirror, or of a "
+            "gloss if Ns is below 900",
+            notes);
         foreign_.note(materials + "with a spectral or xyz colour", "it is ignored: write R G B instead", notes);
         repeated_.note(materials + "whose name was defined before", "the first definition is used", notes);
     }
@@ -257,11 +266,11 @@ class Parser {
     Material material_; ///< being read, if `open_`
     std::uint32_t line_ = 0;
     bool open_ = false, has_kd_ = false, has_ke_ = false, translucent_here_ = false;
-    bool has_illum_3_ = false;
+    bool has_illum_3_ = false, is_dull_ = false;    ///< is_dull_: illum 0 or 1, which do not use Ks
     double exponent_ = 0.0;                         ///< Ns; infinite if not given
     Rgb specular_ = Rgb::Zero();                    ///< Ks
     std::array<std::optional<TextureUse>, 2> maps_; ///< map_Kd, map_Ke
-    Tally without_kd_, unread_, glossy_, too_bright_, translucent_, foreign_, repeated_;
+    Tally without_kd_, unread_, too_bright_, specular_unused_, translucent_, foreign_, repeated_;
 };
 
 } // namespace

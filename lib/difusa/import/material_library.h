@@ -31,9 +31,11 @@ struct MaterialLibrary {
 /// Reads `Kd` as the linear reflectance and `Ke` as the emitted radiosity in W/m², unclamped; a single number stands
 /// for all three. `map_Kd` and `map_Ke` name images that multiply them; if such a material has no `Kd` or `Ke`, that is
 /// 1. Coordinates on an image are those of the face times `-s` plus `-o`; beyond its edges it repeats, or with `-clamp
-/// on` its edge is extended. Mirrors, transparency and everything else are ignored, with a note if that changes the
-/// amount of light. Of two materials with the same name the first is used. A material with neither `Kd` nor `map_Kd`
-/// keeps the default reflectance of `Material`.
+/// on` its edge is extended. With `illum 3`, `Ks` is the reflectance of a mirror or, if `Ns` is below 900, of a Phong
+/// gloss with this exponent, as far as `Kd` leaves it. Transparency and everything else are ignored, with a note if
+/// that changes the amount of light. Of two materials with the same name the first is used. A material with neither
+/// `Kd` nor `map_Kd` keeps the default reflectance of `Material`, unless it is a mirror or a gloss: then it has no
+/// diffuse part.
 ///
 /// `file` is for messages. Throws InputError naming file and line if `Kd` or `Ke` is malformed or comes before any
 /// `newmtl`.

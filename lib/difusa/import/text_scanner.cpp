@@ -200,7 +200,7 @@ bool TextScanner::ends_abruptly() const {
 }
 
 void TextScanner::fail_at(std::uint32_t line, const std::string& problem) const {
-    throw InputError(file_ + ", line " + std::to_string(line) + ": " + problem);
+    throw InputError(file_ + ":" + std::to_string(line) + ": " + problem);
 }
 
 void TextScanner::fail_missing(const Expected& expected, Reach reach) const {

@@ -64,7 +64,7 @@ class TextScanner {
     /// True if the last line has no line end, as in a truncated file.
     bool ends_abruptly() const;
 
-    /// Throws InputError "file, line n: problem".
+    /// Throws InputError "file:line: problem".
     [[noreturn]] void fail(const std::string& problem) const { fail_at(line_, problem); }
     [[noreturn]] void fail_at(std::uint32_t line, const std::string& problem) const;
     [[noreturn]] void fail_missing(const Expected& expected, Reach reach) const;

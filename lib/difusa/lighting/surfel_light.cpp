@@ -14,7 +14,6 @@ namespace difusa {
 namespace {
 
 constexpr std::size_t surfels_at_once = 256;
-constexpr std::size_t material_samples = 16;
 constexpr double uneven = 0.1;
 
 /// Handles one surfel at a time; scratch of a thread.

@@ -40,8 +40,11 @@ struct SurfelSamples {
     static SurfelSamples of(std::size_t rays);
 };
 
-/// Constants are averaged exactly; textures, patterns and corner colours over 16 points, direct light over those of
-/// SurfelSamples.
+/// Points that textures, patterns and corner colours are averaged over.
+inline constexpr std::size_t material_samples = 16;
+
+/// Constants are averaged exactly; textures, patterns and corner colours over `material_samples` points, direct light
+/// over those of SurfelSamples.
 SurfelLight light_on_surfels(const Scene& scene, const Surfels& surfels, const DirectLight& light, int channels,
                              std::uint64_t seed, const Execution& execution);
 

@@ -82,10 +82,13 @@ void add_scalars(const BakeResult& result, const PointValues& values, std::vecto
     }
 }
 
-void add_groups(const PointValues& values, std::vector<FieldArray>& arrays) {
+void add_groups(const BakeResult& result, const PointValues& values, std::vector<FieldArray>& arrays) {
     for (const GroupValues& group : values.groups) {
         arrays.push_back(colour_view("radiosity_of_" + group.name, flux, group.B));
         arrays.push_back(colour_view("irradiance_of_" + group.name, flux, group.H));
+        if (result.photometric) {
+            arrays.push_back({"illuminance_of_" + group.name, "lx", {}, illuminance_of(group.H)});
+        }
     }
 }
 
@@ -144,10 +147,11 @@ std::vector<FieldNote> notes_of(const BakeResult& result) {
     number("crease_angle", options.crease_angle);
     add_lights(result, notes);
     if (result.error) {
-        number("error", result.error->total.rms);
-        number("error_high", result.error->total.high);
+        const double share = 1.0 / std::sqrt(result.channels);
+        number("error", share * result.error->total.rms);
+        number("error_high", share * result.error->total.high);
         if (std::isfinite(result.error->bound)) {
-            number("error_bound", result.error->bound);
+            number("error_bound", share * result.error->bound);
         }
     }
     notes.push_back({"units", std::string(result.photometric ? "photometric" : "radiometric")});
@@ -275,9 +279,16 @@ FieldFile field_of(const BakeResult& result, std::optional<double> chosen_exposu
         field.point_arrays.push_back(scalar_view("error_estimate", flux, result.errors->error));
         field.point_arrays.push_back(scalar_view("error_noise", flux, result.errors->noise));
         field.point_arrays.push_back(scalar_view("error_discretisation", flux, result.errors->discretisation));
+        if (knows_error_of_irradiance(result)) {
+            field.point_arrays.push_back(scalar_view("irradiance_error", flux, result.errors->irradiance));
+            if (result.photometric) {
+                field.point_arrays.push_back(
+                    {"illuminance_error", "lx", {}, Values(lumens_per_watt * result.errors->irradiance)});
+            }
+        }
     }
     field.cell_arrays = {numbers("original_face_id", std::move(face)), numbers("material_id", std::move(material))};
-    add_groups(result.output, field.point_arrays);
+    add_groups(result, result.output, field.point_arrays);
     if (result.thermal && result.thermal->at_centres) {
         const std::vector<FieldArray> centres = thermal_arrays(*result.thermal->at_centres);
         field.cell_arrays.insert(field.cell_arrays.end(), centres.begin(), centres.end());
@@ -285,7 +296,7 @@ FieldFile field_of(const BakeResult& result, std::optional<double> chosen_exposu
         const std::vector<FieldArray> centres = arrays_of(*result.centres);
         field.cell_arrays.insert(field.cell_arrays.end(), centres.begin(), centres.end());
         add_scalars(result, *result.centres, field.cell_arrays);
-        add_groups(*result.centres, field.cell_arrays);
+        add_groups(result, *result.centres, field.cell_arrays);
     }
     return field;
 }
@@ -441,6 +452,10 @@ std::string error_sentence(const ErrorEstimate& error, bool thermal) {
              << " W/m^2 with a confidence of 97.5 %; of its rms difference to the reference temperature, about "
              << percent(error.total.rms) << " %, below " << percent(error.total.high) << " % (" << error.points
              << " points); ";
+    } else if (error.points == 0) {
+        return "error: none of the radiosity, since nothing is reflected; that of the irradiance is not estimated "
+               "(sensors "
+               "estimate theirs: --grid, or --at with normals)";
     } else {
         text << "error (rms, of the rms reflected radiosity): about " << percent(error.total.rms) << " %, below "
              << percent(error.total.high) << " % with a confidence of 97.5 %; indirect light about "
@@ -459,16 +474,20 @@ std::string error_sentence(const ErrorEstimate& error, bool thermal) {
     return text.str();
 }
 
-std::string energy_sentence(const EnergyBalance& energy) {
+std::string energy_sentence(const EnergyBalance& energy, bool photometric) {
     std::ostringstream text;
     Eigen::Index channel = 0;
     energy.imbalance.abs().maxCoeff(&channel);
     const double lost = energy.imbalance[channel];
-    text << std::setprecision(4) << "energy (W, mean of the channels): emitted " << energy.emitted.mean()
-         << ", from suns and point lights " << energy.from_lights.mean() << ", from the sky " << energy.from_sky.mean()
-         << ", absorbed " << energy.absorbed.mean() << ", escaped " << energy.escaped.mean() << ", lost on back faces "
-         << energy.blocked.mean() << "; " << std::setprecision(2) << 100.0 * std::abs(lost) << " % "
-         << (lost < 0.0 ? "created" : "lost") << " by the discretisation\n";
+    const auto all = [photometric](const Eigen::ArrayXd& power) { // of one channel, or of three
+        const double watts = photometric && power.size() == 3 ? power.matrix().dot(luminance_weights) : power.mean();
+        return photometric ? lumens_per_watt * watts : watts;
+    };
+    text << std::setprecision(4) << (photometric ? "luminous flux (lm)" : "energy (W, mean of the channels)")
+         << ": emitted " << all(energy.emitted) << ", from suns and point lights " << all(energy.from_lights)
+         << ", from the sky " << all(energy.from_sky) << ", absorbed " << all(energy.absorbed) << ", escaped "
+         << all(energy.escaped) << ", lost on back faces " << all(energy.blocked) << "; " << std::setprecision(2)
+         << 100.0 * std::abs(lost) << " % " << (lost < 0.0 ? "created" : "lost") << " by the discretisation\n";
     return text.str();
 }
 
@@ -485,23 +504,27 @@ std::string grid_sentence(const BakeResult& result, std::size_t number) {
     return text.str();
 }
 
-/// The corrected mean with its interval; one number if all channels are equal.
-std::string goal_sentence(const GoalEstimate& goal) {
+/// The corrected mean with its interval; one number if all channels are equal, and in lux.
+std::string goal_sentence(const GoalEstimate& goal, bool photometric) {
     std::ostringstream text;
-    text << std::setprecision(5);
-    const auto channels = [&](const Rgb& c) {
+    const auto write = [&](const Rgb& c, int digits) {
+        text << std::setprecision(digits);
+        if (photometric) {
+            text << lumens_per_watt * c.matrix().dot(luminance_weights);
+            return;
+        }
         const bool grey = c[0] == c[1] && c[1] == c[2];
         text << c[0];
         if (!grey) {
             text << ", " << c[1] << ", " << c[2];
         }
     };
-    text << "goal \"" << goal.name << "\": mean irradiance ";
-    channels(goal.mean);
-    text << " W/m^2, +/- " << std::setprecision(2);
-    channels(0.5 * (goal.high - goal.low));
-    text << std::setprecision(5) << " with a confidence of 95 %; evaluated from the basis ";
-    channels(goal.field);
+    text << "goal \"" << goal.name << "\": mean " << (photometric ? "illuminance " : "irradiance ");
+    write(goal.mean, 5);
+    text << (photometric ? " lx, +/- " : " W/m^2, +/- ");
+    write(0.5 * (goal.high - goal.low), 2);
+    text << " with a confidence of 95 %; evaluated from the basis ";
+    write(goal.field, 5);
     return text.str();
 }
 
@@ -509,9 +532,9 @@ std::string goal_sentence(const GoalEstimate& goal) {
 
 std::string summary_of(const BakeResult& result) {
     std::ostringstream text;
-    text << result.file << ": " << result.diagnosis.file_faces << " faces, " << result.scene->mesh.triangles.size()
-         << " triangles, area " << result.scene->mesh.area << ", " << result.scene->mesh.region_count
-         << (result.scene->mesh.region_count == 1 ? " region" : " regions") << "\n";
+    text << result.file << ": " << counted(result.diagnosis.file_faces, "face") << ", "
+         << counted(result.scene->mesh.triangles.size(), "triangle") << ", area " << result.scene->mesh.area << ", "
+         << result.scene->mesh.region_count << (result.scene->mesh.region_count == 1 ? " region" : " regions") << "\n";
     for (const Finding& finding : result.diagnosis.findings) {
         if (const std::string remark = finding.remark(); !remark.empty()) {
             text << remark << "\n";
@@ -562,7 +585,7 @@ std::string summary_of(const BakeResult& result) {
              << saving.unit << " saved)\n";
     }
     text << "solve: " << result.solution.solve.sentence() << "\n";
-    text << (result.thermal ? thermal_summary(result) : energy_sentence(result.solution.energy));
+    text << (result.thermal ? thermal_summary(result) : energy_sentence(result.solution.energy, result.photometric));
     double total = 0.0;
     for (const auto& [phase, took] : result.journal.seconds()) {
         total += took;
@@ -585,7 +608,7 @@ std::string summary_of(const BakeResult& result) {
         text << grid_sentence(result, g) << "\n";
     }
     for (const GoalEstimate& goal : result.goal_estimates) {
-        text << goal_sentence(goal) << "\n";
+        text << goal_sentence(goal, result.photometric) << "\n";
     }
     text << "time: " << format_seconds(total) << "; peak memory " << format_bytes(static_cast<double>(peak_memory()))
          << "\n";

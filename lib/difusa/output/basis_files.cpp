@@ -108,8 +108,8 @@ FieldFile sites_of(const BasisInspection& inspection) {
 
 std::string summary_of(const BasisInspection& inspection) {
     std::ostringstream text;
-    text << inspection.file << ": " << inspection.diagnosis.file_faces << " faces, " << inspection.mesh.triangles.size()
-         << " triangles, area " << inspection.mesh.area << "\n";
+    text << inspection.file << ": " << counted(inspection.diagnosis.file_faces, "face") << ", "
+         << counted(inspection.mesh.triangles.size(), "triangle") << ", area " << inspection.mesh.area << "\n";
     for (const auto& [kind, choice] : inspection.plugins) {
         text << kind << ": " << choice << "\n";
     }

@@ -58,8 +58,8 @@ std::string enclosure_summary(const Scene& scene, const Enclosure& enclosure, co
     text += "heat (W, positive if it leaves the surfaces): all surfaces " + formatted("%.6g", enclosure.heat) +
             (scene.thermal->surroundings ? ", to the surroundings at " : ", lost by errors of row sums, as if to ") +
             formatted("%.4f", scene.thermal->reference) + " K " + formatted("%.6g", enclosure.to_surroundings) + "\n";
-    text += "errors of the form factors change net fluxes by at most " + formatted("%.2g", flux_error) +
-            " W/m^2, temperatures by at most " + formatted("%.2g", temperature_error) + " K\n";
+    text += "errors of the form factors change net fluxes by at most " + two_digits(flux_error) +
+            " W/m^2, temperatures by at most " + two_digits(temperature_error) + " K\n";
     return text;
 }
 

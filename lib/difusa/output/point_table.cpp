@@ -49,8 +49,13 @@ class ValueTable {
         }
         if (result.photometric) {
             text_ += ",luminance,illuminance,illuminance_direct,illuminance_indirect";
+            for (const GroupValues& group : groups) {
+                text_ += "," + quoted_name("illuminance_of_" + group.name);
+            }
         }
-        text_ += errors_ ? ",error_estimate\n" : "\n";
+        text_ += errors_ ? ",error_estimate" : "";
+        text_ += errors_ ? ",irradiance_error" : "";
+        text_ += errors_ && result.photometric ? ",illuminance_error\n" : "\n";
     }
 
     void add_listed(std::size_t i) {
@@ -68,7 +73,10 @@ class ValueTable {
                                          &thermal_->irradiation, &thermal_->emissivity}) {
                 write((*column)(static_cast<Eigen::Index>(i), 0));
             }
-            end(result_.listed_errors ? &result_.listed_errors->error : nullptr, i);
+            if (result_.listed_errors) {
+                write(result_.listed_errors->error(static_cast<Eigen::Index>(i), 0));
+            }
+            text_ += "\n";
             return;
         }
         for (const Values* column :
@@ -81,9 +89,17 @@ class ValueTable {
         }
         if (result_.photometric) {
             write(luminance_of_diffuse(values.B.row(static_cast<Eigen::Index>(i)))(0, 0));
-            write_illuminances(values.H, values.H_direct, values.H_indirect, i);
+            write_illuminances(values, i);
         }
-        end(result_.listed_errors ? &result_.listed_errors->error : nullptr, i);
+        if (result_.listed_errors) {
+            write(result_.listed_errors->error(static_cast<Eigen::Index>(i), 0));
+            if (knows_error_of_irradiance(result_)) {
+                write_error_of_irradiance(result_.listed_errors->irradiance, i);
+            } else {
+                leave_out(result_.photometric ? 2 : 1);
+            }
+        }
+        text_ += "\n";
     }
 
     void add_sensor(std::size_t i) {
@@ -105,9 +121,13 @@ class ValueTable {
         }
         if (result_.photometric) {
             leave_out(1);
-            write_illuminances(values.H, values.H_direct, values.H_indirect, i);
+            write_illuminances(values, i);
         }
-        end(errors_ ? &values.error : nullptr, i);
+        if (errors_) {
+            leave_out(1);
+            write_error_of_irradiance(values.error, i);
+        }
+        text_ += "\n";
     }
 
     std::string text() && { return std::move(text_); }
@@ -131,9 +151,16 @@ class ValueTable {
             write(values(static_cast<Eigen::Index>(row), c));
         }
     }
-    void write_illuminances(const Values& H, const Values& direct, const Values& indirect, std::size_t row) {
-        for (const Values* values : {&H, &direct, &indirect}) {
-            write(illuminance_of(values->row(static_cast<Eigen::Index>(row)))(0, 0));
+    /// `values`: PointValues or SensorReadings.
+    template <class Read> void write_illuminances(const Read& values, std::size_t row) {
+        const auto write_one = [&](const Values& H) {
+            write(illuminance_of(H.row(static_cast<Eigen::Index>(row)))(0, 0));
+        };
+        write_one(values.H);
+        write_one(values.H_direct);
+        write_one(values.H_indirect);
+        for (const GroupValues& group : values.groups) {
+            write_one(group.H);
         }
     }
     void leave_out(int fields) {
@@ -141,11 +168,12 @@ class ValueTable {
             separate();
         }
     }
-    void end(const Values* errors, std::size_t row) {
-        if (errors != nullptr) {
-            write((*errors)(static_cast<Eigen::Index>(row), 0));
+    void write_error_of_irradiance(const Values& errors, std::size_t row) {
+        const double error = errors(static_cast<Eigen::Index>(row), 0);
+        write(error);
+        if (result_.photometric) {
+            write(lumens_per_watt * error);
         }
-        text_ += "\n";
     }
 
     static ThermalValues listed_state(const BakeResult& result) {

@@ -47,23 +47,23 @@ Json json_number(double value) {
     return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
 
-Json interval_of(const RmsEstimate& estimate) {
-    return {{"rms", estimate.rms}, {"low", estimate.low}, {"high", estimate.high}};
-}
-
-Json error_of(const ErrorEstimate& error) {
-    return {{"unit", "W/m^2, root mean square over the area, all channels together"},
+Json error_of(const ErrorEstimate& error, int channels) {
+    const double share = 1.0 / std::sqrt(channels); // of the root of a sum over the channels: root mean square
+    const auto interval_of = [share](const RmsEstimate& estimate) {
+        return Json{{"rms", share * estimate.rms}, {"low", share * estimate.low}, {"high", share * estimate.high}};
+    };
+    return {{"unit", "W/m^2, root mean square over the area and the channels"},
             {"points", error.points},
             {"rays", error.rays},
-            {"reflected", error.reflected},
+            {"reflected", share * error.reflected},
             {"total", interval_of(error.total)},
             {"indirect", interval_of(error.indirect)},
             {"residual", interval_of(error.residual)},
             {"relative", error.reflected > 0.0 ? json_number(error.total.rms / error.reflected) : Json(nullptr)},
             {"relative_high", error.reflected > 0.0 ? json_number(error.total.high / error.reflected) : Json(nullptr)},
-            {"gather_noise", error.noise},
+            {"gather_noise", share * error.noise},
             {"largest_reflectance", error.largest_reflectance},
-            {"bound", json_number(error.bound)}};
+            {"bound", json_number(share * error.bound)}};
 }
 
 Json goals_of(const BakeResult& result) {
@@ -317,7 +317,7 @@ void add_outcome(const BakeResult& result, Json& report) {
                                    {"error_estimate", result.error ? Json(summary.error) : Json(nullptr)}});
     }
     report["thermal"] = thermal_of(result);
-    report["error"] = result.error ? error_of(*result.error) : Json(nullptr);
+    report["error"] = result.error ? error_of(*result.error, result.channels) : Json(nullptr);
     report["error_target"] = result.options.target ? target_of(result) : Json(nullptr);
     report["goals"] = goals_of(result);
     report["output"] = {{"vertices", result.mesh.vertices.size()},

@@ -1,7 +1,9 @@
 #include <difusa/output/text_table.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
 
 namespace difusa {
 
@@ -27,6 +29,12 @@ std::string formatted(const char* format, double value) {
     char text[64];
     std::snprintf(text, sizeof text, format, value);
     return text;
+}
+
+std::string two_digits(double value) {
+    const double rounded = std::strtod(formatted("%.1e", value).c_str(), nullptr);
+    const double size = std::abs(rounded);
+    return size >= 10.0 && size < 1e6 ? formatted("%.0f", rounded) : formatted("%.2g", rounded + 0.0);
 }
 
 } // namespace difusa

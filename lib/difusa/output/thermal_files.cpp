@@ -34,7 +34,7 @@ std::string given_word(const Material& material) {
     case Thermal::Given::temperature:
         return "temperature";
     case Thermal::Given::net_flux:
-        return "net_flux";
+        return material.thermal->value == 0.0 ? "adiabatic" : "net_flux";
     case Thermal::Given::heat:
         return "heat";
     }
@@ -52,23 +52,27 @@ std::string thermal_summary(const BakeResult& result) {
     }
     for (const ThermalSurface& surface : thermal.surfaces) {
         const Material& material = result.scene->materials[surface.material];
-        rows.push_back({material.name, formatted("%.5g", surface.area),
-                        material.thermal ? formatted("%.3g", material.thermal->emissivity) : "0", given_word(material),
-                        formatted("%.3f", surface.mean_temperature), formatted("%.3f", surface.least_temperature),
-                        formatted("%.3f", surface.largest_temperature),
-                        formatted("%.5g", surface.area > 0.0 ? surface.heat / surface.area : 0.0),
-                        formatted("%.5g", surface.heat), formatted("%.5g", surface.radiosity)});
+        // A perfect mirror exchanges no heat, and its temperature means nothing; nor does the emissivity where no heat
+        // is exchanged.
+        const auto kelvin = [&](double value) { return material.thermal ? formatted("%.3f", value) : "-"; };
+        const std::string given = given_word(material);
+        rows.push_back(
+            {material.name, formatted("%.5g", surface.area),
+             material.thermal && given != "adiabatic" ? formatted("%.3g", material.thermal->emissivity) : "-", given,
+             kelvin(surface.mean_temperature), kelvin(surface.least_temperature), kelvin(surface.largest_temperature),
+             formatted("%.5g", surface.area > 0.0 ? surface.heat / surface.area : 0.0), formatted("%.5g", surface.heat),
+             formatted("%.5g", surface.radiosity)});
         if (errors) {
-            rows.back().push_back(formatted("%.2g", surface.error));
+            rows.back().push_back(two_digits(surface.error));
         }
     }
     std::ostringstream text;
     text << text_table(rows) << "heat (W, positive if it leaves the surfaces): all surfaces "
          << formatted("%.5g", thermal.heat) << ", to the surroundings " << formatted("%.5g", thermal.to_surroundings)
          << ", to backs and lost between mirrors " << formatted("%.5g", thermal.to_backs) << "; imbalance "
-         << formatted("%.2g", thermal.imbalance());
+         << two_digits(thermal.imbalance());
     if (thermal.exchanged > 0.0) {
-        text << ", " << formatted("%.2g", 100.0 * std::abs(thermal.imbalance()) / thermal.exchanged)
+        text << ", " << two_digits(100.0 * std::abs(thermal.imbalance()) / thermal.exchanged)
              << " % of what is exchanged";
     }
     text << "\n";

@@ -25,8 +25,8 @@ Choice parse_choice(std::string_view option, std::string_view text, const std::v
             all += (all.empty() ? "" : ", ") + spec.name;
         }
         const std::string near = nearest_name(name, names);
-        throw UsageError("--" + std::string(option) + " " + name + ": unknown " + std::string(option) +
-                         (near.empty() ? "" : ", did you mean " + near + "?") + " (known: " + all + ")");
+        throw UsageError("--" + std::string(option) + " " + name + ": must be one of " + all +
+                         (near.empty() ? "" : "; did you mean " + near + "?"));
     }
     return {name, Parameters(colon == std::string_view::npos ? "" : text.substr(colon + 1), found->parameters,
                              std::string(option) + " " + name)};

@@ -23,7 +23,7 @@ struct ChoiceSpec {
     std::vector<ParameterSpec> parameters;
 };
 
-/// Throws UsageError: "--`option` `text`: unknown `option`" with the nearest name and all names, or a wrong parameter.
+/// Throws UsageError: "--`option` `text`: must be one of" all names, with the nearest one, or a wrong parameter.
 Choice parse_choice(std::string_view option, std::string_view text, const std::vector<ChoiceSpec>& known);
 
 } // namespace difusa

@@ -37,7 +37,7 @@ struct ErrorEstimate {
     RmsEstimate carried_rms; ///< p
 
     double largest_reflectance = 0.0; ///< rho_max (function `largest_reflectance`)
-    double noise = 0.0;               ///< rms over the area of a gathered output of its noise, W/m²; else 0
+    double noise = 0.0;               ///< of a gathered output: of its noise, as RmsEstimate; else 0
     double bound = 0.0; ///< residual.high / (1 - rho_max), W/m²; infinite if some surface absorbs nothing
 
     // What was measured, to be spread over the surface (error_map.h):

@@ -17,13 +17,18 @@ constexpr double decline = -1.5;
 
 } // namespace
 
-/// Squares at a point, W²/m⁴.
+/// Sums of squares at a point over the channels, W²/m⁴.
 struct ErrorMap::Local {
-    double noise = 0.0, variation = 0.0, carried = 0.0;
+    struct Squares {
+        double noise = 0.0, variation = 0.0, carried = 0.0;
+        double sum(double factor) const { return noise + factor * variation + carried; }
+    };
+    Squares judged, irradiance;
 };
 
 ErrorsAt::ErrorsAt(std::size_t points)
-    : noise(Values::Zero(static_cast<Eigen::Index>(points), 1)), discretisation(noise), error(noise) {}
+    : noise(Values::Zero(static_cast<Eigen::Index>(points), 1)), discretisation(noise), error(noise),
+      irradiance(noise) {}
 
 ErrorMap::ErrorMap(const Solution& solution, const ErrorEstimate& estimate, const Execution& execution)
     : solution_(solution), estimate_(estimate),
@@ -97,10 +102,14 @@ ErrorMap::Local ErrorMap::local(const SurfacePoint& x, const BasisRow& row) cons
             variation += std::abs(row.weight[k]) * miss * miss;
             all += std::abs(row.weight[k]);
         }
+        const Local::Squares here{noise, all > 0.0 ? variation / all : 0.0, p * p};
         const double squared = weights[c] * weights[c];
-        local.noise += squared * noise;
-        local.variation += all > 0.0 ? squared * variation / all : 0.0;
-        local.carried += squared * p * p;
+        local.judged.noise += squared * here.noise;
+        local.judged.variation += squared * here.variation;
+        local.judged.carried += squared * here.carried;
+        local.irradiance.noise += here.noise;
+        local.irradiance.variation += here.variation;
+        local.irradiance.carried += here.carried;
     }
     return local;
 }
@@ -110,7 +119,7 @@ void ErrorMap::fit(const std::vector<BasisRow>& rows) {
     seen_ = ratio_;
     for (std::size_t p = 0; p < rows.size(); ++p) {
         const BasisRow& row = rows[p];
-        const Local here = local(estimate_.at.place[p], row);
+        const Local::Squares here = local(estimate_.at.place[p], row).judged;
         const double weight = estimate_.at.weight[p];
         const double rest = weight * (estimate_.squared[p] - here.noise), variation = weight * here.variation;
         mean_ratio_ += rest;
@@ -120,6 +129,10 @@ void ErrorMap::fit(const std::vector<BasisRow>& rows) {
             seen_[row.element[k]] += std::abs(row.weight[k]) * variation;
         }
     }
+}
+
+double ErrorMap::over_channels(double squares) const {
+    return std::sqrt(squares / static_cast<double>(coefficients_.cols()));
 }
 
 void ErrorMap::put(const SurfacePoint& x, const BasisRow& row, std::size_t i, ErrorsAt& errors) const {
@@ -133,11 +146,11 @@ void ErrorMap::put(const SurfacePoint& x, const BasisRow& row, std::size_t i, Er
     const double mean = mean_seen_ > 0.0 ? std::max(0.0, mean_ratio_ / mean_seen_) : 0.0;
     const double prior = 4.0 * mean_seen_ / static_cast<double>(ratio_.size());
     const double factor = seen + prior > 0.0 ? std::max(0.0, (ratio + prior * mean) / (seen + prior)) : 0.0;
-    const double discretisation = factor * here.variation;
     const auto at = static_cast<Eigen::Index>(i);
-    errors.noise(at, 0) = std::sqrt(here.noise);
-    errors.discretisation(at, 0) = std::sqrt(discretisation);
-    errors.error(at, 0) = std::sqrt(here.noise + discretisation + here.carried);
+    errors.noise(at, 0) = over_channels(here.judged.noise);
+    errors.discretisation(at, 0) = over_channels(factor * here.judged.variation);
+    errors.error(at, 0) = over_channels(here.judged.sum(factor));
+    errors.irradiance(at, 0) = over_channels(here.irradiance.sum(factor));
 }
 
 ErrorsAt ErrorMap::at(std::span<const SurfacePoint> x, const Execution& execution) const {
@@ -153,7 +166,8 @@ ErrorsAt ErrorMap::at(std::span<const SurfacePoint> x, const Execution& executio
     return errors;
 }
 
-ErrorsAt ErrorMap::gathered_at(std::span<const SurfacePoint> x, const Values& noise, const Execution& execution) const {
+ErrorsAt ErrorMap::gathered_at(std::span<const SurfacePoint> x, const Values& noise, const Values& noise_of_irradiance,
+                               const Execution& execution) const {
     const Basis& basis = *solution_.field->parts().system->discretisation().basis;
     ErrorsAt errors(x.size());
     errors.noise = noise;
@@ -161,10 +175,11 @@ ErrorsAt ErrorMap::gathered_at(std::span<const SurfacePoint> x, const Values& no
         BasisRow row;
         for (std::size_t i = begin; i < end; ++i) {
             basis.evaluate(inset(solution_.field->parts().scene->mesh, x[i]), row);
-            const double carried = local(x[i], row).carried;
+            const Local here = local(x[i], row);
             const auto at = static_cast<Eigen::Index>(i);
-            errors.discretisation(at, 0) = std::sqrt(carried);
-            errors.error(at, 0) = std::sqrt(noise(at, 0) * noise(at, 0) + carried);
+            errors.discretisation(at, 0) = over_channels(here.judged.carried);
+            errors.error(at, 0) = std::hypot(noise(at, 0), errors.discretisation(at, 0));
+            errors.irradiance(at, 0) = std::hypot(noise_of_irradiance(at, 0), over_channels(here.irradiance.carried));
         }
     });
     return errors;

@@ -8,14 +8,15 @@
 
 namespace difusa {
 
-/// Estimated errors of the radiosity, of thermal scenes of the irradiation, at points: roots of the sum of the squares
-/// of all channels: #x by 1, W/m².
+/// Estimated errors at points, of the radiosity unless another quantity is named, of thermal scenes of the irradiation:
+/// root mean squares over the channels: #x by 1, W/m².
 struct ErrorsAt {
     ErrorsAt() = default;
     explicit ErrorsAt(std::size_t points);
     Values noise;          ///< of the rays cast from the sites
     Values discretisation; ///< what the basis cannot represent; of gathered light, what bounces carry on to it
     Values error;          ///< of both, and of what bounces carry on from elsewhere
+    Values irradiance;     ///< the error of the irradiance, also where nothing is reflected
 };
 
 /// The noise of a site follows from the variance of the light that its rays met: it is in proportion to it, with a
@@ -33,12 +34,15 @@ class ErrorMap {
     /// `errors` has room for it.
     void put(const SurfacePoint& x, const BasisRow& row, std::size_t i, ErrorsAt& errors) const;
 
-    /// The same for light gathered at the points, with this noise (#x by 1, W/m²).
-    ErrorsAt gathered_at(std::span<const SurfacePoint> x, const Values& noise, const Execution& execution) const;
+    /// The same for light gathered at the points, with this noise of its radiosity and its irradiance (#x by 1, W/m²,
+    /// root mean squares over the channels).
+    ErrorsAt gathered_at(std::span<const SurfacePoint> x, const Values& noise, const Values& noise_of_irradiance,
+                         const Execution& execution) const;
 
   private:
     struct Local;
     Local local(const SurfacePoint& x, const BasisRow& row) const;
+    double over_channels(double squares) const; ///< root of their mean
     // `rows`: the basis at the error points.
     double passed_on(const std::vector<BasisRow>& rows, const Execution& execution) const;
     void fit(const std::vector<BasisRow>& rows);

@@ -192,8 +192,8 @@ class Gatherer {
     std::vector<Rgb> sharp_;
 };
 
-/// Light is not negative, but a basis with negative weights may undershoot at edges: where the sum of all sets does,
-/// all of them become 0, so that they still add up to the total.
+} // namespace
+
 void raise_to_zero(Values& H, int channels) {
     const Values sum = sum_of_parts(H, channels);
     for (Eigen::Index i = 0; i < H.rows(); ++i) {
@@ -202,8 +202,6 @@ void raise_to_zero(Values& H, int channels) {
         }
     }
 }
-
-} // namespace
 
 Values Field::sharp(std::span<const SurfacePoint> x, std::uint64_t seed, std::string_view purpose,
                     const Execution& execution, DirectLight::Effort& effort) const {
@@ -317,8 +315,11 @@ PointValues Field::at(std::span<const SurfacePoint> x, std::size_t final_gather,
         H = gather(x, half, seed, purpose + ", first", execution);
         const Irradiance other = gather(x, half, seed, purpose + ", second", execution);
         const Values first = H.direct + H.indirect, second = other.direct + other.indirect;
-        values.noise = 0.5 * (scene.thermal ? sum_of_parts(Values(first - second), channels())
-                                            : Values(radiosity(x, first) - radiosity(x, second)));
+        const auto noise = [&](const Values& difference) {
+            return Values(0.5 / std::sqrt(channels()) * difference.rowwise().norm());
+        };
+        values.noise_of_irradiance = noise(sum_of_parts(Values(first - second), channels()));
+        values.noise = scene.thermal ? values.noise_of_irradiance : noise(radiosity(x, first) - radiosity(x, second));
         H.direct = 0.5 * (H.direct + other.direct);
         H.indirect = 0.5 * (H.indirect + other.indirect);
         H.rays += other.rays;

@@ -54,7 +54,9 @@ struct PointValues {
     Values H_indirect; ///< after one reflection or more
     Values rho;        ///< reflectance at the exact point
     Values E;          ///< emitted radiosity at the exact point
-    Values noise; ///< #points by #channels: estimated noise of B, in thermal scenes of H, due to gathering; none if not
+    // Estimated noise due to gathering, root mean squares over the channels: #points by 1; no rows if not gathered.
+    Values noise;                       ///< of B, in thermal scenes of H
+    Values noise_of_irradiance;         ///< of H
     std::vector<GroupValues> groups;    ///< empty if all light is one set; their B and H add up to B and H
     std::size_t rays = 0, segments = 0; ///< cast
     std::size_t clear = 0;              ///< points that needed no shadow rays to area lights
@@ -119,5 +121,9 @@ class Field {
 
     FieldParts parts_;
 };
+
+/// Light is not negative, but a basis with negative weights may undershoot at edges: where the sum of all sets does,
+/// all of them become 0, so that they still add up to the total. `H`: #points by #sets #channels.
+void raise_to_zero(Values& H, int channels);
 
 } // namespace difusa

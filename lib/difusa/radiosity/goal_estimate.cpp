@@ -123,7 +123,7 @@ class GoalEstimation {
         const Surfels& surfels = *system_.discretisation().surfels;
         Values d(static_cast<Eigen::Index>(surfels.size()), channels_);
         for (Index s = 0; s < surfels.size(); ++s) {
-            d.row(s).setConstant(share_[s] / surfels.area(s));
+            d.row(s).setConstant(surfels.area(s) > 0.0 ? share_[s] / surfels.area(s) : 0.0);
         }
         return d;
     }
@@ -144,7 +144,8 @@ class GoalEstimation {
         }
         Values light(static_cast<Eigen::Index>(surfels.size()), channels_);
         for (Index s = 0; s < surfels.size(); ++s) {
-            light.row(s) = shares.row(s) / surfels.area(s);
+            light.row(s) = surfels.area(s) > 0.0 ? Values(shares.row(s) / surfels.area(s))
+                                                 : Values(Values::Zero(1, channels_)); // reflects nothing
         }
         return light;
     }

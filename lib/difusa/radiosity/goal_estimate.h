@@ -39,8 +39,9 @@ struct GoalEstimate {
 };
 
 /// `samples`: places at which the residual is gathered, half of them on the goal, half where its error comes from;
-/// `rays` from each. `number`: of the goal, which selects its random streams. Throws UsageError for a goal without
-/// triangles and places.
+/// `rays` from each. They are those of 16 repetitions, each of which takes all places of a goal that has places, as
+/// often as its samples suffice for, but at least once: many places take more than `samples`. `number`: of the goal,
+/// which selects its random streams. Throws UsageError for a goal without triangles and places.
 GoalEstimate estimate_goal(const Solution& solution, const Goal& goal, std::size_t samples, std::size_t rays,
                            std::uint64_t seed, std::size_t number, const Execution& execution);
 

@@ -2,12 +2,15 @@
 
 #include <difusa/core/colour.h>
 #include <difusa/core/error.h>
+#include <difusa/core/parallel.h>
+#include <difusa/lighting/surfel_light.h>
 #include <difusa/radiosity/response.h>
 #include <difusa/scene/sky_parts.h>
 #include <difusa/transport/gathered.h>
 
 #include <algorithm>
-#include <utility>
+#include <cstddef>
+#include <vector>
 
 namespace difusa {
 
@@ -19,6 +22,74 @@ struct GoalWeights {
     Values surfel_radiosity;  ///< a: #surfels by #channels
     Values sky;               ///< y: #parts of the sky by #channels
     Values sharp;             ///< 1 by #sets #channels: mean of the sharp light at the places
+};
+
+constexpr std::size_t surfels_of_shares = 256; ///< handled at a time
+
+/// Derivatives of a surfel's reflectance and emission by those of a material that it has.
+struct MaterialShare {
+    Index surfel = none, material = none;
+    Rgb reflectance = Rgb::Zero(), emission = Rgb::Zero();
+};
+
+/// Finds them, with the averages that light_on_surfels forms. One surfel at a time.
+class MaterialShares {
+  public:
+    /// `scene`: with reflectances and emissions of 1.
+    MaterialShares(const Scene& scene, const Surfels& surfels) : scene_(scene), surfels_(surfels) {}
+
+    /// Appends those of surfel s, by materials.
+    void add(Index s, std::vector<MaterialShare>& shares) {
+        surfels_.pieces(s, pieces_);
+        points_.clear();
+        materials_.clear();
+        double area = 0.0;
+        bool textured = false;
+        for (const Surfels::Piece& piece : pieces_) {
+            materials_.push_back(scene_.mesh.material[piece.triangle]);
+            textured = textured || scene_.materials[materials_.back()].reflectance_texture;
+            area += piece.area;
+        }
+        std::sort(materials_.begin(), materials_.end());
+        materials_.erase(std::unique(materials_.begin(), materials_.end()), materials_.end());
+        for (const Index m : materials_) {
+            const Material& material = scene_.materials[m];
+            MaterialShare share{s, m};
+            if (textured || material.vertex_colours || material.emits_unevenly()) {
+                sample(share);
+            } else {
+                for (const Surfels::Piece& piece : pieces_) {
+                    SurfacePoint x;
+                    x.face = piece.triangle;
+                    include(x, area > 0.0 ? piece.area / area : 1.0 / static_cast<double>(pieces_.size()), share);
+                }
+            }
+            shares.push_back(share);
+        }
+    }
+
+  private:
+    void sample(MaterialShare& share) {
+        if (points_.empty()) {
+            spread_points(surfels_, pieces_, material_samples, {0.5, 0.5}, points_);
+        }
+        for (const SurfacePoint& x : points_) {
+            include(x, 1.0 / material_samples, share);
+        }
+    }
+
+    void include(const SurfacePoint& x, double part, MaterialShare& share) const {
+        if (scene_.mesh.material[x.face] == share.material) {
+            share.reflectance += part * scene_.reflectance(x);
+            share.emission += part * scene_.emission(x);
+        }
+    }
+
+    const Scene& scene_;
+    const Surfels& surfels_;
+    std::vector<Surfels::Piece> pieces_;
+    std::vector<SurfacePoint> points_;
+    std::vector<Index> materials_; ///< of the pieces
 };
 
 class Differentiation {
@@ -70,25 +141,21 @@ class Differentiation {
     /// Derivatives of the surfels' reflectance and emission by those of each material: what they are if this material
     /// alone has them, and has 1.
     void materials_on_surfels() {
-        Scene dark = scene_;
-        dark.suns.clear();
-        dark.point_lights.clear();
-        dark.dome = nullptr;
-        dark.sky = Rgb::Zero();
-        for (Material& material : dark.materials) {
-            material.emission = Rgb::Zero();
-            material.reflectance = Rgb::Zero();
+        Scene one = scene_;
+        for (Material& material : one.materials) {
+            material.reflectance = material.emission = Rgb::Ones();
         }
-        const DirectLight no_light(dark, system_.tracer());
-        for (std::size_t m = 0; m < scene_.materials.size(); ++m) {
-            Scene one = dark;
-            for (std::size_t other = 0; other < one.materials.size(); ++other) {
-                one.materials[other].vertex_colours = one.materials[other].vertex_colours && other == m;
-            }
-            one.materials[m].reflectance = one.materials[m].emission = Rgb::Ones();
-            SurfelLight light = light_on_surfels(one, *discretisation_.surfels, no_light, channels_,
-                                                 system_.parts().seed, execution_.silent());
-            of_material_.emplace_back(std::move(light.reflectance), std::move(light.all_emission));
+        const Surfels& surfels = *discretisation_.surfels;
+        std::vector<std::vector<MaterialShare>> found((surfels.size() + surfels_of_shares - 1) / surfels_of_shares);
+        parallel_for(surfels.size(), surfels_of_shares, execution_.silent(),
+                     [&](std::size_t begin, std::size_t end, unsigned) {
+                         MaterialShares shares(one, surfels);
+                         for (std::size_t s = begin; s < end; ++s) {
+                             shares.add(static_cast<Index>(s), found[begin / surfels_of_shares]);
+                         }
+                     });
+        for (const std::vector<MaterialShare>& each : found) {
+            of_material_.insert(of_material_.end(), each.begin(), each.end());
         }
     }
 
@@ -161,16 +228,22 @@ class Differentiation {
         result.value = rgb(value);
         result.of_surfels = q;
         groups(weights, q, by_direct, by_sky, result);
-        result.emission.resize(static_cast<Eigen::Index>(of_material_.size()), 3);
-        result.reflectance.resize(result.emission.rows(), 3);
-        for (std::size_t m = 0; m < of_material_.size(); ++m) {
-            const auto row = static_cast<Eigen::Index>(m);
-            const auto& [reflectance, emission] = of_material_[m];
-            result.emission.row(row) = rgb(q.cwiseProduct(emission).colwise().sum()).matrix().transpose();
-            result.reflectance.row(row) =
-                rgb(q.cwiseProduct(incident_).cwiseProduct(reflectance).colwise().sum()).matrix().transpose();
-        }
+        by_materials(q, result);
         return result;
+    }
+
+    void by_materials(const Values& q, GoalGradient& result) const {
+        const auto materials = static_cast<Eigen::Index>(scene_.materials.size());
+        Values emission = Values::Zero(materials, channels_), reflectance = emission;
+        for (const MaterialShare& share : of_material_) {
+            const auto row = static_cast<Eigen::Index>(share.material), s = static_cast<Eigen::Index>(share.surfel);
+            for (Eigen::Index c = 0; c < channels_; ++c) {
+                emission(row, c) += q(s, c) * share.emission[c];
+                reflectance(row, c) += q(s, c) * incident_(s, c) * share.reflectance[c];
+            }
+        }
+        result.emission = three_channels(emission);
+        result.reflectance = three_channels(reflectance);
     }
 
     void groups(const GoalWeights& weights, const Values& q, const Values& by_direct, const Values& by_sky,
@@ -207,7 +280,7 @@ class Differentiation {
     Values U_, U_evaluated_; ///< #surfels by #channels, all sets together
     Values incident_;        ///< H + U
     Values sky_;
-    std::vector<std::pair<Values, Values>> of_material_; ///< reflectance and emission, #surfels by #channels
+    std::vector<MaterialShare> of_material_; ///< by surfels
 };
 
 } // namespace

@@ -40,7 +40,7 @@ Values solve_in_blocks(const Solver& solver, const LinearOperator& T, const Valu
         const SolveSummary solved = solver.solve({&T, g.middleCols(first, count)}, options, execution.silent());
         if (!solved.converged()) {
             throw NotConverged("the solver " + solved.sentence() + " (wanted: " + text_of(options.tolerance) +
-                               "): allow more --max-iterations, a larger --tolerance, or another --solver");
+                               "): " + solved.remedy());
         }
         h.middleCols(first, count) = solved.h;
         if (execution.progress != nullptr) {

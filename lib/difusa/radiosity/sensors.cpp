@@ -96,8 +96,10 @@ class Sensing {
             begin = end;
         }
         const int channels = field_.channels();
-        result_.H_direct = three_channels(sum_of_parts(direct_, channels)).cwiseMax(0.0);
-        result_.H_indirect = three_channels(sum_of_parts(indirect_, channels)).cwiseMax(0.0);
+        raise_to_zero(direct_, channels);
+        raise_to_zero(indirect_, channels);
+        result_.H_direct = three_channels(sum_of_parts(direct_, channels));
+        result_.H_indirect = three_channels(sum_of_parts(indirect_, channels));
         result_.H = result_.H_direct + result_.H_indirect;
         if (field_.sets().names.size() > 1 || !field_.sets().names.front().empty()) {
             for (Index set = 0; set < field_.sets().count(); ++set) {
@@ -143,7 +145,7 @@ class Sensing {
         for (const Values& total : totals) {
             squares += (total - mean).rowwise().squaredNorm();
         }
-        result_.noise.middleRows(from, count) = (squares / (number * (number - 1.0))).cwiseSqrt();
+        result_.noise.middleRows(from, count) = (squares / (number * (number - 1.0) * field_.channels())).cwiseSqrt();
         if (errors_ != nullptr) {
             for (std::size_t i = begin; i < end; ++i) {
                 const auto row = static_cast<Eigen::Index>(i);

@@ -28,9 +28,9 @@ struct Sensor {
 struct SensorReadings {
     Values H, H_direct, H_indirect;
     std::vector<GroupValues> groups; ///< H of each; no B. Empty if all light is one set
-    Values noise; ///< #sensors by 1: estimated noise of H, root of the sum of squares of all channels
-    Values error; ///< likewise: noise, and the error of the light on the surfaces that are seen; no
-                  ///< rows without an error map
+    Values noise;                    ///< #sensors by 1: estimated noise of H, root mean square over the channels
+    Values error;                    ///< likewise: noise, and the error of the light on the surfaces that are seen; no
+                                     ///< rows without an error map
     std::size_t rays = 0, segments = 0; ///< cast
 };
 

@@ -3,6 +3,7 @@
 #include <difusa/core/error.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <utility>
 
@@ -10,13 +11,19 @@ namespace difusa {
 
 namespace {
 
+/// A number in a share of [0, 1).
+double place_in_share(std::size_t share, std::size_t shares, RandomStream& stream) {
+    const double place = (static_cast<double>(share) + stream.uniform()) / static_cast<double>(shares);
+    return std::min(place, std::nextafter(1.0, 0.0)); // rounding
+}
+
 /// Of each share of [0, 1) one number for each group, in ascending order, with the groups.
 std::vector<std::pair<double, Index>> places_in_shares(std::size_t shares, Index groups, RandomStream& stream) {
     std::vector<std::pair<double, Index>> places;
     places.reserve(shares * groups);
     for (std::size_t share = 0; share < shares; ++share) {
         for (Index g = 0; g < groups; ++g) {
-            places.emplace_back((static_cast<double>(share) + stream.uniform()) / static_cast<double>(shares), g);
+            places.emplace_back(place_in_share(share, shares, stream), g);
         }
     }
     std::sort(places.begin(), places.end());
@@ -66,7 +73,7 @@ SurfelPoints choose_points(const SurfelPoints& from, std::span<const double> cha
     std::vector<std::vector<double>> place(groups); // from the last to the first
     for (std::vector<double>& each : place) {
         for (std::size_t share = shares; share-- > 0;) {
-            each.push_back((static_cast<double>(share) + stream.uniform()) / static_cast<double>(shares));
+            each.push_back(place_in_share(share, shares, stream));
         }
     }
     SurfelPoints points;

@@ -157,14 +157,17 @@ class Solving {
         SolveSummary solved = system_.parts().solver->solve(problem, how, execution_);
         if (!solved.converged()) {
             throw NotConverged("the solver " + solved.sentence() + " (wanted: " + text_of(options_.solve.tolerance) +
-                               "). The spectral radius is " + text_of(result_.spectral_radius) +
-                               ": allow more --max-iterations, a larger --tolerance, or another --solver");
+                               "). The spectral radius is " + text_of(result_.spectral_radius) + ": " +
+                               solved.remedy());
         }
         DIFUSA_REQUIRE(solved.h.rows() == problem.g.rows() && solved.h.cols() == problem.g.cols());
         Values residual;
-        const double largest = solved.h.cwiseAbs().maxCoeff();
-        for (const double miss : relative_residual(problem, solved.h, residual, execution_)) {
-            if (!(miss <= 10.0 * options_.solve.tolerance || is_rounding(residual.cwiseAbs().maxCoeff(), largest))) {
+        const std::vector<double> misses = relative_residual(problem, solved.h, residual, execution_);
+        for (Eigen::Index c = 0; c < residual.cols(); ++c) {
+            const double miss = misses[static_cast<std::size_t>(c)];
+            if (!(miss <= 10.0 * options_.solve.tolerance ||
+                  is_rounding(residual.col(c).cwiseAbs().maxCoeff<Eigen::PropagateNaN>(),
+                              solved.h.col(c).cwiseAbs().maxCoeff<Eigen::PropagateNaN>()))) {
                 throw NotConverged("the solver claims convergence, but its residual is " + text_of(miss) +
                                    ": use another --solver");
             }
@@ -412,6 +415,7 @@ SolveSummary columns_of(const SolveSummary& all, Eigen::Index first, Eigen::Inde
     part.reason = all.reason;
     part.iterations = all.iterations;
     part.change = all.change;
+    part.to_rounding = all.to_rounding;
     part.entries_touched = all.entries_touched;
     part.residual_history.assign(all.residual_history.begin() + first, all.residual_history.begin() + first + count);
     for (const std::vector<double>& history : part.residual_history) {

@@ -36,6 +36,10 @@ Pixel pixel_of(const Rgb& c) {
     return {static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2])};
 }
 
+bool shows_error(const Show& show) {
+    return show.quantity == Quantity::error || show.quantity == Quantity::illuminance_error;
+}
+
 double thermal_value(Quantity quantity, const ThermalState& state) {
     switch (quantity) {
     case Quantity::temperature:
@@ -89,8 +93,7 @@ class Look {
             return show.quantity != Quantity::basis && show.quantity != Quantity::sites &&
                    show.quantity != Quantity::reflectance && show.quantity != Quantity::emission;
         });
-        if (std::any_of(view.shows.begin(), view.shows.end(),
-                        [](const Show& show) { return show.quantity == Quantity::error; })) {
+        if (std::any_of(view.shows.begin(), view.shows.end(), shows_error)) {
             errors_.emplace(result.solution, *result.error, execution_);
         }
         // The shadow rays to area lights of all samples of a pixel add up.
@@ -195,8 +198,8 @@ class Look {
             std::vector<Pixel>& values = view_.values[k];
             if (show.quantity == Quantity::basis) {
                 add_basis(show, values);
-            } else if (show.quantity == Quantity::error) {
-                add_error(light, values);
+            } else if (shows_error(show)) {
+                add_error(light, show, values);
             } else {
                 for (std::size_t p = 0; p < seen_directly_; ++p) {
                     values[offset_ + numbers_[p]] = pixel_of(value_of(show, light, p));
@@ -315,6 +318,7 @@ class Look {
         case Quantity::temperature:
         case Quantity::net_flux:
         case Quantity::error:
+        case Quantity::illuminance_error:
         case Quantity::basis:
             break;
         }
@@ -337,12 +341,13 @@ class Look {
     }
 
     /// BakeResult::errors at the points of the picture.
-    void add_error(const PointValues& light, std::vector<Pixel>& values) {
-        const Values errors = view_.options.final_gather > 0
-                                  ? errors_->gathered_at(points_, light.noise.rowwise().norm(), execution_).error
-                                  : errors_->at(points_, execution_).error;
+    void add_error(const PointValues& light, const Show& show, std::vector<Pixel>& values) {
+        const ErrorsAt errors = view_.options.final_gather > 0
+                                    ? errors_->gathered_at(points_, light.noise, light.noise_of_irradiance, execution_)
+                                    : errors_->at(points_, execution_);
+        const Values shown = show.quantity == Quantity::error ? errors.error : lumens_per_watt * errors.irradiance;
         for (std::size_t p = 0; p < seen_directly_; ++p) {
-            values[offset_ + numbers_[p]] = pixel_of(Rgb::Constant(errors(static_cast<Eigen::Index>(p), 0)));
+            values[offset_ + numbers_[p]] = pixel_of(Rgb::Constant(shown(static_cast<Eigen::Index>(p), 0)));
         }
     }
 
@@ -398,8 +403,14 @@ void check(const BakeResult& result, const ViewOptions& options, const std::vect
                              ": there is no such element; they are numbered from 0 to " +
                              std::to_string(result.sites->size() - 1));
         }
-        if (show.quantity == Quantity::error && !result.error) {
-            throw UsageError("--show error: there is no error estimate; remove --error-points 0");
+        if (shows_error(show) && !result.error) {
+            throw UsageError(std::string("--show ") +
+                             (show.quantity == Quantity::error ? "error" : "illuminance-error") +
+                             ": there is no error estimate; remove --error-points 0");
+        }
+        if (show.quantity == Quantity::illuminance_error && !knows_error_of_irradiance(result)) {
+            throw UsageError("--show illuminance-error: nothing is reflected, and the error was not estimated; read "
+                             "the illuminance with sensors, whose errors are (--grid, or --at with normals)");
         }
         if (show.quantity == Quantity::group) {
             std::vector<std::string> groups;

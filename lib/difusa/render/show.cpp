@@ -32,6 +32,7 @@ constexpr ShowName show_names[] = {
     {"temperature", Quantity::temperature, "temperature, K"},
     {"net-flux", Quantity::net_flux, "net flux, W/m^2"},
     {"error", Quantity::error, "estimated error, W/m^2"},
+    {"illuminance-error", Quantity::illuminance_error, "estimated error of the illuminance, lux"},
     {"basis", Quantity::basis, "sum of basis"},
     {"sites", Quantity::sites, ""},
 };
@@ -71,6 +72,7 @@ Colouring colouring_of(Quantity quantity) {
     case Quantity::temperature:
     case Quantity::net_flux:
     case Quantity::error:
+    case Quantity::illuminance_error:
     case Quantity::basis:
         return Colouring::map;
     case Quantity::reflectance:

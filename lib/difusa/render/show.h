@@ -27,6 +27,7 @@ enum class Quantity {
     temperature,         ///< of a thermal scene, K
     net_flux,            ///< likewise, W/m²
     error,               ///< BakeResult::errors
+    illuminance_error,   ///< likewise, of the irradiance
     basis,               ///< one basis element, or the sum of all
     sites                ///< dots on pale surfaces
 };

@@ -112,9 +112,9 @@ void check_texture(const PolygonSoup& soup, std::size_t face) {
         return;
     }
     for (std::size_t c = soup.first_corner[face]; c < soup.first_corner[face + 1]; ++c) {
-        if (soup.corner_texture.empty() || !is_placed(soup.corner_texture[c])) {
+        if (soup.corner_texture.empty() || !is_placed_on(soup.materials[material], soup.corner_texture[c])) {
             throw InputError(face_prefix(soup, face) + face_name(soup, face) +
-                             " has no texture coordinates where its "
+                             " has no usable texture coordinates where its "
                              "material \"" +
                              soup.materials[material].name +
                              "\" has a texture: add them, or remove "

@@ -12,7 +12,7 @@ void settle_textures(PolygonSoup& soup) {
         return;
     }
     std::vector<Index> plain(materials, none); // the replacement for each material
-    std::size_t faces = 0, first = 0;
+    std::size_t faces = 0, first = 0, far = 0, first_far = 0;
     for (std::size_t f = 0; f < soup.face_count(); ++f) {
         const Index m = soup.face_material[f];
         if (m == none || !is_textured(soup.materials[m])) {
@@ -20,8 +20,12 @@ void settle_textures(PolygonSoup& soup) {
         }
         const auto begin = static_cast<std::ptrdiff_t>(soup.first_corner[f]);
         const auto end = static_cast<std::ptrdiff_t>(soup.first_corner[f + 1]);
-        if (!soup.corner_texture.empty() &&
-            std::all_of(soup.corner_texture.begin() + begin, soup.corner_texture.begin() + end, is_placed)) {
+        const bool has_coordinates =
+            !soup.corner_texture.empty() &&
+            std::all_of(soup.corner_texture.begin() + begin, soup.corner_texture.begin() + end, is_placed);
+        if (has_coordinates &&
+            std::all_of(soup.corner_texture.begin() + begin, soup.corner_texture.begin() + end,
+                        [&](const TextureCoordinates& each) { return is_placed_on(soup.materials[m], each); })) {
             continue;
         }
         if (plain[m] == none) {
@@ -38,12 +42,22 @@ void settle_textures(PolygonSoup& soup) {
             soup.materials.push_back(std::move(material));
         }
         soup.face_material[f] = plain[m];
-        first = faces++ == 0 ? f : first;
+        if (has_coordinates) {
+            first_far = far++ == 0 ? f : first_far;
+        } else {
+            first = faces++ == 0 ? f : first;
+        }
     }
     if (faces > 0) {
         soup.notes.push_back(
             "faces without texture coordinates whose material has a texture: " + std::to_string(faces) +
             " (first: " + face_name(soup, first) + "); the texture's mean colour is used instead");
+    }
+    if (far > 0) {
+        soup.notes.push_back(
+            "faces of a material that moves or scales its texture too far to resolve pixels: " + std::to_string(far) +
+            " (first: " + face_name(soup, first_far) + ", of \"" + soup.materials[soup.face_material[first_far]].name +
+            "\"); the texture's mean colour is used instead");
     }
 }
 

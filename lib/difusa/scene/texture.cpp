@@ -30,7 +30,7 @@ std::size_t wrapped(double pixel, std::size_t count, Texture::Wrap wrap) {
         pixel = pixel < n ? pixel : 2.0 * n - 1.0 - pixel;
         break;
     }
-    return static_cast<std::size_t>(std::clamp(pixel, 0.0, n - 1.0));
+    return pixel > 0.0 ? static_cast<std::size_t>(std::min(pixel, n - 1.0)) : 0; // NaN: any pixel, with a weight of NaN
 }
 
 Neighbours neighbours(double place, std::size_t count, Texture::Wrap wrap) {
@@ -56,7 +56,7 @@ Texture::Texture(std::shared_ptr<const Image> image, Wrap wrap_u, Wrap wrap_v, c
 }
 
 Rgb Texture::at(const TextureCoordinates& coordinates) const {
-    const TextureCoordinates place = placed_ ? TextureCoordinates(placement_ * coordinates.homogeneous()) : coordinates;
+    const TextureCoordinates place = on_image(coordinates);
     const Neighbours u = neighbours(place[0], image_->width, wrap_u_);
     const Neighbours v = neighbours(1.0 - place[1], image_->height, wrap_v_); // rows run downwards
     const auto along = [&](std::size_t row) -> Rgb {

@@ -24,6 +24,11 @@ class Texture {
 
     Rgb at(const TextureCoordinates& place) const;
 
+    /// The coordinates on the image of a point with these on the surface.
+    TextureCoordinates on_image(const TextureCoordinates& place) const {
+        return placed_ ? TextureCoordinates(placement_ * place.homogeneous()) : place;
+    }
+
     /// True if the channels of every pixel are equal.
     bool is_grey() const { return grey_; }
 

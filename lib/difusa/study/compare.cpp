@@ -99,8 +99,8 @@ std::optional<Pair> array_pair(const Side& result, const Side& reference, const 
     }
     Values a = numbers(*arrays[0]), b = numbers(*arrays[1]);
     if (a.cols() != b.cols()) {
-        throw InputError("the array '" + name + "' has " + std::to_string(a.cols()) + " components in " + result.name +
-                         " and " + std::to_string(b.cols()) + " in " + reference.name +
+        throw InputError("the array '" + name + "' has " + counted(static_cast<std::size_t>(a.cols()), "component") +
+                         " in " + result.name + " and " + std::to_string(b.cols()) + " in " + reference.name +
                          ": compare arrays of the same kind");
     }
     return make_pair(name, *arrays[0], std::move(a), std::move(b));
@@ -376,10 +376,10 @@ bool emission_unknown(const Side& result, const Side& reference) {
 void fill(Pair& pair, const Spots& spots, std::size_t vertices, const std::vector<bool>& left_out) {
     ComparedQuantity& quantity = pair.quantity;
     const Eigen::Index channels = pair.result.cols();
-    const auto counted = [&](std::size_t i) { return spots.all[i].matched && (left_out.empty() || !left_out[i]); };
+    const auto included = [&](std::size_t i) { return spots.all[i].matched && (left_out.empty() || !left_out[i]); };
     Eigen::Index rows = 0;
     for (std::size_t i = 0; i < spots.all.size(); ++i) {
-        rows += counted(i) ? 1 : 0;
+        rows += included(i) ? 1 : 0;
     }
     Values f(rows, channels), g(rows, channels);
     std::vector<double> area;
@@ -397,7 +397,7 @@ void fill(Pair& pair, const Spots& spots, std::size_t vertices, const std::vecto
             quantity.result.row(static_cast<Eigen::Index>(i - inside)) = own;
             quantity.reference.row(static_cast<Eigen::Index>(i - inside)) = other;
         }
-        if (counted(i)) {
+        if (included(i)) {
             f.row(row) = own;
             g.row(row++) = other;
             area.push_back(spot.area);
@@ -408,6 +408,19 @@ void fill(Pair& pair, const Spots& spots, std::size_t vertices, const std::vecto
 
 std::string percent(double share) {
     return text_of(100.0 * share) + " %";
+}
+
+void require_match(const Matching& matching, const Side& result, const Side& reference, double least) {
+    const double share = matching.matched_area > 0.0 ? matching.matched_area / matching.area : 0.0;
+    if (share > 0.0 && share >= least) {
+        return;
+    }
+    const std::string part = share > 0.0 ? "only " + percent(share) + " of the area of " : "no part of ";
+    throw InputError(part + result.name + " lies on " + reference.name + " and faces the same way (within " +
+                     text_of(matching.max_distance) +
+                     "): are they of the same scene, in the same unit and position? Otherwise give a larger "
+                     "--max-distance" +
+                     (share > 0.0 ? ", or compare what matches with a smaller --min-match" : ""));
 }
 
 void add_notes(const Side& result, const Side& reference, Comparison& comparison) {
@@ -467,8 +480,8 @@ Comparison compare(const FieldFile& result, const std::string& result_name, cons
     const Side a{result, result_name}, b{reference, reference_name};
     for (const Side& side : {a, b}) {
         if (side.field.triangles.empty()) {
-            throw InputError(side.name + ": has " + std::to_string(side.field.points.size()) +
-                             " points and no triangles: norms need a surface; name a baked field, not its sites");
+            throw InputError(side.name + ": has " + counted(side.field.points.size(), "point") +
+                             " and no triangles: norms need a surface; name a baked field, not its sites");
         }
     }
     Comparison comparison;
@@ -486,12 +499,7 @@ Comparison compare(const FieldFile& result, const std::string& result_name, cons
     comparison.matching.same_mesh = same;
     comparison.matching.reference_area = area_of(reference);
     comparison.matching.max_distance = limit;
-    if (!(comparison.matching.matched_area > 0.0)) {
-        throw InputError("no part of " + result_name + " lies on " + reference_name +
-                         " and faces the same way (within " + text_of(limit) +
-                         "): are they of the same scene, in the same unit and position? Otherwise give a larger "
-                         "--max-distance");
-    }
+    require_match(comparison.matching, a, b, options.least_matched);
     add_notes(a, b, comparison);
     const std::vector<bool> emitting =
         options.with_emitters ? std::vector<bool>{} : emitting_spots(spots, a, b, comparison.matching);

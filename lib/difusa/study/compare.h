@@ -14,6 +14,7 @@ struct CompareOptions {
     std::vector<std::string> arrays; ///< point arrays to compare in addition to total and indirect light
     double max_distance = 0.0;  ///< points of the reference farther away do not match; 0: 1 % of its mesh' diameter
     bool with_emitters = false; ///< include emitting surfaces in the norms of the total light
+    double least_matched = 0.5; ///< share of the result's area that must match
 };
 
 /// A quantity present in both files.
@@ -66,8 +67,9 @@ struct Comparison {
 /// norms, and their amount is given in `matching` and in the notes.
 ///
 /// Throws InputError if a file has no triangles, an array is missing or has a different number of components (the
-/// message lists those available), nothing can be compared, values are not finite, or no part of the result lies on the
-/// reference; Interrupted. `result_name`, `reference_name`: for messages.
+/// message lists those available), nothing can be compared, values are not finite, or a smaller share of the result
+/// than `options.least_matched`, or no part of it, lies on the reference; Interrupted. `result_name`, `reference_name`:
+/// for messages.
 Comparison compare(const FieldFile& result, const std::string& result_name, const FieldFile& reference,
                    const std::string& reference_name, const CompareOptions& options, const Execution& execution);
 

@@ -114,7 +114,8 @@ EstimateTrial compare(const KnownLight& light, const BakeResult& result, const E
     }
     const ErrorMap map(result.solution, error, execution);
     const Eigen::VectorXd expected = map.at(std::span(light.places).first(light.even), execution).error.col(0);
-    const Eigen::VectorXd size = miss.topRows(expected.size()).rowwise().norm();
+    const Eigen::VectorXd size =
+        miss.topRows(expected.size()).rowwise().norm() / std::sqrt(static_cast<double>(channels));
     trial.rank_correlation = rank_correlation(size, expected);
     trial.covered = (size.array() <= 2.0 * expected.array()).cast<double>().mean();
     return trial;
@@ -172,7 +173,7 @@ KnownLight known_light(const BakeResult& result, const std::string& name, std::s
     const PointValues values = result.field().at(light.places, rays, result.options.seed, "known", execution);
     light.B = judged_of(light.scene, values, result.channels);
     for (std::size_t i = places; i < light.places.size(); ++i) {
-        light.noise += light.weight[i] * values.noise.row(static_cast<Eigen::Index>(i)).squaredNorm();
+        light.noise += light.weight[i] * result.channels * values.noise.row(static_cast<Eigen::Index>(i)).squaredNorm();
     }
     light.noise = std::sqrt(light.noise / light.scene.mesh.area);
     light.indirect = judged_indirect_of(light.scene, values, result.channels);

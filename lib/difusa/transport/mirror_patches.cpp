@@ -1,17 +1,23 @@
 #include <difusa/transport/mirror_patches.h>
 
 #include <difusa/core/error.h>
+#include <difusa/core/memory.h>
 #include <difusa/core/parallel.h>
+#include <difusa/core/text.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <string>
 #include <utility>
 
 namespace difusa {
 
 namespace {
+
+constexpr double most_mirror_patches = 0x1p31;
+constexpr const char* coarser_patches = "give a larger --spacing, or a larger granularity of mirror patches";
 
 double longest_edge(const Mesh& mesh, Index triangle) {
     const auto [a, b, c] = mesh.corners(triangle);
@@ -255,7 +261,11 @@ void merge(std::vector<FactorEntry>& entries) {
 } // namespace
 
 std::vector<MirrorPatch> mirror_patches(const Mesh& mesh, double edge) {
+    const std::size_t count = mirror_patch_count(mesh, edge);
+    require_memory(static_cast<double>(count * sizeof(MirrorPatch)), available_memory(),
+                   "the division of the mirrors into " + std::to_string(count) + " patches", coarser_patches);
     std::vector<MirrorPatch> patches;
+    patches.reserve(count);
     for (Index t = 0; t < mesh.triangles.size(); ++t) {
         if (mesh.mirrors.kind(t) == none) {
             continue;
@@ -277,6 +287,10 @@ std::size_t mirror_patch_count(const Mesh& mesh, double edge) {
     double count = 0.0;
     for (Index t = 0; t < mesh.triangles.size(); ++t) {
         count += mesh.mirrors.kind(t) != none ? std::pow(parts_along(mesh, t, edge), 2) : 0.0;
+    }
+    if (!(count < most_mirror_patches)) {
+        throw ResourceError("the mirrors would be divided into " + text_of(count) + " patches of " + text_of(edge) +
+                            ", more than 2^31: " + coarser_patches);
     }
     return static_cast<std::size_t>(count);
 }
