@@ -144,6 +144,20 @@ void add_run_arguments(CLI::App& app, RunArguments& run, const std::string& inde
     app.add_flag("--version", run.version, "print the version, and those of the libraries")->group(run_group);
 }
 
+namespace {
+
+/// What the parser says of an option with too many or too few values, "--sites: At Most 1 required but received 2", in
+/// other words.
+std::string mismatch_of(const std::string& said) {
+    const std::string option = said.substr(0, said.find(": "));
+    if (said.find("received") != std::string::npos) {
+        return option + ": is given more than once, and takes one value; give it once";
+    }
+    return said.find("missing") != std::string::npos ? option + ": needs a value" : said;
+}
+
+} // namespace
+
 int run_command(CLI::App& app, int count, char** words, const std::string& expected, const bool& version,
                 const std::function<void()>& action) {
     app.allow_extras();
@@ -153,6 +167,8 @@ int run_command(CLI::App& app, int count, char** words, const std::string& expec
         } catch (const CLI::CallForHelp&) {
             std::cout << app.help();
             return;
+        } catch (const CLI::ArgumentMismatch& error) {
+            throw UsageError(mismatch_of(error.what()) + " (--help)");
         } catch (const CLI::ParseError& error) {
             throw UsageError(std::string(error.what()) + " (--help)");
         }

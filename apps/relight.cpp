@@ -357,9 +357,9 @@ void check_files(const Arguments& a) {
 
 /// "09:30".
 std::string clock_time(double hours) {
-    const long minutes = std::lround(60.0 * hours);
-    return difusa::formatted("%02.0f", static_cast<double>(minutes / 60)) + ":" +
-           difusa::formatted("%02.0f", static_cast<double>(minutes % 60));
+    const long minutes = std::lround(60.0 * hours), whole = minutes / 60, rest = minutes % 60;
+    return difusa::formatted("%02.0f", static_cast<double>(whole)) + ":" +
+           difusa::formatted("%02.0f", static_cast<double>(rest));
 }
 
 void relight_series(const Arguments& a, const difusa::Registry& registry, difusa::RelightOptions& how) {

@@ -12,6 +12,8 @@ usage "a mesh file is expected"
 usage "an output file is expected" "$box"
 usage "\`third\` is one argument too many" "$box" out.vtp third
 usage "a mesh file is expected" "" out.vtp
+usage "--sites: is given more than once" "$box" out.vtp --sites 100 --sites 200
+usage "--sites: needs a value" "$box" out.vtp --sites
 
 # Unknown names, with the nearest known one.
 usage "unknown option --ryas, did you mean --rays?" "$box" out.vtp --ryas 12

@@ -118,8 +118,9 @@ std::vector<SurfacePoint> lit_points(const BakeResult& result, const Choices& ch
     }
     if (points.size() < all) {
         execution.save({"sites",
-                        text_of(100.0 * lit.dark_area / mesh.area) + " % of the surface sees nothing that "
-                                                                     "emits or reflects light",
+                        text_of(std::round(1000.0 * lit.dark_area / mesh.area) / 10.0) +
+                            " % of the surface sees nothing that "
+                            "emits or reflects light",
                         "sites", static_cast<double>(all - points.size())});
     }
     return points;

@@ -138,7 +138,8 @@ class GridCells {
 
     Vec2 centre(std::size_t cell) const {
         const auto columns = static_cast<std::size_t>(count_.x());
-        return centre(static_cast<double>(cell / columns), static_cast<double>(cell % columns));
+        const std::size_t row = cell / columns, column = cell % columns;
+        return centre(static_cast<double>(row), static_cast<double>(column));
     }
 
     /// `body(cell, centre)` for all centres that are no farther than `reach` from the convex polygon with these

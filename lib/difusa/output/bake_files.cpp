@@ -8,6 +8,7 @@
 #include <difusa/io/field_writers.h>
 #include <difusa/output/error_chart.h>
 #include <difusa/output/point_table.h>
+#include <difusa/output/text_table.h>
 #include <difusa/output/thermal_files.h>
 #include <difusa/version.h>
 
@@ -581,8 +582,8 @@ std::string summary_of(const BakeResult& result) {
         text << "\n";
     }
     for (const Saving& saving : result.journal.savings()) {
-        text << "not needed: " << saving.what << ", since " << saving.because << " (" << saving.amount << " "
-             << saving.unit << " saved)\n";
+        text << "not needed: " << saving.what << ", since " << saving.because << " ("
+             << formatted("%.0f", saving.amount) << " " << saving.unit << " saved)\n";
     }
     text << "solve: " << result.solution.solve.sentence() << "\n";
     text << (result.thermal ? thermal_summary(result) : energy_sentence(result.solution.energy, result.photometric));
