@@ -88,7 +88,7 @@ usage "--output-spacing nan: must be a positive number" "$box" out.vtp --output-
 usage "--tolerance 0: must be a positive number" "$box" out.vtp --tolerance 0
 usage "--tolerance: must be above 0 and below 1" "$box" out.vtp --tolerance 1
 usage "either --spacing or --sites" "$box" out.vtp --spacing 0.1 --sites 10
-usage "--rays: 1 required" "$box" out.vtp --rays
+usage "--rays: needs a value" "$box" out.vtp --rays
 for bad in , 1, 1,2 1,2,3, 1,2,3,4 1,,3 garbage -1 1,-1,1 nan inf 1e400 "1 2 3" " 1"; do
     usage "--sky $bad: takes one number, or three R,G,B" "$box" out.vtp "--sky=$bad"
     one_is_enough && break
