@@ -150,7 +150,7 @@ namespace {
 /// other words.
 std::string mismatch_of(const std::string& said) {
     const std::string option = said.substr(0, said.find(": "));
-    if (said.find("received") != std::string::npos) {
+    if (said.find("At Most 1 required") != std::string::npos) {
         return option + ": is given more than once, and takes one value; give it once";
     }
     return said.find("missing") != std::string::npos ? option + ": needs a value" : said;
