@@ -3,6 +3,7 @@
 #include "terminal.h"
 
 #include <difusa/bake/scene.h>
+#include <difusa/core/digits.h>
 #include <difusa/core/text.h>
 #include <difusa/form_factors/by_rays.h>
 #include <difusa/form_factors/closure.h>
@@ -12,7 +13,6 @@
 #include <difusa/io/whole_file.h>
 #include <difusa/output/enclosure_files.h>
 #include <difusa/output/form_factor_files.h>
-#include <difusa/output/text_table.h>
 #include <difusa/plugin/registry.h>
 #include <difusa/rays/visibility_choice.h>
 #include <difusa/repair/diagnosis.h>
@@ -24,7 +24,6 @@
 #include <iostream>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace form_factors {
@@ -289,7 +288,7 @@ std::string sum_text(double sum) {
     if (more == 0.0 || !(std::abs(more) < near)) {
         return difusa::text_of(sum);
     }
-    return std::string("1 ") + (more < 0.0 ? "- " : "+ ") + difusa::two_digits(std::abs(more));
+    return std::string("1 ") + (more < 0.0 ? "- " : "+ ") + difusa::with_digits(std::abs(more), 2);
 }
 
 void print_sums(double least, double largest, bool has_borders) {
@@ -297,21 +296,12 @@ void print_sums(double least, double largest, bool has_borders) {
               << (has_borders ? " (the surface has borders: the rest escapes)" : "") << "\n";
 }
 
-/// Rounding leaves sums a little above 1, of which -1e-16 escapes. Numbers of the table are aligned to the right.
-std::string without_negative_zeros(std::string table) {
-    const std::string_view negative = "-0.00000000";
-    for (std::size_t at = table.find(negative); at != std::string::npos; at = table.find(negative, at)) {
-        table[at] = ' ';
-    }
-    return table;
-}
-
 void print(const Arguments& a, const Input& input, const difusa::FormFactors& F, const difusa::Surfaces& surfaces,
            double seconds) {
     using difusa::counted, difusa::text_of;
     const double tolerance = a.tolerance.value_or(difusa::FormFactorOptions().tolerance);
     const difusa::FormFactorLaws laws = difusa::check_laws(F, tolerance);
-    std::cout << without_negative_zeros(table_of(F, surfaces)) << "surfaces: " << F.size() << " ("
+    std::cout << table_of(F, surfaces) << "surfaces: " << F.size() << " ("
               << counted(input.scene.mesh.triangles.size(), "triangle") << "), " << counted(F.nonzeros(), "form factor")
               << " above 0\n";
     print_sums(laws.least_row_sum, laws.largest_row_sum, input.has_borders);

@@ -237,16 +237,21 @@ def check_meshlab():
     check(len(set(zip(own["red"], own["green"], own["blue"]))) > 100, "box.ply: of few colours")
 
 
+def check_off(file, log, count):
+    """`count` comparisons in a log, all within rounding."""
+    off = re.findall(r"^(.*): off by (\S+)$", log, re.M)
+    check(len(off) == count, "%s: compares %s" % (file, [name for name, _ in off]))
+    for name, difference in off:
+        check(float(difference) <= 1e-9, "%s: %s is off by %s" % (file, name, difference))
+
+
 def check_relight():
     """What the plugin adds up is the sum of what relight computes for each light, to rounding: each is the same system
     solved for the same right-hand side, but for a factor. The picture is exposed a stop brighter."""
     log = open("relight.log").read()
     check("groups: ['lamp']" in log, "relight.log: other light groups than the lamp")
     check("all off: at most 0\n" in log, "relight.log: light remains")
-    off = re.findall(r"^(.*): off by (\S+)$", log, re.M)
-    check(len(off) == 7, "relight.log: compares %s" % [name for name, _ in off])
-    for name, difference in off:
-        check(float(difference) <= 1e-9, "relight.log: %s is off by %s" % (name, difference))
+    check_off("relight.log", log, 7)
     brighter = float(re.search(r"^display_rgb: brighter by (\S+) to (\S+)$", log, re.M).group(1))
     check(brighter >= 0.0, "relight.log: a stop more makes display_rgb darker")
     check(len(Picture("relight.png").colours()) > 100, "relight.png: of few colours")
@@ -257,10 +262,7 @@ def check_relight_again():
     log = open("again.log").read()
     check("first: ['lamp']\n" in log, "again.log: other light groups than the lamp at first")
     check("then: ['sky']\n" in log, "again.log: other light groups than the sky then")
-    off = re.findall(r"^(.*): off by (\S+)$", log, re.M)
-    check(len(off) == 2, "again.log: compares %s" % [name for name, _ in off])
-    for name, difference in off:
-        check(float(difference) <= 1e-9, "again.log: %s is off by %s" % (name, difference))
+    check_off("again.log", log, 2)
 
 
 os.chdir(sys.argv[1])

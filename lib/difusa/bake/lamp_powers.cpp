@@ -2,15 +2,14 @@
 
 #include <difusa/algebra/nonnegative.h>
 #include <difusa/bake/sensing.h>
+#include <difusa/core/digits.h>
 #include <difusa/core/error.h>
 #include <difusa/core/photometry.h>
 #include <difusa/core/text.h>
 #include <difusa/scene/light_groups.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 
 namespace difusa {
 
@@ -31,9 +30,7 @@ std::vector<char> lamps_of(const Scene& scene, const LightSets& sets) {
 }
 
 std::string four_digits(double value) {
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.4g", value);
-    return text.data();
+    return with_digits(value, 4);
 }
 
 } // namespace

@@ -1,6 +1,7 @@
 // Normals that files store with their faces.
 #pragma once
 
+#include <difusa/mesh/triangle_area.h>
 #include <difusa/repair/polygon_soup.h>
 
 namespace difusa {
@@ -12,8 +13,7 @@ inline bool turned_against(const PolygonSoup& soup, std::size_t face, const Vec3
     const auto corners = soup.face(face);
     Vec3 own = Vec3::Zero();
     for (std::size_t k = 2; k < corners.size(); ++k) {
-        const Vec3& first = soup.points[corners[0]];
-        own += (soup.points[corners[k - 1]] - first).cross(soup.points[corners[k]] - first);
+        own += twice_vector_area(soup.points[corners[0]], soup.points[corners[k - 1]], soup.points[corners[k]]);
     }
     return own.dot(normal) < -0.5 * own.norm() * normal.norm();
 }

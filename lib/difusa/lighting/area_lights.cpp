@@ -85,11 +85,11 @@ LightBlockers::LightBlockers(const Mesh& mesh) : all_(mesh) {
 }
 
 bool LightBlockers::may_hide(Index light, const SurfacePoint& x, Index& last) const {
-    if (x.face == none || !between_) {
-        Index any = none;
-        return all_.may_be_blocked(x, light, between_ ? any : last);
+    if (between_ && x.face == none) {
+        Index unrelated = none; // `last` is one of those between points of the surface
+        return all_.may_be_blocked(x, light, unrelated);
     }
-    return between_->may_be_blocked(x, light, last);
+    return (between_ ? *between_ : all_).may_be_blocked(x, light, last);
 }
 
 AreaLights::AreaLights(const Scene& scene, std::vector<Index> triangles, const Tracer& tracer)

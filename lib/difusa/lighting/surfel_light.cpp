@@ -55,23 +55,10 @@ class Averages {
     }
 
     void average_materials(Index s, SurfelLight& result) {
-        if (std::any_of(pieces_.begin(), pieces_.end(),
-                        [&](const Surfels::Piece& piece) { return is_uneven(piece); })) {
-            spread_points(surfels_, pieces_, material_samples, {0.5, 0.5}, points_);
-            for (const SurfacePoint& x : points_) {
-                add_material(s, x, 1.0 / material_samples, result);
-            }
-            return;
-        }
-        double area = 0.0;
-        for (const Surfels::Piece& piece : pieces_) {
-            area += piece.area;
-        }
-        for (const Surfels::Piece& piece : pieces_) {
-            SurfacePoint x;
-            x.face = piece.triangle;
-            add_material(s, x, area > 0.0 ? piece.area / area : 1.0 / static_cast<double>(pieces_.size()), result);
-        }
+        const bool spread =
+            std::any_of(pieces_.begin(), pieces_.end(), [&](const Surfels::Piece& piece) { return is_uneven(piece); });
+        for_material_places(surfels_, pieces_, spread, points_,
+                            [&](const SurfacePoint& x, double share) { add_material(s, x, share, result); });
     }
 
     /// Sets `H_` to the sum of the light at `count` points; returns whether it is about the same at all of them.

@@ -40,11 +40,32 @@ struct SurfelSamples {
     static SurfelSamples of(std::size_t rays);
 };
 
-/// Points that textures, patterns and corner colours are averaged over.
-inline constexpr std::size_t material_samples = 16;
+/// What materials are averaged over on a surfel with these pieces: calls `act(x, share)` for each piece, of which only
+/// x.face is set, or for 16 points `spread` over it, which are left there.
+template <class Act>
+void for_material_places(const Surfels& surfels, const std::vector<Surfels::Piece>& pieces, bool spread,
+                         std::vector<SurfacePoint>& points, const Act& act) {
+    constexpr std::size_t samples = 16;
+    if (spread) {
+        spread_points(surfels, pieces, samples, {0.5, 0.5}, points);
+        for (const SurfacePoint& x : points) {
+            act(x, 1.0 / samples);
+        }
+        return;
+    }
+    double area = 0.0;
+    for (const Surfels::Piece& piece : pieces) {
+        area += piece.area;
+    }
+    for (const Surfels::Piece& piece : pieces) {
+        SurfacePoint x;
+        x.face = piece.triangle;
+        act(x, area > 0.0 ? piece.area / area : 1.0 / static_cast<double>(pieces.size()));
+    }
+}
 
-/// Constants are averaged exactly; textures, patterns and corner colours over `material_samples` points, direct light
-/// over those of SurfelSamples.
+/// Constants are averaged exactly; textures, patterns and corner colours over 16 points, direct light over those of
+/// SurfelSamples.
 SurfelLight light_on_surfels(const Scene& scene, const Surfels& surfels, const DirectLight& light, int channels,
                              std::uint64_t seed, const Execution& execution);
 

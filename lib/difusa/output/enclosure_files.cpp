@@ -1,5 +1,6 @@
 #include <difusa/output/enclosure_files.h>
 
+#include <difusa/core/digits.h>
 #include <difusa/core/error.h>
 #include <difusa/core/text.h>
 #include <difusa/import/text_scanner.h>
@@ -58,8 +59,8 @@ std::string enclosure_summary(const Scene& scene, const Enclosure& enclosure, co
     text += "heat (W, positive if it leaves the surfaces): all surfaces " + formatted("%.6g", enclosure.heat) +
             (scene.thermal->surroundings ? ", to the surroundings at " : ", lost by errors of row sums, as if to ") +
             formatted("%.4f", scene.thermal->reference) + " K " + formatted("%.6g", enclosure.to_surroundings) + "\n";
-    text += "errors of the form factors change net fluxes by at most " + two_digits(flux_error) +
-            " W/m^2, temperatures by at most " + two_digits(temperature_error) + " K\n";
+    text += "errors of the form factors change net fluxes by at most " + with_digits(flux_error, 2) +
+            " W/m^2, temperatures by at most " + with_digits(temperature_error, 2) + " K\n";
     return text;
 }
 

@@ -4,9 +4,10 @@
 #include <difusa/core/text.h>
 #include <difusa/io/npz_file.h>
 #include <difusa/io/whole_file.h>
+#include <difusa/output/text_table.h>
 
 #include <algorithm>
-#include <cstdio>
+#include <cmath>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -258,9 +259,8 @@ std::string table_of(const FormFactors& F, const Surfaces& surfaces, std::size_t
         return std::string(width - shown.size(), ' ') + shown;
     };
     const auto number = [](double value) {
-        char text[32];
-        std::snprintf(text, sizeof text, "%.8f", value);
-        return std::string(text);
+        // Rounding leaves sums a little above 1, of which -1e-16 escapes.
+        return formatted("%.8f", std::abs(value) < 0.5e-8 ? 0.0 : value);
     };
     std::string table = cell("from \\ to", widest);
     for (const std::string& name : surfaces.name) {

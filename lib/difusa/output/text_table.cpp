@@ -1,9 +1,7 @@
 #include <difusa/output/text_table.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
-#include <cstdlib>
 
 namespace difusa {
 
@@ -29,12 +27,6 @@ std::string formatted(const char* format, double value) {
     char text[64];
     std::snprintf(text, sizeof text, format, value);
     return text;
-}
-
-std::string two_digits(double value) {
-    const double rounded = std::strtod(formatted("%.1e", value).c_str(), nullptr);
-    const double size = std::abs(rounded);
-    return size >= 10.0 && size < 1e6 ? formatted("%.0f", rounded) : formatted("%.2g", rounded + 0.0);
 }
 
 } // namespace difusa

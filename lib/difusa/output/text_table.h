@@ -13,7 +13,4 @@ std::string text_table(const std::vector<std::vector<std::string>>& rows);
 /// By a format of printf for one double.
 std::string formatted(const char* format, double value);
 
-/// Two significant digits, without an exponent below a million: "0.00034", "1200".
-std::string two_digits(double value);
-
 } // namespace difusa

@@ -1,5 +1,6 @@
 #include <difusa/output/thermal_files.h>
 
+#include <difusa/core/digits.h>
 #include <difusa/output/text_table.h>
 
 #include <cmath>
@@ -63,16 +64,16 @@ std::string thermal_summary(const BakeResult& result) {
              formatted("%.5g", surface.area > 0.0 ? surface.heat / surface.area : 0.0), formatted("%.5g", surface.heat),
              formatted("%.5g", surface.radiosity)});
         if (errors) {
-            rows.back().push_back(two_digits(surface.error));
+            rows.back().push_back(with_digits(surface.error, 2));
         }
     }
     std::ostringstream text;
     text << text_table(rows) << "heat (W, positive if it leaves the surfaces): all surfaces "
          << formatted("%.5g", thermal.heat) << ", to the surroundings " << formatted("%.5g", thermal.to_surroundings)
          << ", to backs and lost between mirrors " << formatted("%.5g", thermal.to_backs) << "; imbalance "
-         << two_digits(thermal.imbalance());
+         << with_digits(thermal.imbalance(), 2);
     if (thermal.exchanged > 0.0) {
-        text << ", " << two_digits(100.0 * std::abs(thermal.imbalance()) / thermal.exchanged)
+        text << ", " << with_digits(100.0 * std::abs(thermal.imbalance()) / thermal.exchanged, 2)
              << " % of what is exchanged";
     }
     text << "\n";

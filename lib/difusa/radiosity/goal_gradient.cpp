@@ -41,43 +41,24 @@ class MaterialShares {
     /// Appends those of surfel s, by materials.
     void add(Index s, std::vector<MaterialShare>& shares) {
         surfels_.pieces(s, pieces_);
-        points_.clear();
         materials_.clear();
-        double area = 0.0;
         bool textured = false;
         for (const Surfels::Piece& piece : pieces_) {
             materials_.push_back(scene_.mesh.material[piece.triangle]);
             textured = textured || scene_.materials[materials_.back()].reflectance_texture;
-            area += piece.area;
         }
         std::sort(materials_.begin(), materials_.end());
         materials_.erase(std::unique(materials_.begin(), materials_.end()), materials_.end());
         for (const Index m : materials_) {
             const Material& material = scene_.materials[m];
             MaterialShare share{s, m};
-            if (textured || material.vertex_colours || material.emits_unevenly()) {
-                sample(share);
-            } else {
-                for (const Surfels::Piece& piece : pieces_) {
-                    SurfacePoint x;
-                    x.face = piece.triangle;
-                    include(x, area > 0.0 ? piece.area / area : 1.0 / static_cast<double>(pieces_.size()), share);
-                }
-            }
+            for_material_places(surfels_, pieces_, textured || material.vertex_colours || material.emits_unevenly(),
+                                points_, [&](const SurfacePoint& x, double part) { include(x, part, share); });
             shares.push_back(share);
         }
     }
 
   private:
-    void sample(MaterialShare& share) {
-        if (points_.empty()) {
-            spread_points(surfels_, pieces_, material_samples, {0.5, 0.5}, points_);
-        }
-        for (const SurfacePoint& x : points_) {
-            include(x, 1.0 / material_samples, share);
-        }
-    }
-
     void include(const SurfacePoint& x, double part, MaterialShare& share) const {
         if (scene_.mesh.material[x.face] == share.material) {
             share.reflectance += part * scene_.reflectance(x);

@@ -1,12 +1,12 @@
 #include <difusa/render/draw.h>
 
+#include <difusa/core/digits.h>
+
 #include <algorithm>
 #include <array>
 #include <cctype>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <vector>
 
 namespace difusa {
@@ -146,13 +146,7 @@ void draw_disc(Image& image, double column, double row, double radius, const Rgb
 }
 
 std::string bar_label(double value) {
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.3g", value);
-    const double rounded = std::strtod(text.data(), nullptr);
-    if (std::abs(rounded) >= 1e3 && std::abs(rounded) < 1e6) {
-        std::snprintf(text.data(), text.size(), "%.0f", rounded);
-    }
-    return text.data();
+    return with_digits(value, 3);
 }
 
 namespace {
