@@ -1,6 +1,7 @@
 #include <difusa/algebra/hit_lists.h>
 
 #include <difusa/algebra/transpose_sum.h>
+#include <difusa/algebra/wide_vectors.h>
 #include <difusa/core/error.h>
 #include <difusa/core/parallel.h>
 
@@ -294,8 +295,9 @@ class BlockProduct {
     }
 
     void multiply(const double* from, Eigen::Index width, double share, double* to) {
-        for_panels<96, 24, 3, 1>(
-            width, [&](auto count, Eigen::Index c) { multiply_part<count>(from + c, width, share, to + c); });
+        for_panels<192, 96, 24, 3, 1>(width, [&](auto count, Eigen::Index c) {
+            with_wide_vectors([&] { multiply_part<count>(from + c, width, share, to + c); });
+        });
     }
 
   private:
@@ -303,8 +305,6 @@ class BlockProduct {
     struct Entry {
         Index bin, row;
     };
-    template <int count> using Columns = Eigen::Matrix<double, count, 1>;
-
     template <int count> void multiply_part(const double* from, Eigen::Index width, double share, double* to) {
         constexpr std::size_t ahead = 16;
         sums_.assign(rows_ * count, 0.0);
@@ -314,11 +314,16 @@ class BlockProduct {
             }
             const double* const source = from + static_cast<Eigen::Index>(sorted_[h].bin) * width;
             double* const sum = sums_.data() + static_cast<std::size_t>(sorted_[h].row) * count;
-            Columns<count>::Map(sum) += Columns<count>::Map(source);
+            for (int c = 0; c < count; ++c) {
+                sum[c] += source[c];
+            }
         }
         for (std::size_t row = 0; row < rows_; ++row) {
-            Columns<count>::Map(to + static_cast<Eigen::Index>(row) * width) =
-                share * Columns<count>::Map(sums_.data() + row * count);
+            const double* const sum = sums_.data() + row * count;
+            double* const out = to + static_cast<Eigen::Index>(row) * width;
+            for (int c = 0; c < count; ++c) {
+                out[c] = share * sum[c];
+            }
         }
     }
 

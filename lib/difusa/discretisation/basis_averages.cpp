@@ -1,6 +1,7 @@
 #include <difusa/discretisation/basis_averages.h>
 
 #include <difusa/algebra/transpose_sum.h>
+#include <difusa/algebra/wide_vectors.h>
 #include <difusa/core/error.h>
 #include <difusa/core/even_sequence.h>
 #include <difusa/core/parallel.h>
@@ -43,6 +44,19 @@ void round_to_one(std::vector<std::pair<Index, std::int32_t>>& row) {
         missing -= units;
     }
     largest->second += missing;
+}
+
+/// A row of P x from the entries of P.
+template <class Entry> void average(std::span<const Entry> entries, const Values& x, double* out) {
+    const Eigen::Index width = x.cols();
+    std::fill(out, out + width, 0.0);
+    for (const Entry& entry : entries) {
+        const double weight = entry.weight();
+        const double* const source = x.data() + static_cast<Eigen::Index>(entry.site()) * width;
+        for (Eigen::Index c = 0; c < width; ++c) {
+            out[c] += weight * source[c];
+        }
+    }
 }
 
 } // namespace
@@ -126,22 +140,9 @@ BasisAverages::BasisAverages(const Basis& basis, const Surfels& surfels, const E
 
 void BasisAverages::row(Index s, BasisRow& row) const {
     row.clear();
-    for (std::size_t k = first_[s]; k < first_[s + 1]; ++k) {
-        row.element.push_back(entries_[k].site());
-        row.weight.push_back(entries_[k].weight());
-    }
-}
-
-/// Row s of P x.
-void BasisAverages::average(std::size_t s, const Values& x, double* out) const {
-    const Eigen::Index width = x.cols();
-    std::fill(out, out + width, 0.0);
-    for (std::size_t k = first_[s]; k < first_[s + 1]; ++k) {
-        const double weight = entries_[k].weight();
-        const double* const source = x.data() + static_cast<Eigen::Index>(entries_[k].site()) * width;
-        for (Eigen::Index c = 0; c < width; ++c) {
-            out[c] += weight * source[c];
-        }
+    for (const Entry& entry : entries_of(s)) {
+        row.element.push_back(entry.site());
+        row.weight.push_back(entry.weight());
     }
 }
 
@@ -149,9 +150,11 @@ void BasisAverages::apply(const Values& x, Values& y, const Execution& execution
     DIFUSA_REQUIRE(static_cast<std::size_t>(x.rows()) == columns_);
     y.resize(static_cast<Eigen::Index>(rows()), x.cols());
     parallel_for(rows(), block, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
-        for (std::size_t s = begin; s < end; ++s) {
-            average(s, x, y.row(static_cast<Eigen::Index>(s)).data());
-        }
+        with_wide_vectors([&] {
+            for (std::size_t s = begin; s < end; ++s) {
+                average(entries_of(s), x, y.row(static_cast<Eigen::Index>(s)).data());
+            }
+        });
     });
 }
 
@@ -162,28 +165,30 @@ void BasisAverages::reflect(const Values& x, const Values& rho, std::size_t rows
     DIFUSA_REQUIRE(static_cast<std::size_t>(rho.rows()) == this->rows() && width % channels == 0);
     y.resize(static_cast<Eigen::Index>(rows), width);
     parallel_for(rows, block, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
-        for (std::size_t s = begin; s < end; ++s) {
-            double* const out = y.row(static_cast<Eigen::Index>(s)).data();
-            if (s >= this->rows()) {
-                std::fill(out, out + width, 0.0);
-                continue;
-            }
-            average(s, x, out);
-            const double* const reflected = rho.row(static_cast<Eigen::Index>(s)).data();
-            for (Eigen::Index c = 0; c < width; c += channels) {
-                for (Eigen::Index channel = 0; channel < channels; ++channel) {
-                    out[c + channel] *= reflected[channel];
+        with_wide_vectors([&] {
+            for (std::size_t s = begin; s < end; ++s) {
+                double* const out = y.row(static_cast<Eigen::Index>(s)).data();
+                if (s >= this->rows()) {
+                    std::fill(out, out + width, 0.0);
+                    continue;
+                }
+                average(entries_of(s), x, out);
+                const double* const reflected = rho.row(static_cast<Eigen::Index>(s)).data();
+                for (Eigen::Index c = 0; c < width; c += channels) {
+                    for (Eigen::Index channel = 0; channel < channels; ++channel) {
+                        out[c + channel] *= reflected[channel];
+                    }
                 }
             }
-        }
+        });
     });
 }
 
 void BasisAverages::apply_transpose(const Values& x, Values& y, const Execution& execution) const {
     DIFUSA_REQUIRE(static_cast<std::size_t>(x.rows()) == rows());
     sum_transposed(rows(), columns_, x.cols(), y, execution, [&](std::size_t s, Values& sum) {
-        for (std::size_t k = first_[s]; k < first_[s + 1]; ++k) {
-            sum.row(entries_[k].site()) += entries_[k].weight() * x.row(static_cast<Eigen::Index>(s));
+        for (const Entry& entry : entries_of(s)) {
+            sum.row(entry.site()) += entry.weight() * x.row(static_cast<Eigen::Index>(s));
         }
     });
 }

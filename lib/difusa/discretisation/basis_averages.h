@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace difusa {
@@ -56,7 +57,10 @@ class BasisAverages final : public LinearOperator {
         }
         std::uint64_t all() const { return bits[0] | std::uint64_t{bits[1]} << 16U | std::uint64_t{bits[2]} << 32U; }
     };
-    void average(std::size_t s, const Values& x, double* out) const;
+    /// Row s.
+    std::span<const Entry> entries_of(std::size_t s) const {
+        return std::span(entries_).subspan(first_[s], first_[s + 1] - first_[s]);
+    }
 
     std::size_t columns_;
     std::vector<std::uint32_t> first_; ///< #surfels + 1

@@ -52,11 +52,11 @@ Values solve_in_blocks(const Solver& solver, const LinearOperator& T, const Valu
 
 } // namespace
 
-Eigen::Index columns_at_once(const LightTransport& transport) {
+Eigen::Index columns_at_once(const LightTransport& transport, bool transposed) {
     constexpr std::size_t most_numbers = std::size_t{1} << 27U; // 1 GiB
-    // The vectors of a solver, and the sums of several threads of a transposed product.
-    const std::size_t of_each = 32 * transport.points() + 10 * transport.W->columns();
-    return static_cast<Eigen::Index>(std::clamp<std::size_t>(most_numbers / of_each, 24, 96));
+    // The vectors of a solver, and what is gathered, or the sums of several threads of a transposed product.
+    const std::size_t of_each = 32 * transport.points() + (transposed ? 10 : 2) * transport.W->columns();
+    return static_cast<Eigen::Index>(std::clamp<std::size_t>(most_numbers / of_each, 24, 192));
 }
 
 Values solve_for(const RadiositySystem& system, const Values& reflectance, const Values& g, const SolveOptions& options,
@@ -74,8 +74,8 @@ Values solve_transpose_for(const RadiositySystem& system, const Values& reflecta
                          "krylov");
     }
     const ReflectedTransport T(system.discretisation(), system.transport(), reflectance);
-    return solve_in_blocks(solver, Transposed(T), g, reflectance.cols(), columns_at_once(system.transport()), options,
-                           execution);
+    return solve_in_blocks(solver, Transposed(T), g, reflectance.cols(), columns_at_once(system.transport(), true),
+                           options, execution);
 }
 
 } // namespace difusa

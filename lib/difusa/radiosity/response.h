@@ -6,8 +6,8 @@
 namespace difusa {
 
 /// Columns of right-hand sides that are solved for together: the more columns, the less time each takes, as far as
-/// memory goes.
-Eigen::Index columns_at_once(const LightTransport& transport);
+/// memory goes. `transposed`: with products by the transpose, which need more of it.
+Eigen::Index columns_at_once(const LightTransport& transport, bool transposed = false);
 
 /// h = g + T h with T = D diag(rho) P Π. `reflectance`: #surfels by #channels; `g`: #points by any number of columns,
 /// of which column c is reflected by channel c modulo #channels. Solved `columns_at_once` at a time, with the solver of

@@ -1,0 +1,25 @@
+// Loops over many columns with the widest vectors that the processor has.
+#pragma once
+
+namespace difusa {
+
+#if defined(__x86_64__) && defined(__GNUC__)
+template <class Work> [[gnu::flatten, gnu::target("avx2")]] void call_with_avx2(const Work& work) {
+    work();
+}
+#endif
+
+/// Calls `work()`, compiled for vectors of four numbers (AVX2) where the processor has them: for loops that do the
+/// same with each column. Products and sums are rounded one by one on every processor (AVX2 does not include fused
+/// multiplication and addition), so the bits do not depend on it.
+template <class Work> void with_wide_vectors(const Work& work) {
+#if defined(__x86_64__) && defined(__GNUC__)
+    if (__builtin_cpu_supports("avx2") > 0) {
+        call_with_avx2(work);
+        return;
+    }
+#endif
+    work();
+}
+
+} // namespace difusa
