@@ -436,9 +436,9 @@ bool Separators::hides(Index site, Viewpoint& viewpoint) const {
     const Index region = sites_->region[site];
     const Vec3 away = x.position - p.position;
     const double below_p = 0.5 * std::max(0.0, -away.dot(p.normal)), below_x = 0.5 * std::max(0.0, away.dot(x.normal));
+    const double least = least_lift * support_[site];
     if (!sight_[region].by_itself) {
         // Most pairs have none in the box around them.
-        const double least = least_lift * support_[site];
         Box around(p.position);
         around.extend(x.position)
             .extend(p.position + (least + below_p) * p.normal)
@@ -449,23 +449,31 @@ bool Separators::hides(Index site, Viewpoint& viewpoint) const {
             return false;
         }
     }
-    for (double share = least_lift; share <= most_lift; share *= 4.0) {
-        const double wanted = share * support_[site];
-        const double above_p = lift(site, wanted + below_p), above_x = lift(region, viewpoint, wanted + below_x);
+    const auto lifted = [&](double wanted) {
+        return std::pair(lift(site, wanted + below_p), lift(region, viewpoint, wanted + below_x));
+    };
+    const auto is_clear = [&](double above_p, double above_x) {
         const Vec3 a = p.position + above_p * p.normal, b = x.position + above_x * x.normal;
-        if (share == least_lift && crosses_wall(region, a, b)) {
-            return true;
-        }
         const Box around = Box(p.position).extend(x.position).extend(a).extend(b);
         const std::span<const BoxTree* const> near = others(region, viewpoint, grown(around, rounding_));
-        if (!crosses_obstacle(region, near, a, b, viewpoint.last_)) {
+        return !crosses_obstacle(region, near, a, b, viewpoint.last_);
+    };
+    if (!sight_[region].tree.empty()) {
+        const auto [above_p, above_x] = lifted(least);
+        if (crosses_wall(region, p.position + above_p * p.normal, x.position + above_x * x.normal)) {
+            return true;
+        }
+    }
+    // Close to a surface of many small triangles a line passes many of their boxes: it is not the first to be tried.
+    for (const double share : {4.0 * least_lift, least_lift, most_lift}) {
+        const double wanted = share * support_[site];
+        const auto [above_p, above_x] = lifted(wanted);
+        if (is_clear(above_p, above_x)) {
             return false;
         }
         // Under a low ceiling over one of them, as between a shelf and the table below it.
         const double low = std::min(above_p, above_x);
-        if (share == least_lift && low > 4.0 * rounding_ && low < wanted &&
-            !crosses_obstacle(region, near, p.position + low * p.normal, x.position + low * x.normal,
-                              viewpoint.last_)) {
+        if (share == least_lift && low > 4.0 * rounding_ && low < wanted && is_clear(low, low)) {
             return false;
         }
     }
