@@ -2,6 +2,7 @@
 #include <difusa/transport/analytic_transport.h>
 
 #include <difusa/algebra/dense.h>
+#include <difusa/core/random.h>
 #include <difusa/import/shapes.h>
 #include <difusa/rays/lambert.h>
 #include <difusa/rays/visible_part.h>
@@ -16,6 +17,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 namespace difusa::analytic_transport_test {
@@ -328,9 +330,8 @@ TEST(AnalyticTransport, LeavesFacesOnTopOfEachOtherToRays) {
 /// Form factor of what is in sight from x, looking down.
 double in_sight(const Vec3& x, const VisiblePart& visible) {
     double sum = 0.0;
-    for (const FlatPolygon& piece : visible.pieces()) {
-        sum += lambert_form_factor(x, {0, 0, -1}, piece.corners());
-    }
+    visible.for_pieces(
+        [&](const FlatPolygon& piece) { sum += lambert_form_factor(x, {0, 0, -1}, piece.corners()); });
     return sum;
 }
 
@@ -359,10 +360,10 @@ TEST(VisiblePart, ATriangleHidesItsCentralProjection) {
                     lambert_form_factor(x, {0, 0, -1}, hidden[0], hidden[1], hidden[2]),
                 1e-14);
     // The same once more hides nothing more.
-    const std::size_t count = visible.pieces().size();
+    const std::size_t count = visible.count();
     hide(x, triangle, visible);
     EXPECT_NEAR(in_sight(x, visible), left, 1e-14);
-    EXPECT_GE(visible.pieces().size(), count);
+    EXPECT_GE(visible.count(), count);
     // Below the floor it hides nothing; nor does one without area.
     std::array<Vec3, 3> below = triangle;
     for (Vec3& p : below) {
@@ -372,7 +373,49 @@ TEST(VisiblePart, ATriangleHidesItsCentralProjection) {
     EXPECT_FALSE(hide(x, below, visible));
     EXPECT_FALSE(visible.hide(x, FlatPolygon(std::array<Vec3, 3>{triangle[0], triangle[0], triangle[1]}),
                               {{0, 0, 1}, 1.0}, 0.0));
-    EXPECT_EQ(visible.pieces().size(), 1U);
+    EXPECT_EQ(visible.count(), 1U);
+}
+
+/// Triangles that tile a square, in any order and on either side of a second layer of it, hide the square.
+TEST(VisiblePart, ManyBlockersHideTheirUnion) {
+    constexpr std::size_t cells = 20;
+    const Vec3 x(0.1, -0.2, 2.0);
+    const std::array<Vec3, 4> floor{Vec3(-3, -3, 0), {3, -3, 0}, {3, 3, 0}, {-3, 3, 0}};
+    std::vector<std::array<Vec3, 3>> triangles;
+    for (const double height : {1.0, 0.5}) { // the lower layer lies in the shadow of the upper one
+        const double half = height == 1.0 ? 0.6 : 0.5;
+        const auto corner = [&](std::size_t i, std::size_t j) {
+            const auto along = [&](std::size_t k) {
+                return half * (2.0 * static_cast<double>(k) / static_cast<double>(cells) - 1.0);
+            };
+            return Vec3(along(i), along(j), height);
+        };
+        for (std::size_t i = 0; i < cells; ++i) {
+            for (std::size_t j = 0; j < cells; ++j) {
+                triangles.push_back({corner(i, j), corner(i + 1, j), corner(i + 1, j + 1)});
+                triangles.push_back({corner(i, j), corner(i + 1, j + 1), corner(i, j + 1)});
+            }
+        }
+    }
+    std::vector<Vec3> hidden;
+    for (const Vec3& p : {Vec3(-0.6, -0.6, 1), Vec3(0.6, -0.6, 1), Vec3(0.6, 0.6, 1), Vec3(-0.6, 0.6, 1)}) {
+        hidden.push_back(x + 2.0 * (p - x));
+    }
+    const double expected = lambert_form_factor(x, {0, 0, -1}, floor) - lambert_form_factor(x, {0, 0, -1}, hidden);
+    RandomStream random(3, "order of blockers");
+    for (int repeat = 0; repeat < 5; ++repeat) {
+        for (std::size_t i = triangles.size(); i > 1; --i) {
+            std::swap(triangles[i - 1], triangles[random.below(i)]);
+        }
+        VisiblePart visible;
+        visible.set(FlatPolygon(floor));
+        for (const std::array<Vec3, 3>& triangle : triangles) {
+            hide(x, triangle, visible);
+        }
+        // Each of the edges between neighbours may leave a sliver as wide as rounding, each piece has that of its sum.
+        EXPECT_NEAR(in_sight(x, visible), expected, 1e-12);
+        EXPECT_GT(visible.count(), 4U);
+    }
 }
 
 TEST(VisiblePart, PolygonsOfManyCornersLoseNone) {

@@ -92,36 +92,93 @@ void BlockedView::set(const PolygonEnd& from, const PolygonEnd& to, std::span<co
     from_ = &from;
     to_ = &to;
     rounding_ = rounding;
-    blockers_.clear();
-    planes_.clear();
+    bodies_.clear();
+    pieces_.clear();
     for (const Blocker* blocker : blockers) {
+        bool front_only = false;
+        if (blocker->body) {
+            const Body& known = find(*blocker->body);
+            if (known.by_outline) {
+                continue;
+            }
+            front_only = known.outside;
+        }
         const FlatPolygon before = blocker->polygon.above(from.plane, rounding).above(to.plane, rounding);
         if (!before.empty()) {
-            blockers_.push_back(before);
-            planes_.push_back(blocker->plane);
+            pieces_.push_back({before, blocker->plane, front_only});
         }
+    }
+}
+
+/// Looks at a body when one of its pieces is met first.
+const BlockedView::Body& BlockedView::find(const ClosedBody& body) {
+    const auto known =
+        std::find_if(bodies_.rbegin(), bodies_.rend(), [&](const Body& each) { return each.body == &body; });
+    if (known != bodies_.rend()) {
+        return *known;
+    }
+    const auto before = [&](const Plane& plane) {
+        return std::all_of(body.corners().begin(), body.corners().end(),
+                           [&](const Vec3& corner) { return plane.height(corner) >= -rounding_; });
+    };
+    const bool outside = before(from_->plane);
+    return bodies_.emplace_back(Body{&body, outside, outside && body.convex() && before(to_->plane)});
+}
+
+void BlockedView::hide(const Vec3& x, const FlatPolygon& blocker, const Plane& plane) {
+    if (visible_.hide(x, blocker, plane, rounding_)) {
+        seen_ = Seen::part;
+    }
+}
+
+void BlockedView::hide_behind(const Vec3& x, const ClosedBody& body) {
+    const std::span<const Vec3> corners = body.corners();
+    if (!body.find_outline(x, view_)) {
+        for (const auto& [a, b, c] : body.triangles()) {
+            const FlatPolygon triangle(std::array<Vec3, 3>{corners[a], corners[b], corners[c]});
+            const Vec3 normal = triangle.area_vector().normalized();
+            hide(x, triangle, {normal, normal.dot(corners[a])});
+        }
+        return;
+    }
+    // A fan of polygons from one corner of the outline. They need not be flat: what they hide is the same.
+    constexpr std::size_t more = Blocker::most_corners - 2;
+    const std::vector<Index>& outline = view_.outline;
+    for (std::size_t first = 1; first + 1 < outline.size(); first += more) {
+        FlatPolygon part;
+        part.add(corners[outline[0]]);
+        for (std::size_t k = first; k <= std::min(first + more, outline.size() - 1); ++k) {
+            part.add(corners[outline[k]]);
+        }
+        hide(x, part, {Vec3::Zero(), -1.0}); // seen from its front
     }
 }
 
 double BlockedView::form_factor(const Vec3& x) {
     visible_.set(to_->polygon);
     seen_ = Seen::everything;
-    for (std::size_t k = 0; k < blockers_.size() && !visible_.pieces().empty(); ++k) {
-        if (visible_.hide(x, blockers_[k], planes_[k], rounding_)) {
-            seen_ = Seen::part;
+    for (const Body& each : bodies_) {
+        if (each.by_outline && !visible_.empty()) {
+            hide_behind(x, *each.body);
         }
     }
-    if (visible_.pieces().empty()) {
+    for (std::size_t k = 0; k < pieces_.size() && !visible_.empty(); ++k) {
+        const Piece& piece = pieces_[k];
+        if (!piece.front_only || piece.plane.height(x) > 0.0) {
+            hide(x, piece.polygon, piece.plane);
+        }
+    }
+    if (visible_.empty()) {
         seen_ = Seen::nothing;
     }
     double sum = 0.0;
     std::array<Vec3, FlatPolygon::capacity> seen; // NOLINT: filled before use
-    for (const FlatPolygon& piece : visible_.pieces()) {
+    visible_.for_pieces([&](const FlatPolygon& piece) {
         for (std::size_t k = 0; k < piece.size(); ++k) {
             seen[k] = piece[k] - x;
         }
         sum += lambert_sum(from_->plane.normal, {seen.data(), piece.size()});
-    }
+    });
     return sum;
 }
 

@@ -22,22 +22,39 @@ class BlockedView {
     void set(const PolygonEnd& from, const PolygonEnd& to, std::span<const Blocker* const> blockers, double rounding);
 
     /// The form factor from the element at x, in the plane of `from` and with its normal, to the visible part of `to`.
-    /// Exact to rounding: a convex blocker hides from x what lies inside all planes through x and its edges. What lies
-    /// outside is at most one convex polygon for each edge; Lambert's formula is summed over those that remain
-    /// (rays/lambert.h).
+    /// Exact to rounding: a convex blocker hides from x what lies inside all planes through x and its edges, a convex
+    /// body what lies inside those through its outline; of other closed bodies only fronts count. What lies outside is at most one convex polygon for each edge;
+    /// Lambert's formula is summed over those that remain (rays/lambert.h).
     double form_factor(const Vec3& x);
 
     /// What the last point saw.
     Seen seen() const { return seen_; }
 
   private:
+    /// What of a closed body has to be looked at.
+    struct Body {
+        const ClosedBody* body;
+        bool outside;    ///< wholly in front of the plane of `from`, whose points are outside of it
+        bool by_outline; ///< convex, and wholly in front of both planes
+    };
+    /// A piece of the surface.
+    struct Piece {
+        FlatPolygon polygon;
+        Plane plane;
+        bool front_only; ///< from behind it is seen through others only
+    };
+    const Body& find(const ClosedBody& body);
+    void hide(const Vec3& x, const FlatPolygon& blocker, const Plane& plane);
+    void hide_behind(const Vec3& x, const ClosedBody& body);
+
     const PolygonEnd* from_ = nullptr;
     const PolygonEnd* to_ = nullptr;
     double rounding_ = 0.0;
     Seen seen_ = Seen::everything;
-    std::vector<FlatPolygon> blockers_;
-    std::vector<Plane> planes_; ///< of the blockers
-    VisiblePart visible_;       ///< of `to`
+    std::vector<Body> bodies_;
+    std::vector<Piece> pieces_; ///< that bodies with an outline do not stand for
+    ClosedBody::View view_;
+    VisiblePart visible_; ///< of `to`
 };
 
 /// A_P F_PQ through blockers, with an estimated error of at most `tolerance` (an area) if `most_triangles` suffice: the

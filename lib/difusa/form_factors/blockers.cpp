@@ -238,6 +238,7 @@ std::vector<Blocker> blockers_of(const Mesh& mesh, const std::vector<Index>& par
         }
         members[parts[t]].push_back(t);
     }
+    const std::vector<std::shared_ptr<const ClosedBody>> bodies = closed_bodies(mesh, parts);
     std::vector<Blocker> blockers;
     for (const std::vector<Index>& triangles : members) {
         const Index first = triangles.front();
@@ -246,7 +247,7 @@ std::vector<Blocker> blockers_of(const Mesh& mesh, const std::vector<Index>& par
             continue;
         }
         for (const FlatPolygon& piece : FlatPartMerger(mesh, triangles, rounding).merged()) {
-            blockers.emplace_back(piece);
+            blockers.emplace_back(piece).body = bodies[first];
         }
     }
     return blockers;

@@ -1,10 +1,12 @@
 // What can come between two polygons: the surface as few, large, convex, flat pieces.
 #pragma once
 
+#include <difusa/form_factors/closed_body.h>
 #include <difusa/mesh/mesh.h>
 #include <difusa/rays/own_plane.h>
 #include <difusa/rays/visible_part.h>
 
+#include <memory>
 #include <vector>
 
 namespace difusa {
@@ -14,6 +16,7 @@ struct Blocker {
     FlatPolygon polygon; ///< at most `Blocker::most_corners`, none between two others on a straight line
     Plane plane;         ///< unit normal
     Vec3 low = Vec3::Zero(), high = Vec3::Zero(); ///< bounding box
+    std::shared_ptr<const ClosedBody> body = {};  ///< that it is a part of; null: it blocks by itself
 
     static constexpr std::size_t most_corners = VisiblePart::most_corners;
     explicit Blocker(const FlatPolygon& corners);

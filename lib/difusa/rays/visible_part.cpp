@@ -1,7 +1,8 @@
 #include <difusa/rays/visible_part.h>
 
+#include <algorithm>
 #include <cmath>
-#include <utility>
+#include <span>
 
 namespace difusa {
 
@@ -16,14 +17,60 @@ constexpr double shortest = 0x1p-40;
 
 } // namespace
 
-void VisiblePart::keep(const FlatPolygon& piece) {
+VisiblePart::Node::Node(const FlatPolygon& piece) : polygon(piece), centre(piece.mean_corner()) {
+    double squared = 0.0;
+    for (const Vec3& corner : piece.corners()) {
+        squared = std::max(squared, (corner - centre).squaredNorm());
+    }
+    radius = std::sqrt(squared);
+}
+
+void VisiblePart::set(const FlatPolygon& polygon) {
+    nodes_.clear();
+    nodes_.emplace_back(polygon);
+    count_ = 1;
+}
+
+/// Whether one of the planes parts it from what they enclose.
+bool VisiblePart::is_apart(const Node& node) const {
+    return std::any_of(sides_.begin(), sides_.end(),
+                       [&](const Plane& side) { return side.height(node.centre) <= -node.radius; }) ||
+           std::any_of(sides_.begin(), sides_.end(), [&](const Plane& side) {
+               const std::span<const Vec3> corners = node.polygon.corners();
+               return std::all_of(corners.begin(), corners.end(),
+                                  [&](const Vec3& corner) { return side.height(corner) <= 0.0; });
+           });
+}
+
+void VisiblePart::add(const FlatPolygon& piece) {
     if (piece.size() <= many_corners) {
-        next_.push_back(piece);
+        parts_.push_back(piece);
     } else {
         for (const FlatPolygon& half : piece.halves()) {
-            next_.push_back(half);
+            parts_.push_back(half);
         }
     }
+}
+
+/// What the planes leave of a piece. False if nothing of it is hidden.
+bool VisiblePart::cut(const FlatPolygon& piece) {
+    FlatPolygon inside = piece;
+    for (const Plane& side : sides_) {
+        inside = inside.above(side, 0.0);
+        if (inside.empty()) {
+            return false;
+        }
+    }
+    inside = piece;
+    parts_.clear();
+    for (const Plane& side : sides_) {
+        const FlatPolygon outside = inside.above(side, 0.0, -1.0);
+        if (!outside.empty()) {
+            add(outside);
+            inside = inside.above(side, 0.0);
+        }
+    }
+    return true;
 }
 
 bool VisiblePart::hide(const Vec3& x, const FlatPolygon& blocker, const Plane& plane, double rounding) {
@@ -44,31 +91,29 @@ bool VisiblePart::hide(const Vec3& x, const FlatPolygon& blocker, const Plane& p
     if (sides_.size() < 3) {
         return false; // of a blocker without area
     }
-    next_.clear();
     bool any = false;
-    for (const FlatPolygon& piece : pieces_) {
-        FlatPolygon inside = piece;
-        for (const Plane& side : sides_) {
-            inside = inside.above(side, 0.0);
-            if (inside.empty()) {
-                break;
-            }
-        }
-        if (inside.empty()) {
-            next_.push_back(piece); // nothing of it is hidden
+    open_.assign(1, 0);
+    while (!open_.empty()) {
+        const std::size_t at = open_.back();
+        open_.pop_back();
+        if (is_apart(nodes_[at])) {
             continue;
         }
-        any = true;
-        inside = piece;
-        for (const Plane& side : sides_) {
-            const FlatPolygon outside = inside.above(side, 0.0, -1.0);
-            if (!outside.empty()) {
-                keep(outside);
-                inside = inside.above(side, 0.0);
+        if (nodes_[at].cut) {
+            for (std::size_t part = 0; part < nodes_[at].parts; ++part) {
+                open_.push_back(nodes_[at].first + part);
+            }
+        } else if (cut(nodes_[at].polygon)) {
+            any = true;
+            nodes_[at].cut = true;
+            nodes_[at].first = nodes_.size();
+            nodes_[at].parts = parts_.size();
+            count_ += parts_.size() - 1;
+            for (const FlatPolygon& part : parts_) {
+                nodes_.emplace_back(part);
             }
         }
     }
-    std::swap(pieces_, next_);
     return any;
 }
 

@@ -190,14 +190,12 @@ std::optional<double> AnalyticFactors::visible_factor(const View& view, const Su
         const FlatPolygon blocker = FlatPolygon(mesh_.corners(face)).above(before, rounding_).above(above, rounding_);
         const Vec3& n = mesh_.normals[face];
         worker.visible.hide(view.x.position, blocker, {n, n.dot(mesh_.corner(face, 0))}, rounding_);
-        if (worker.visible.pieces().size() > most_parts) {
+        if (worker.visible.count() > most_parts) {
             return {};
         }
     }
     double sum = 0.0;
-    for (const FlatPolygon& piece : worker.visible.pieces()) {
-        sum += view.factor(piece.corners());
-    }
+    worker.visible.for_pieces([&](const FlatPolygon& piece) { sum += view.factor(piece.corners()); });
     return std::min(sum, factor);
 }
 
