@@ -330,8 +330,7 @@ TEST(AnalyticTransport, LeavesFacesOnTopOfEachOtherToRays) {
 /// Form factor of what is in sight from x, looking down.
 double in_sight(const Vec3& x, const VisiblePart& visible) {
     double sum = 0.0;
-    visible.for_pieces(
-        [&](const FlatPolygon& piece) { sum += lambert_form_factor(x, {0, 0, -1}, piece.corners()); });
+    visible.for_pieces([&](const FlatPolygon& piece) { sum += lambert_form_factor(x, {0, 0, -1}, piece.corners()); });
     return sum;
 }
 

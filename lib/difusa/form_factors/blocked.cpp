@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace difusa {
@@ -117,12 +118,17 @@ const BlockedView::Body& BlockedView::find(const ClosedBody& body) {
     if (known != bodies_.rend()) {
         return *known;
     }
-    const auto before = [&](const Plane& plane) {
-        return std::all_of(body.corners().begin(), body.corners().end(),
-                           [&](const Vec3& corner) { return plane.height(corner) >= -rounding_; });
+    const auto least_height = [&](const Plane& plane) {
+        double least = std::numeric_limits<double>::infinity();
+        for (const Vec3& corner : body.corners()) {
+            least = std::min(least, plane.height(corner));
+        }
+        return least;
     };
-    const bool outside = before(from_->plane);
-    return bodies_.emplace_back(Body{&body, outside, outside && body.convex() && before(to_->plane)});
+    // Where it stands on the plane, points of that may be inside of it.
+    const double above = least_height(from_->plane);
+    const bool convex = body.convex() && above >= -rounding_ && least_height(to_->plane) >= -rounding_;
+    return bodies_.emplace_back(Body{&body, above > rounding_, convex});
 }
 
 void BlockedView::hide(const Vec3& x, const FlatPolygon& blocker, const Plane& plane) {
@@ -133,7 +139,12 @@ void BlockedView::hide(const Vec3& x, const FlatPolygon& blocker, const Plane& p
 
 void BlockedView::hide_behind(const Vec3& x, const ClosedBody& body) {
     const std::span<const Vec3> corners = body.corners();
-    if (!body.find_outline(x, view_)) {
+    const bool found = body.find_outline(x, rounding_, view_);
+    if (!view_.outside) { // below its base
+        visible_.clear();
+        return;
+    }
+    if (!found) {
         for (const auto& [a, b, c] : body.triangles()) {
             const FlatPolygon triangle(std::array<Vec3, 3>{corners[a], corners[b], corners[c]});
             const Vec3 normal = triangle.area_vector().normalized();
@@ -164,7 +175,7 @@ double BlockedView::form_factor(const Vec3& x) {
     }
     for (std::size_t k = 0; k < pieces_.size() && !visible_.empty(); ++k) {
         const Piece& piece = pieces_[k];
-        if (!piece.front_only || piece.plane.height(x) > 0.0) {
+        if (!piece.front_only || piece.plane.height(x) > rounding_) {
             hide(x, piece.polygon, piece.plane);
         }
     }

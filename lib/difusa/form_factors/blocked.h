@@ -23,8 +23,8 @@ class BlockedView {
 
     /// The form factor from the element at x, in the plane of `from` and with its normal, to the visible part of `to`.
     /// Exact to rounding: a convex blocker hides from x what lies inside all planes through x and its edges, a convex
-    /// body what lies inside those through its outline; of other closed bodies only fronts count. What lies outside is at most one convex polygon for each edge;
-    /// Lambert's formula is summed over those that remain (rays/lambert.h).
+    /// body what lies inside those through its outline; of other closed bodies only fronts count. What lies outside is
+    /// at most one convex polygon for each edge; Lambert's formula is summed over those that remain (rays/lambert.h).
     double form_factor(const Vec3& x);
 
     /// What the last point saw.
@@ -34,7 +34,7 @@ class BlockedView {
     /// What of a closed body has to be looked at.
     struct Body {
         const ClosedBody* body;
-        bool outside;    ///< wholly in front of the plane of `from`, whose points are outside of it
+        bool outside; ///< wholly in front of the plane of `from`, without touching it, whose points are outside of it
         bool by_outline; ///< convex, and wholly in front of both planes
     };
     /// A piece of the surface.

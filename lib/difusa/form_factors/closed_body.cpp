@@ -47,7 +47,7 @@ std::optional<std::vector<Index>> closed_part(const Mesh& mesh, Index seed, std:
 
 /// Whether the volume that triangles enclose is behind their fronts.
 bool is_outward(const Mesh& mesh, const std::vector<Index>& triangles) {
-    const Vec3 origin = mesh.corner(triangles.front(), 0);
+    const Vec3& origin = mesh.corner(triangles.front(), 0);
     double volume = 0.0; // six times
     for (const Index t : triangles) {
         const auto [a, b, c] = mesh.corners(t);
@@ -108,11 +108,12 @@ bool ClosedBody::is_convex(const Mesh& mesh, const std::vector<Index>& triangles
            });
 }
 
-bool ClosedBody::find_outline(const Vec3& x, View& view) const {
+bool ClosedBody::find_outline(const Vec3& x, double rounding, View& view) const {
     view.front.resize(planes_.size());
     for (std::size_t f = 0; f < planes_.size(); ++f) {
-        view.front[f] = planes_[f].height(x) > 0.0 ? 1 : 0;
+        view.front[f] = planes_[f].height(x) > rounding ? 1 : 0;
     }
+    view.outside = std::find(view.front.begin(), view.front.end(), 1) != view.front.end();
     view.next.assign(corners_.size(), none);
     std::size_t count = 0;
     Index start = none;

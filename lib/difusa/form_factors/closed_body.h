@@ -31,11 +31,12 @@ class ClosedBody {
         std::vector<char> front;    ///< #faces: whether the point is before it
         std::vector<Index> next;    ///< #corners: the one that follows on the outline, or none
         std::vector<Index> outline; ///< numbers of corners, counterclockwise as seen from the point
+        bool outside = false;       ///< the point is before some face
     };
 
-    /// Finds the outline of a convex body as seen from x: the edges between faces that x is before and others. False if they
-    /// are not one simple loop: x is not outside, or so nearly in the plane of a face that rounding decides.
-    bool find_outline(const Vec3& x, View& view) const;
+    /// Finds the outline of a convex body as seen from x: the edges between faces that x is before, by more than
+    /// `rounding`, and others. False if they are not one simple loop: x is in the body, or rounding decides.
+    bool find_outline(const Vec3& x, double rounding, View& view) const;
 
   private:
     bool is_convex(const Mesh& mesh, const std::vector<Index>& triangles) const;

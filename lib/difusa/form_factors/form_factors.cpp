@@ -54,8 +54,8 @@ struct ExchangeProblem {
 /// The exchange areas of triangles, one after the other, with those of higher rank. Scratch of one thread.
 class ExchangeWorker {
   public:
-    explicit ExchangeWorker(const ExchangeProblem& problem)
-        : problem_(problem), pair_(problem.ends, problem.rounding), sum_(problem.surfaces.size()),
+    ExchangeWorker(const ExchangeProblem& problem, const Execution& execution)
+        : problem_(problem), pair_(problem.ends, problem.rounding, execution), sum_(problem.surfaces.size()),
           seen_(problem.surfaces.size(), 0) {}
 
     void run(const Task& task, ExchangeRow& row) {
@@ -288,7 +288,7 @@ FormFactors form_factors(const Mesh& mesh, const Surfaces& surfaces, const FormF
                                   ends_of(mesh)};
     const std::vector<Task> tasks = tasks_of(problem);
     std::vector<ExchangeRow> rows(tasks.size());
-    std::vector<ExchangeWorker> workers(execution.threads, ExchangeWorker(problem));
+    std::vector<ExchangeWorker> workers(execution.threads, ExchangeWorker(problem, execution));
     parallel_for(tasks.size(), 1, execution, [&](std::size_t begin, std::size_t end, unsigned worker) {
         for (std::size_t k = begin; k < end; ++k) {
             workers[worker].run(tasks[k], rows[k]);

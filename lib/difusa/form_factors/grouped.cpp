@@ -191,7 +191,8 @@ using Link = GroupedFormFactors::Link;
 /// Links of pairs of groups. Scratch of one thread.
 class GroupedWorker {
   public:
-    explicit GroupedWorker(const GroupedProblem& problem) : problem_(problem), pair_(problem.ends, problem.rounding) {}
+    GroupedWorker(const GroupedProblem& problem, const Execution& execution)
+        : problem_(problem), pair_(problem.ends, problem.rounding, execution) {}
 
     struct Pair {
         Index a, b;
@@ -447,7 +448,7 @@ GroupedFormFactors grouped_form_factors(const Mesh& mesh, const FormFactorOption
         const TargetTree::Node& node = tree.node(static_cast<Index>(g));
         F.groups.push_back({node.first, node.last, node.right, problem.area[g], problem.extents[g].centre});
     }
-    std::vector<GroupedWorker> workers(execution.threads, GroupedWorker(problem));
+    std::vector<GroupedWorker> workers(execution.threads, GroupedWorker(problem, execution));
     std::vector<GroupedWorker::Pair> open{{TargetTree::root, TargetTree::root}};
     while (!open.empty() && open.size() < tasks_at_least) {
         std::vector<GroupedWorker::Pair> next;

@@ -86,6 +86,7 @@ Estimate PairExchange::of(Index p, Index q, std::size_t first, std::size_t last,
         ++counts.clear;
         exchange = unblocked_exchange(*P, *Q, clear_share * allowed);
     } else {
+        execution_.check();
         ++counts.partial;
         const std::span<const Blocker* const> blockers(between.data() + before, between.size() - before);
         exchange = blocked_exchange(*P, *Q, blockers, rounding_, allowed, view_);

@@ -39,7 +39,8 @@ PlaneSide side_of(const Plane& plane, std::span<const Vec3> points, double round
 /// what it looks at. Scratch of one thread.
 class PairExchange {
   public:
-    PairExchange(const std::vector<PolygonEnd>& ends, double rounding) : ends_(ends), rounding_(rounding) {}
+    PairExchange(const std::vector<PolygonEnd>& ends, double rounding, const Execution& execution)
+        : ends_(ends), rounding_(rounding), execution_(execution) {}
 
     /// Blockers: [first, last) of the stack are a list.
     std::vector<const Blocker*> between;
@@ -50,7 +51,7 @@ class PairExchange {
 
     /// A_p F_pq of two triangles: clipped to the fronts of both planes; then `unblocked_exchange` with a thousandth of
     /// `allowed` (an area) if none of the blockers [first, last) reaches between them, else `blocked_exchange`. Leaves
-    /// the stack as it was.
+    /// the stack as it was. Throws Interrupted.
     Estimate of(Index p, Index q, std::size_t first, std::size_t last, double allowed);
 
     FormFactorCounts counts;
@@ -58,6 +59,7 @@ class PairExchange {
   private:
     const std::vector<PolygonEnd>& ends_;
     double rounding_;
+    Execution execution_;
     PolygonEnd cut_p_, cut_q_;
     BlockedView view_;
 };
