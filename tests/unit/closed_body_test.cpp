@@ -2,14 +2,18 @@
 #include <difusa/core/random.h>
 #include <difusa/form_factors/blocked.h>
 #include <difusa/form_factors/closed_body.h>
+#include <difusa/form_factors/form_factors.h>
 
 #include <meshes.h>
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace difusa::closed_body_test {
@@ -62,6 +66,92 @@ TEST(ClosedBody, IsFoundWhereTheFrontsOfASurfaceEncloseIt) {
     *std::find(through.points.begin(), through.points.end(), Vec3(1, 1, 1)) = Vec3(0.4, 0.3, -0.5);
     through.derive();
     EXPECT_FALSE(bodies_of(through)[0]);
+}
+
+/// The same triangles, and all of them turned over, as those of double-sided materials are.
+Mesh double_sided(const Mesh& mesh) {
+    std::vector<std::array<Index, 3>> triangles = mesh.triangles;
+    for (const auto& [a, b, c] : mesh.triangles) {
+        triangles.push_back({a, c, b});
+    }
+    return test::make_mesh(mesh.points, triangles);
+}
+
+/// An L-shaped plate, 3 by 3 less 2 by 2.
+Mesh l_shape() {
+    Mesh plate = test::grid(3, 3, 3.0, 3.0);
+    std::vector<std::array<Index, 3>> triangles;
+    for (Index t = 0; t < plate.triangles.size(); ++t) {
+        if (t / 2 % 3 == 0 || t / 6 == 0) {
+            triangles.push_back(plate.triangles[t]);
+        }
+    }
+    return test::make_mesh(plate.points, triangles);
+}
+
+/// Sheets with two sides enclose nothing, whatever rounding makes of their volume.
+TEST(ClosedBody, IsNoSheet) {
+    for (int turn = 0; turn < 24; ++turn) {
+        Mesh sheet = l_shape();
+        const Eigen::AngleAxisd rotation(0.15 * turn, Vec3(1, 0.3, 0.7).normalized());
+        for (Vec3& p : sheet.points) {
+            p = rotation * p;
+        }
+        for (const auto& body : bodies_of(double_sided(sheet))) {
+            EXPECT_FALSE(body) << turn;
+        }
+    }
+}
+
+/// What counts as convex does not depend on how far from the origin a body is.
+TEST(ClosedBody, FarFromTheOriginADentIsADent) {
+    for (const double far : {0.0, 1e6, 1e7}) {
+        const Mesh ball = test::moved(dented_ball(2), 1.0, Vec3(far, far, 0));
+        const std::shared_ptr<const ClosedBody> body = bodies_of(ball)[0];
+        EXPECT_TRUE(far > 0.0 || body);
+        EXPECT_FALSE(body && body->convex()) << far;
+    }
+}
+
+/// The walls of a room with two sides are a body to those outside of it, not to each other.
+TEST(ClosedBody, DoubleSidedRoomsAreLit) {
+    constexpr double tolerance = 1e-4;
+    for (int i = 0; i < 27; ++i) {
+        Mesh room = test::box(1.0, 1, true);
+        const Vec3 bend(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+        *std::find(room.points.begin(), room.points.end(), Vec3(1, 1, 1)) += 1e-7 * bend;
+        room.derive();
+        const Mesh mesh = double_sided(room);
+        Surfaces surfaces;
+        for (Index t = 0; t < mesh.triangles.size(); ++t) {
+            surfaces.of.push_back(t);
+            surfaces.name.push_back(std::to_string(t));
+        }
+        const FormFactors F = form_factors(mesh, surfaces, {tolerance}, Execution{1});
+        for (std::size_t t = 0; t < room.triangles.size(); ++t) {
+            // Each of the factors with the other triangles of the room is within the tolerance.
+            EXPECT_NEAR(F.row_sum(t), 1.0, 11.0 * tolerance) << "bend " << i << ", triangle " << t;
+        }
+    }
+}
+
+/// Row sums of a closed room with a ball, a dented one and a crate in it, some of which stand on the floor.
+TEST(ClosedBody, RowSumsOfARoomWithBodies) {
+    constexpr double tolerance = 1e-3;
+    Mesh mesh = test::moved(test::box({6, 5, 4}, 1, true), 1.0, Vec3(-3, -2.5, -1));
+    mesh = test::together(mesh, test::moved(test::icosphere(2), 0.8, Vec3(-1.5, 0, 0.5)));
+    mesh = test::together(mesh, test::moved(dented_ball(1), 0.7, Vec3(1.2, 0.8, -0.3)));
+    mesh = test::together(mesh, test::moved(test::box(1.0, 2), 1.0, Vec3(0.5, -1.5, -1)));
+    Surfaces surfaces;
+    surfaces.name = {"room", "bodies"};
+    for (Index t = 0; t < mesh.triangles.size(); ++t) {
+        surfaces.of.push_back(t < 12 ? 0 : 1);
+    }
+    const FormFactors F = form_factors(mesh, surfaces, {tolerance}, Execution{1});
+    // The floor under the crate sees nothing: 1 of the area of 148. The crate's base neither: it touches the floor.
+    const double bodies = F.area[1];
+    EXPECT_NEAR(F.row_sum(0), 147.0 / 148.0, 2.0 * tolerance);
+    EXPECT_NEAR(F.row_sum(1), (bodies - 1.0) / bodies, 2.0 * tolerance);
 }
 
 TEST(ClosedBody, TheOutlineOfABox) {

@@ -10,8 +10,9 @@ template <class Work> [[gnu::flatten, gnu::target("avx2")]] void call_with_avx2(
 #endif
 
 /// Calls `work()`, compiled for vectors of four numbers (AVX2) where the processor has them: for loops that do the
-/// same with each column. Products and sums are rounded one by one on every processor (AVX2 does not include fused
-/// multiplication and addition), so the bits do not depend on it.
+/// same with each column, compiled with -O3. The choice does not change the bits: AVX2 does not include fused
+/// multiplication and addition, so that products and sums are rounded one by one unless the compiler is told of a
+/// processor that fuses them.
 template <class Work> void with_wide_vectors(const Work& work) {
 #if defined(__x86_64__) && defined(__GNUC__)
     if (__builtin_cpu_supports("avx2") > 0) {

@@ -464,6 +464,7 @@ bool Separators::hides(Index site, Viewpoint& viewpoint) const {
             return true;
         }
     }
+    static_assert(most_lift == 16.0 * least_lift);
     // Close to a surface of many small triangles a line passes many of their boxes: it is not the first to be tried.
     for (const double share : {4.0 * least_lift, least_lift, most_lift}) {
         const double wanted = share * support_[site];

@@ -16,6 +16,11 @@ namespace {
 /// triangle that a straight line cuts off beyond the points of the 7-point rule.
 constexpr double corner_share = 1.0 / 6.0;
 
+constexpr std::size_t no_body = std::numeric_limits<std::size_t>::max();
+
+/// So many faces of a body are looked at for its outline in the time that hiding what is behind one piece takes.
+constexpr std::size_t faces_for_piece = 16;
+
 /// The mean of the form factor by some rule, and what its points saw.
 struct MeanView {
     double mean = 0.0;
@@ -96,39 +101,43 @@ void BlockedView::set(const PolygonEnd& from, const PolygonEnd& to, std::span<co
     bodies_.clear();
     pieces_.clear();
     for (const Blocker* blocker : blockers) {
-        bool front_only = false;
+        std::size_t body = no_body;
         if (blocker->body) {
-            const Body& known = find(*blocker->body);
-            if (known.by_outline) {
-                continue;
-            }
-            front_only = known.outside;
+            body = number_of(*blocker->body);
+            ++bodies_[body].listed;
         }
         const FlatPolygon before = blocker->polygon.above(from.plane, rounding).above(to.plane, rounding);
         if (!before.empty()) {
-            pieces_.push_back({before, blocker->plane, front_only});
+            pieces_.push_back({before, blocker->plane, body});
         }
+    }
+    for (Body& body : bodies_) {
+        look_at(body);
     }
 }
 
-/// Looks at a body when one of its pieces is met first.
-const BlockedView::Body& BlockedView::find(const ClosedBody& body) {
-    const auto known =
-        std::find_if(bodies_.rbegin(), bodies_.rend(), [&](const Body& each) { return each.body == &body; });
-    if (known != bodies_.rend()) {
-        return *known;
-    }
-    const auto least_height = [&](const Plane& plane) {
-        double least = std::numeric_limits<double>::infinity();
-        for (const Vec3& corner : body.corners()) {
-            least = std::min(least, plane.height(corner));
+std::size_t BlockedView::number_of(const ClosedBody& body) {
+    for (std::size_t i = bodies_.size(); i > 0; --i) { // mostly the last
+        if (bodies_[i - 1].body == &body) {
+            return i - 1;
         }
-        return least;
+    }
+    bodies_.push_back({&body});
+    return bodies_.size() - 1;
+}
+
+void BlockedView::look_at(Body& body) const {
+    const auto is_above = [&](const Plane& plane, double height) {
+        return std::all_of(body.body->corners().begin(), body.body->corners().end(),
+                           [&](const Vec3& corner) { return plane.height(corner) > height; });
     };
-    // Where it stands on the plane, points of that may be inside of it.
-    const double above = least_height(from_->plane);
-    const bool convex = body.convex() && above >= -rounding_ && least_height(to_->plane) >= -rounding_;
-    return bodies_.emplace_back(Body{&body, above > rounding_, convex});
+    if (body.listed < 2) {
+        return; // nothing to be gained
+    }
+    // Where it stands on the plane, points of that may be inside of it, or of a room whose outside it is.
+    body.outside = is_above(from_->plane, rounding_);
+    body.by_outline = body.outside && body.body->convex() && body.listed * faces_for_piece > body.body->face_count() &&
+                      is_above(to_->plane, -rounding_);
 }
 
 void BlockedView::hide(const Vec3& x, const FlatPolygon& blocker, const Plane& plane) {
@@ -137,21 +146,12 @@ void BlockedView::hide(const Vec3& x, const FlatPolygon& blocker, const Plane& p
     }
 }
 
-void BlockedView::hide_behind(const Vec3& x, const ClosedBody& body) {
+/// False if no outline is found.
+bool BlockedView::hide_behind(const Vec3& x, const ClosedBody& body) {
+    if (!body.find_outline(x, rounding_, view_)) {
+        return false;
+    }
     const std::span<const Vec3> corners = body.corners();
-    const bool found = body.find_outline(x, rounding_, view_);
-    if (!view_.outside) { // below its base
-        visible_.clear();
-        return;
-    }
-    if (!found) {
-        for (const auto& [a, b, c] : body.triangles()) {
-            const FlatPolygon triangle(std::array<Vec3, 3>{corners[a], corners[b], corners[c]});
-            const Vec3 normal = triangle.area_vector().normalized();
-            hide(x, triangle, {normal, normal.dot(corners[a])});
-        }
-        return;
-    }
     // A fan of polygons from one corner of the outline. They need not be flat: what they hide is the same.
     constexpr std::size_t more = Blocker::most_corners - 2;
     const std::vector<Index>& outline = view_.outline;
@@ -163,21 +163,24 @@ void BlockedView::hide_behind(const Vec3& x, const ClosedBody& body) {
         }
         hide(x, part, {Vec3::Zero(), -1.0}); // seen from its front
     }
+    return true;
 }
 
 double BlockedView::form_factor(const Vec3& x) {
     visible_.set(to_->polygon);
     seen_ = Seen::everything;
-    for (const Body& each : bodies_) {
-        if (each.by_outline && !visible_.empty()) {
-            hide_behind(x, *each.body);
-        }
+    for (Body& each : bodies_) {
+        each.is_hidden_behind = each.by_outline && hide_behind(x, *each.body);
     }
     for (std::size_t k = 0; k < pieces_.size() && !visible_.empty(); ++k) {
         const Piece& piece = pieces_[k];
-        if (!piece.front_only || piece.plane.height(x) > rounding_) {
-            hide(x, piece.polygon, piece.plane);
+        if (piece.body != no_body) {
+            const Body& body = bodies_[piece.body];
+            if (body.is_hidden_behind || (body.outside && piece.plane.height(x) <= rounding_)) {
+                continue;
+            }
         }
+        hide(x, piece.polygon, piece.plane);
     }
     if (visible_.empty()) {
         seen_ = Seen::nothing;
@@ -194,7 +197,8 @@ double BlockedView::form_factor(const Vec3& x) {
 }
 
 Estimate blocked_exchange(const PolygonEnd& P, const PolygonEnd& Q, std::span<const Blocker* const> blockers,
-                          double rounding, double tolerance, BlockedView& view, std::size_t most_triangles) {
+                          double rounding, double tolerance, BlockedView& view, const Execution& execution,
+                          std::size_t most_triangles) {
     const bool swap = Q.radius < P.radius;
     const PolygonEnd &from = swap ? Q : P, &to = swap ? P : Q;
     view.set(from, to, blockers, rounding);
@@ -214,6 +218,7 @@ Estimate blocked_exchange(const PolygonEnd& P, const PolygonEnd& Q, std::span<co
     std::size_t count = open.size();
     std::make_heap(open.begin(), open.end(), less_error);
     while (sum.error > tolerance && count + 3 <= most_triangles) {
+        execution.check();
         std::pop_heap(open.begin(), open.end(), less_error);
         const OuterTriangle whole = open.back();
         open.pop_back();

@@ -22,37 +22,41 @@ class BlockedView {
     void set(const PolygonEnd& from, const PolygonEnd& to, std::span<const Blocker* const> blockers, double rounding);
 
     /// The form factor from the element at x, in the plane of `from` and with its normal, to the visible part of `to`.
-    /// Exact to rounding: a convex blocker hides from x what lies inside all planes through x and its edges, a convex
-    /// body what lies inside those through its outline; of other closed bodies only fronts count. What lies outside is
-    /// at most one convex polygon for each edge; Lambert's formula is summed over those that remain (rays/lambert.h).
+    /// Exact to rounding, past nearly convex bodies to that of single precision: a convex blocker hides from x what
+    /// lies inside all planes through x and its edges, a convex body what lies inside those through its outline; of
+    /// other closed bodies only fronts count. What lies outside is at most one convex polygon for each edge; Lambert's
+    /// formula is summed over those that remain (rays/lambert.h).
     double form_factor(const Vec3& x);
 
     /// What the last point saw.
     Seen seen() const { return seen_; }
 
   private:
-    /// What of a closed body has to be looked at.
+    /// A closed body that some blockers are a part of.
     struct Body {
         const ClosedBody* body;
-        bool outside; ///< wholly in front of the plane of `from`, without touching it, whose points are outside of it
-        bool by_outline; ///< convex, and wholly in front of both planes
+        std::size_t listed = 0;        ///< of its blockers
+        bool outside = false;          ///< it is in front of the plane of `from`, whose points are outside of it
+        bool by_outline = false;       ///< convex, in front of both planes, and its outline is found in less time
+        bool is_hidden_behind = false; ///< by the last point
     };
     /// A piece of the surface.
     struct Piece {
         FlatPolygon polygon;
         Plane plane;
-        bool front_only; ///< from behind it is seen through others only
+        std::size_t body; ///< its number, or that of none
     };
-    const Body& find(const ClosedBody& body);
+    std::size_t number_of(const ClosedBody& body);
+    void look_at(Body& body) const;
     void hide(const Vec3& x, const FlatPolygon& blocker, const Plane& plane);
-    void hide_behind(const Vec3& x, const ClosedBody& body);
+    bool hide_behind(const Vec3& x, const ClosedBody& body);
 
     const PolygonEnd* from_ = nullptr;
     const PolygonEnd* to_ = nullptr;
     double rounding_ = 0.0;
     Seen seen_ = Seen::everything;
     std::vector<Body> bodies_;
-    std::vector<Piece> pieces_; ///< that bodies with an outline do not stand for
+    std::vector<Piece> pieces_;
     ClosedBody::View view_;
     VisiblePart visible_; ///< of `to`
 };
@@ -63,8 +67,9 @@ class BlockedView {
 /// Else the 7-point rule is compared with the 3-point rule, and what the corners see with both if not all points see
 /// alike, since the rules may miss what is hidden from a corner only. The triangle with the largest difference is
 /// divided into four until their sum is below the tolerance: the kinks at which the outline of one polygon enters the
-/// shadow of another end up in small triangles.
+/// shadow of another end up in small triangles. Throws Interrupted.
 Estimate blocked_exchange(const PolygonEnd& P, const PolygonEnd& Q, std::span<const Blocker* const> blockers,
-                          double rounding, double tolerance, BlockedView& view, std::size_t most_triangles = 20000);
+                          double rounding, double tolerance, BlockedView& view, const Execution& execution,
+                          std::size_t most_triangles = 20000);
 
 } // namespace difusa

@@ -229,7 +229,7 @@ std::vector<Index> flat_parts(const Mesh& mesh) {
     return part;
 }
 
-std::vector<Blocker> blockers_of(const Mesh& mesh, const std::vector<Index>& parts) {
+std::vector<Blocker> blockers_of(const Mesh& mesh, const std::vector<Index>& parts, const Execution& execution) {
     const double rounding = plane_rounding(mesh);
     std::vector<std::vector<Index>> members;
     for (Index t = 0; t < parts.size(); ++t) {
@@ -238,7 +238,7 @@ std::vector<Blocker> blockers_of(const Mesh& mesh, const std::vector<Index>& par
         }
         members[parts[t]].push_back(t);
     }
-    const std::vector<std::shared_ptr<const ClosedBody>> bodies = closed_bodies(mesh, parts);
+    const std::vector<std::shared_ptr<const ClosedBody>> bodies = closed_bodies(mesh, parts, execution);
     std::vector<Blocker> blockers;
     for (const std::vector<Index>& triangles : members) {
         const Index first = triangles.front();

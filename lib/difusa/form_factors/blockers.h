@@ -29,7 +29,7 @@ std::vector<Index> flat_parts(const Mesh& mesh);
 /// The surface as convex polygons: each flat part as a whole if it is convex, else its triangles merged while the union
 /// of two is convex. Left out: pieces that have the whole surface on one side, as the walls of an empty room, for they
 /// come between no two of its points.
-std::vector<Blocker> blockers_of(const Mesh& mesh, const std::vector<Index>& parts);
+std::vector<Blocker> blockers_of(const Mesh& mesh, const std::vector<Index>& parts, const Execution& execution = {});
 
 /// What a blocker does to the view between two sets of points.
 enum class Obstruction {

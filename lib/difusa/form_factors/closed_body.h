@@ -1,11 +1,11 @@
 // Closed parts of a surface, such as a ball or a crate: whoever is outside of one sees only its fronts, and one that is
-// convex hides what lies behind its outline, however many triangles it has.
+// convex hides what lies behind its outline.
 #pragma once
 
+#include <difusa/core/progress.h>
 #include <difusa/mesh/mesh.h>
 #include <difusa/rays/flat_polygon.h>
 
-#include <array>
 #include <memory>
 #include <span>
 #include <vector>
@@ -16,43 +16,46 @@ namespace difusa {
 /// of it, a front is met before any back.
 class ClosedBody {
   public:
-    /// From triangles that make up such a surface; `faces`: #T, those in one plane have the same number.
-    ClosedBody(const Mesh& mesh, const std::vector<Index>& triangles, const std::vector<Index>& faces);
+    /// From triangles that make up such a surface; `faces`: #T, those in one plane have the same number. Testing for
+    /// convexity takes from `comparisons` as many of a face with a corner as it needs.
+    ClosedBody(const Mesh& mesh, const std::vector<Index>& triangles, const std::vector<Index>& faces,
+               std::size_t& comparisons);
 
-    /// All corners are in or behind the plane of each face, up to the rounding of coordinates in single precision. Not
-    /// tested, and false, if that would take longer than well under a second.
+    /// All corners are in or behind the plane of each face, up to the rounding of coordinates in single precision, but
+    /// at most a millionth of the body's extent. False without a test if too few comparisons are left.
     bool convex() const { return convex_; }
 
-    std::span<const Vec3> corners() const { return corners_; }
-    std::span<const std::array<Index, 3>> triangles() const { return triangles_; } ///< by numbers of corners
+    std::span<const Vec3> corners() const { return corners_; } ///< those on edges between faces
+    std::size_t face_count() const { return planes_.size(); }
 
     /// What a point sees of a convex body. Scratch of one thread.
     struct View {
         std::vector<char> front;    ///< #faces: whether the point is before it
         std::vector<Index> next;    ///< #corners: the one that follows on the outline, or none
         std::vector<Index> outline; ///< numbers of corners, counterclockwise as seen from the point
-        bool outside = false;       ///< the point is before some face
     };
 
-    /// Finds the outline of a convex body as seen from x: the edges between faces that x is before, by more than
-    /// `rounding`, and others. False if they are not one simple loop: x is in the body, or rounding decides.
+    /// Finds the outline of a convex body as seen from a point x outside of it: the edges between faces that x is
+    /// before, by more than `rounding`, and others. False if they are not one simple convex loop, where rounding
+    /// decides.
     bool find_outline(const Vec3& x, double rounding, View& view) const;
 
   private:
-    bool is_convex(const Mesh& mesh, const std::vector<Index>& triangles) const;
+    bool is_convex(std::size_t& comparisons) const;
 
     struct Edge {
         Index from, to, left, right; ///< corners; and faces, as seen from before the left one with `to` above `from`
     };
     std::vector<Vec3> corners_;
-    std::vector<std::array<Index, 3>> triangles_;
     std::vector<Plane> planes_; ///< #faces, of the first triangle of each
-    std::vector<Edge> edges_;   ///< between faces
+    std::vector<Edge> edges_;
     bool convex_ = false;
 };
 
 /// #T: the body that the triangle is a part of, or null. `parts`: #T, the flat parts (blockers.h). None are found if it
-/// would take too long to find out what passes through itself (mesh/crossing_faces.h).
-std::vector<std::shared_ptr<const ClosedBody>> closed_bodies(const Mesh& mesh, const std::vector<Index>& parts);
+/// would take too long to test for self-intersections (mesh/crossing_faces.h), nor such as are thinner than rounding in
+/// single precision: sheets with both sides. Throws Interrupted.
+std::vector<std::shared_ptr<const ClosedBody>> closed_bodies(const Mesh& mesh, const std::vector<Index>& parts,
+                                                             const Execution& execution = {});
 
 } // namespace difusa

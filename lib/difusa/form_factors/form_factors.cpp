@@ -283,7 +283,7 @@ FormFactors form_factors(const Mesh& mesh, const Surfaces& surfaces, const FormF
                                   order,
                                   rank,
                                   parts,
-                                  mesh.convex ? std::vector<Blocker>() : blockers_of(mesh, parts),
+                                  mesh.convex ? std::vector<Blocker>() : blockers_of(mesh, parts, execution),
                                   TargetTree(mesh, parts, rank),
                                   ends_of(mesh)};
     const std::vector<Task> tasks = tasks_of(problem);

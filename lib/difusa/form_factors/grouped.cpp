@@ -433,7 +433,7 @@ GroupedFormFactors grouped_form_factors(const Mesh& mesh, const FormFactorOption
                            TargetTree(mesh, parts, ranks, 1),
                            {},
                            {},
-                           mesh.convex ? std::vector<Blocker>() : blockers_of(mesh, parts),
+                           mesh.convex ? std::vector<Blocker>() : blockers_of(mesh, parts, execution),
                            ends_of(mesh)};
     const TargetTree& tree = problem.tree;
     problem.extents.resize(tree.size());

@@ -61,6 +61,7 @@ bool PairExchange::narrow(std::span<const Vec3> from, std::span<const Vec3> to, 
 }
 
 Estimate PairExchange::of(Index p, Index q, std::size_t first, std::size_t last, double allowed) {
+    execution_.check();
     const PolygonEnd *P = &ends_[p], *Q = &ends_[q];
     const PlaneSide of_P = side_of(Q->plane, P->polygon.corners(), rounding_),
                     of_Q = side_of(P->plane, Q->polygon.corners(), rounding_);
@@ -86,10 +87,9 @@ Estimate PairExchange::of(Index p, Index q, std::size_t first, std::size_t last,
         ++counts.clear;
         exchange = unblocked_exchange(*P, *Q, clear_share * allowed);
     } else {
-        execution_.check();
         ++counts.partial;
         const std::span<const Blocker* const> blockers(between.data() + before, between.size() - before);
-        exchange = blocked_exchange(*P, *Q, blockers, rounding_, allowed, view_);
+        exchange = blocked_exchange(*P, *Q, blockers, rounding_, allowed, view_, execution_);
     }
     between.resize(before);
     return exchange;

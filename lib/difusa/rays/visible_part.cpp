@@ -31,11 +31,6 @@ void VisiblePart::set(const FlatPolygon& polygon) {
     count_ = 1;
 }
 
-void VisiblePart::clear() {
-    nodes_.clear();
-    count_ = 0;
-}
-
 /// Whether one of the planes parts it from what they enclose.
 bool VisiblePart::is_apart(const Node& node) const {
     return std::any_of(sides_.begin(), sides_.end(),
@@ -97,7 +92,7 @@ bool VisiblePart::hide(const Vec3& x, const FlatPolygon& blocker, const Plane& p
         return false; // of a blocker without area
     }
     bool any = false;
-    open_.assign(nodes_.empty() ? 0 : 1, 0);
+    open_.assign(1, 0);
     while (!open_.empty()) {
         const std::size_t at = open_.back();
         open_.pop_back();

@@ -17,9 +17,6 @@ class VisiblePart {
     /// Nothing is in front of it yet.
     void set(const FlatPolygon& polygon);
 
-    /// All of it is hidden.
-    void clear();
-
     /// Takes away what a blocker hides from x: what lies inside all planes through x and its edges. It is wholly in
     /// front of the polygon and above the horizon of x. `plane`: its own, with a unit normal; seen from within
     /// `rounding` of this it hides nothing. True if it hides something.
