@@ -170,7 +170,7 @@ double BlockedView::form_factor(const Vec3& x) {
     visible_.set(to_->polygon);
     seen_ = Seen::everything;
     for (Body& each : bodies_) {
-        each.is_hidden_behind = each.by_outline && hide_behind(x, *each.body);
+        each.is_hidden_behind = each.by_outline && !visible_.empty() && hide_behind(x, *each.body);
     }
     for (std::size_t k = 0; k < pieces_.size() && !visible_.empty(); ++k) {
         const Piece& piece = pieces_[k];

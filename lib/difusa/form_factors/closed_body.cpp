@@ -20,6 +20,11 @@ Plane plane_of(const Mesh& mesh, Index triangle) {
     return {mesh.normals[triangle], mesh.normals[triangle].dot(mesh.corner(triangle, 0))};
 }
 
+/// The largest coordinate.
+double magnitude(const Eigen::AlignedBox3d& box) {
+    return std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff());
+}
+
 /// The number of each key, in the order in which they are asked for.
 class Numbering {
   public:
@@ -50,7 +55,7 @@ std::optional<std::vector<Index>> closed_part(const Mesh& mesh, Index seed, std:
 /// Whether triangles enclose a volume behind their fronts. That of a sheet with two sides is rounding.
 bool is_outward(const Mesh& mesh, const std::vector<Index>& triangles) {
     const Vec3& origin = mesh.corner(triangles.front(), 0);
-    double volume = 0.0, area = 0.0, magnitude = 0.0;
+    double volume = 0.0, area = 0.0;
     Eigen::AlignedBox3d box;
     for (const Index t : triangles) {
         const auto [a, b, c] = mesh.corners(t);
@@ -58,8 +63,7 @@ bool is_outward(const Mesh& mesh, const std::vector<Index>& triangles) {
         area += mesh.areas[t];
         box.extend(a).extend(b).extend(c);
     }
-    magnitude = std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff());
-    const double thickness = std::max(single_rounding * magnitude, least_share * box.diagonal().norm());
+    const double thickness = std::max(single_rounding * magnitude(box), least_share * box.diagonal().norm());
     return volume > thickness * area;
 }
 
@@ -116,8 +120,7 @@ bool ClosedBody::is_convex(std::size_t& comparisons) const {
     for (const Vec3& corner : corners_) {
         box.extend(corner);
     }
-    const double magnitude = std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff());
-    const double rounding = std::min(single_rounding * magnitude, least_share * box.diagonal().norm());
+    const double rounding = std::min(single_rounding * magnitude(box), least_share * box.diagonal().norm());
     // Both ends of each face's neighbours first: other surfaces are soon done with.
     std::vector<std::vector<Index>> near(planes_.size());
     for (const Edge& edge : edges_) {
