@@ -119,9 +119,21 @@ TEST(AnalyticFactors, OfAFloorBesideABox) {
     EXPECT_GT(tried, 50);
 }
 
+/// The form factor of a convex polygon above the face of x, with the shading normal of x and this mirrored at the face.
+double above_face(const Mesh& mesh, const SurfacePoint& x, const std::vector<Vec3>& polygon) {
+    const Vec3 &n = x.normal, &face = mesh.normals[x.face], from = inset(mesh, x).position;
+    const Vec3 below = n - 2.0 * n.dot(face) * face;
+    double sum = 0.0;
+    for (std::size_t k = 2; k < polygon.size(); ++k) {
+        sum += lambert_form_factor(from, n, polygon[0], polygon[k - 1], polygon[k]);
+        sum += n == face ? 0.0 : lambert_form_factor(from, below, polygon[0], polygon[k - 1], polygon[k]);
+    }
+    return sum;
+}
+
 TEST(AnalyticFactors, OfABowlAreWhatTheSkyLeaves) {
     // Facets of a bowl occlude none of each other, whatever the outlines of the groups: the bowl and its opening are
-    // the hemisphere.
+    // the hemisphere, also around a shading normal, whose rays are mirrored to above the face.
     const double half = 0.7;
     const int rings = 9;
     const Discretised made(test::uniform_scene(spherical_cap(1.0, half, rings, Front::inside), 0.5, 0.0), 0.1, "cgal",
@@ -139,16 +151,43 @@ TEST(AnalyticFactors, OfABowlAreWhatTheSkyLeaves) {
         const AnalyticFactors factors(mesh, *made.discretisation.surfels, rays, Execution{});
         AnalyticFactors::Worker worker;
         std::vector<AnalyticFactors::Factor> found;
-        for (const SurfacePoint& x : made.discretisation.points) {
-            factors.find(x, found, worker);
-            double sky = 0.0;
-            for (std::size_t k = 0; k < opening.size(); ++k) {
-                sky += lambert_edge(x.normal, opening[k] - inset(mesh, x).position,
-                                    opening[(k + 1) % opening.size()] - inset(mesh, x).position);
+        for (SurfacePoint x : made.discretisation.points) {
+            for (const Vec3& normal : {x.normal, mesh.normals[x.face]}) {
+                x.normal = normal;
+                factors.find(x, found, worker);
+                EXPECT_NEAR(sum_of(factors, found, made.on_surfels(1.0)), 1.0 - above_face(mesh, x, opening), 1e-9)
+                    << x.position.transpose();
             }
-            EXPECT_NEAR(sum_of(factors, found, made.on_surfels(1.0)), 1.0 - sky, 1e-9) << x.position.transpose();
         }
     }
+}
+
+TEST(AnalyticFactors, OfABowlConvergeWithTheSquareOfItsFacets) {
+    // All points of the smooth bowl have the form factor (1 - cos(half)) / 2 to it. A normal that is off by d changes
+    // that by the order of d: that of facets is off by their size, shading normals by its square, to the rim.
+    const double half = 0.7, exact = 0.5 * (1.0 - std::cos(half));
+    std::vector<double> shaded, faceted;
+    for (const int rings : {3, 6, 12}) { // no facet is smaller than a surfel, so that none is left to rays
+        const Discretised made(test::uniform_scene(spherical_cap(1.0, half, rings, Front::inside), 0.5, 0.0), 0.1,
+                               "cgal", "shepard");
+        const Mesh& mesh = made.scene.mesh;
+        const AnalyticFactors factors(mesh, *made.discretisation.surfels, 1'000'000, Execution{});
+        AnalyticFactors::Worker worker;
+        std::vector<AnalyticFactors::Factor> found;
+        double squares = 0.0, squares_faceted = 0.0;
+        for (SurfacePoint x : made.discretisation.points) {
+            factors.find(x, found, worker);
+            squares += std::pow(sum_of(factors, found, made.on_surfels(1.0)) - exact, 2);
+            x.normal = mesh.normals[x.face];
+            factors.find(x, found, worker);
+            squares_faceted += std::pow(sum_of(factors, found, made.on_surfels(1.0)) - exact, 2);
+        }
+        shaded.push_back(std::sqrt(squares));
+        faceted.push_back(std::sqrt(squares_faceted));
+    }
+    // From 3 to 12 rings, 4^2 and 4^1 in the limit.
+    EXPECT_GT(std::log(shaded[0] / shaded[2]) / std::log(4.0), 1.8);
+    EXPECT_LT(std::log(faceted[0] / faceted[2]) / std::log(4.0), 1.2);
 }
 
 TEST(AnalyticFactors, GroupsErrLessThanRays) {

@@ -109,7 +109,7 @@ TEST(DirectLight, ShadingNormalsFaceSunsThatTheirFacetsDoNot) {
     const DirectLight light(lit.scene, lit.tracer());
     int grazing = 0;
     for (SurfacePoint x : even_points(lit.scene.mesh, 5000, RandomStream(1, "points"))) {
-        const Vec3 facet = x.normal;
+        const Vec3& facet = lit.scene.mesh.normals[x.face];
         x.normal = x.position.normalized();
         const double cosine = x.normal.dot(s);
         grazing += cosine > 0.0 && facet.dot(s) < 0.0 ? 1 : 0;

@@ -25,7 +25,12 @@ constexpr double pi = std::numbers::pi;
 constexpr double eps = std::numeric_limits<double>::epsilon();
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t no_limit = 100'000'000;
-constexpr double crease = pi / 3;
+
+Mesh with_creases_from(double angle, Mesh mesh) {
+    mesh.crease_angle = angle;
+    mesh.derive();
+    return mesh;
+}
 
 using Bits = std::array<double, 3>; // compared without tolerance
 Bits bits(const Vec3& x) {
@@ -151,9 +156,9 @@ void expect_no_crack(const OutputMesh& output) {
 
 TEST(OutputMesh, CubeHasThreeVerticesAtEachCorner) {
     const Mesh mesh = box(2.0);
-    const OutputMesh output = refine(mesh, infinity, crease, no_limit, {});
+    const OutputMesh output = refine(mesh, infinity, no_limit, {});
     expect_sound(mesh, output, infinity);
-    EXPECT_EQ(output.triangles, (refine(mesh, infinity, crease, no_limit, {}).triangles));
+    EXPECT_EQ(output.triangles, (refine(mesh, infinity, no_limit, {}).triangles));
     EXPECT_EQ(output.triangles.size(), 12u);
     EXPECT_EQ(output.vertices.size(), 24u);
     std::map<Bits, std::set<Bits>> normals_at;
@@ -170,7 +175,7 @@ TEST(OutputMesh, CubeHasThreeVerticesAtEachCorner) {
 TEST(OutputMesh, RefinedCubeIsTightAlongItsCreases) {
     for (const double max_edge : {1.9, 0.5, 0.11}) {
         const Mesh mesh = box(Vec3(1, 1.3, 2.1));
-        const OutputMesh output = refine(mesh, max_edge, crease, no_limit, {});
+        const OutputMesh output = refine(mesh, max_edge, no_limit, {});
         expect_sound(mesh, output, max_edge);
         expect_no_crack(output);
         // Each of the twelve edges is a border of both sides, and nothing else is a border.
@@ -185,7 +190,7 @@ TEST(OutputMesh, RefinedCubeIsTightAlongItsCreases) {
 TEST(OutputMesh, SmoothClosedSurfaceStaysOneSheet) {
     const Mesh mesh = icosphere(2, 3.0, true);
     const double max_edge = 0.2;
-    const OutputMesh output = refine(mesh, max_edge, crease, no_limit, {});
+    const OutputMesh output = refine(mesh, max_edge, no_limit, {});
     expect_sound(mesh, output, max_edge);
     EXPECT_TRUE(border(output).empty());
     // Euler: V - E + F = 2 with E = 3F/2.
@@ -200,8 +205,8 @@ TEST(OutputMesh, SmoothClosedSurfaceStaysOneSheet) {
 TEST(OutputMesh, IcosahedronShadesExactlyLikeItsSphere) {
     // By symmetry the normals at the corners are radial, and so are then all their interpolants.
     for (const bool inward : {false, true}) {
-        const Mesh mesh = icosphere(0, 2.0, inward);
-        const OutputMesh smooth = refine(mesh, 0.3, crease, no_limit, {});
+        const Mesh mesh = with_creases_from(pi / 3, icosphere(0, 2.0, inward));
+        const OutputMesh smooth = refine(mesh, 0.3, no_limit, {});
         expect_sound(mesh, smooth, 0.3);
         for (const SurfacePoint& vertex : smooth.vertices) {
             EXPECT_LE((vertex.normal - (inward ? -1.0 : 1.0) * vertex.position.normalized()).norm(), 32 * eps);
@@ -212,9 +217,9 @@ TEST(OutputMesh, IcosahedronShadesExactlyLikeItsSphere) {
 TEST(OutputMesh, CreaseAngleDecidesWhatIsSmooth) {
     // The faces of an icosahedron turn by pi - acos(-sqrt(5)/3) across each edge.
     const double turn = pi - std::acos(-std::sqrt(5.0) / 3);
-    const Mesh mesh = icosphere(0);
-    EXPECT_EQ(refine(mesh, infinity, turn * (1 + 1e-12), no_limit, {}).vertices.size(), 12u);
-    const OutputMesh sharp = refine(mesh, infinity, turn * (1 - 1e-12), no_limit, {});
+    EXPECT_EQ(refine(with_creases_from(turn * (1 + 1e-12), icosphere(0)), infinity, no_limit, {}).vertices.size(), 12u);
+    const Mesh mesh = with_creases_from(turn * (1 - 1e-12), icosphere(0));
+    const OutputMesh sharp = refine(mesh, infinity, no_limit, {});
     EXPECT_EQ(sharp.vertices.size(), 60u);
     for (const SurfacePoint& vertex : sharp.vertices) {
         EXPECT_LE((vertex.normal - mesh.normals[vertex.face]).norm(), 4 * eps);
@@ -224,7 +229,7 @@ TEST(OutputMesh, CreaseAngleDecidesWhatIsSmooth) {
 TEST(OutputMesh, NormalsOnTessellatedSphereAreNearlyRadial) {
     const double radius = 5.0;
     const Mesh mesh = icosphere(3, radius);
-    const OutputMesh output = refine(mesh, 0.2, crease, no_limit, {});
+    const OutputMesh output = refine(mesh, 0.2, no_limit, {});
     // A corner normal is a mean of face normals, each within theta of the radius there, so it is off by at most
     // 2 sin(theta/2); the interpolated radii have length cos(theta) or more.
     double theta = 0.0;
@@ -251,7 +256,7 @@ TEST(OutputMesh, MaterialsPartVerticesButNotNormals) {
     }
     mesh.derive();
     ASSERT_EQ(mesh.region_count, 1u);
-    const OutputMesh output = refine(mesh, 0.2, crease, no_limit, {});
+    const OutputMesh output = refine(mesh, 0.2, no_limit, {});
     expect_sound(mesh, output, 0.2);
 
     std::map<Bits, std::vector<const SurfacePoint*>> at;
@@ -275,16 +280,16 @@ TEST(OutputMesh, MaterialsPartVerticesButNotNormals) {
 TEST(OutputMesh, ColoursOfCornersPartVerticesWhereTheyJump) {
     Mesh mesh = grid(2, 1);
     mesh.corner_reflectance.assign(mesh.triangles.size(), {Rgb(0.5), Rgb(0.5), Rgb(0.5)});
-    EXPECT_EQ(refine(mesh, infinity, crease, no_limit, {}).vertices.size(), 6u);
+    EXPECT_EQ(refine(mesh, infinity, no_limit, {}).vertices.size(), 6u);
     mesh.corner_reflectance[0].fill(Rgb(0.25, 0.5, 0.5)); // both triangles of the first cell
     mesh.corner_reflectance[1].fill(Rgb(0.25, 0.5, 0.5));
-    EXPECT_EQ(refine(mesh, infinity, crease, no_limit, {}).vertices.size(), 8u);
+    EXPECT_EQ(refine(mesh, infinity, no_limit, {}).vertices.size(), 8u);
 }
 
 TEST(OutputMesh, ThePagesOfABookMeetAtTheSpine) {
     for (const int pages : {2, 3, 4, 7}) {
         const Mesh mesh = book(pages);
-        const OutputMesh output = refine(mesh, 0.15, crease, no_limit, {});
+        const OutputMesh output = refine(mesh, 0.15, no_limit, {});
         expect_sound(mesh, output, 0.15);
         const auto edges = border(output);
         int pieces = 0;
@@ -303,7 +308,7 @@ TEST(OutputMesh, ThePagesOfABookMeetAtTheSpine) {
 
 TEST(OutputMesh, MobiusStripIsCutOnce) {
     const Mesh mesh = mobius(24);
-    const OutputMesh output = refine(mesh, 0.05, crease, no_limit, {});
+    const OutputMesh output = refine(mesh, 0.05, no_limit, {});
     expect_sound(mesh, output, 0.05);
     double expected = 0.0; // twice the cut and once the rim
     std::map<std::pair<Index, Index>, std::vector<bool>> sides;
@@ -330,7 +335,7 @@ TEST(OutputMesh, TwoWaysRoundAnUnjoinedEdge) {
     const Mesh cap =
         make_mesh({{0, 0, 0}, {1, 0, 0}, {0.5, 1, 0.1}, {0.5, -1, 0.1}, {0.5, 0.1, 1}, {-1, 0, 0}, {2, 0, 0}},
                   {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}, {0, 2, 5}, {3, 0, 5}, {1, 6, 2}, {1, 3, 6}});
-    const OutputMesh output = refine(cap, 0.2, crease, no_limit, {});
+    const OutputMesh output = refine(cap, 0.2, no_limit, {});
     expect_sound(cap, output, 0.2);
     int pieces = 0;
     for (const auto& [edge, count] : border(output)) {
@@ -350,7 +355,7 @@ TEST(OutputMesh, SurfacesThatTouchInAPointStayApart) {
         corner = corner == mesh.triangles.back()[0] ? shared : corner;
     }
     mesh.derive();
-    const OutputMesh output = refine(mesh, infinity, crease, no_limit, {});
+    const OutputMesh output = refine(mesh, infinity, no_limit, {});
     EXPECT_EQ(output.triangles.size(), mesh.triangles.size());
     expect_sound(mesh, output, infinity);
 }
@@ -358,7 +363,7 @@ TEST(OutputMesh, SurfacesThatTouchInAPointStayApart) {
 TEST(OutputMesh, Needles) {
     const Mesh mesh = make_mesh({{0, 0, 0}, {1, 0, 0}, {0.3, 1e-9, 0}, {0.6, -1, 0}, {0.5, 1e-3, 0.4}},
                                 {{0, 1, 2}, {0, 3, 1}, {2, 1, 4}});
-    const OutputMesh output = refine(mesh, 0.01, crease, no_limit, {});
+    const OutputMesh output = refine(mesh, 0.01, no_limit, {});
     expect_sound(mesh, output, 0.01);
     for (std::size_t f = 0; f < output.triangles.size(); ++f) {
         EXPECT_GT(area(output, f), 0.0);
@@ -369,7 +374,7 @@ TEST(OutputMesh, Needles) {
 TEST(OutputMesh, NeedlesAreCutAcross) {
     const Mesh mesh = make_mesh({{0, 0, 0}, {1, 0, 0}, {1, 1e-9, 0}, {0, -1e-6, 1e-7}}, {{0, 1, 2}, {0, 3, 1}});
     for (const double max_edge : {0.1, 0.01, 0.001}) {
-        const OutputMesh output = refine(mesh, max_edge, crease, no_limit, {});
+        const OutputMesh output = refine(mesh, max_edge, no_limit, {});
         expect_sound(mesh, output, max_edge);
         EXPECT_LT(static_cast<double>(output.triangles.size()), 10.0 / max_edge);
     }
@@ -389,7 +394,7 @@ TEST(OutputMesh, AnglesStayAtLeastHalfAsLarge) {
     for (Index t = 0; t < 2; ++t) {
         before = std::min(before, smallest_angle({mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)}));
     }
-    const OutputMesh output = refine(mesh, 0.02, crease, no_limit, {});
+    const OutputMesh output = refine(mesh, 0.02, no_limit, {});
     for (const auto& [a, b, c] : output.triangles) {
         after = std::min(after, smallest_angle({output.vertices[a].position, output.vertices[b].position,
                                                 output.vertices[c].position}));
@@ -399,10 +404,10 @@ TEST(OutputMesh, AnglesStayAtLeastHalfAsLarge) {
 
 TEST(OutputMesh, ScalingByPowersOfTwoScalesTheBits) {
     const Mesh mesh = icosphere(1);
-    const OutputMesh once = refine(mesh, 0.1, crease, no_limit, {});
+    const OutputMesh once = refine(mesh, 0.1, no_limit, {});
     for (const int exponent : {-20, 20}) {
         const double scale = std::ldexp(1.0, exponent);
-        const OutputMesh other = refine(moved(mesh, scale, Vec3::Zero()), 0.1 * scale, crease, no_limit, {});
+        const OutputMesh other = refine(moved(mesh, scale, Vec3::Zero()), 0.1 * scale, no_limit, {});
         EXPECT_EQ(other.triangles, once.triangles);
         EXPECT_EQ(other.face, once.face);
         ASSERT_EQ(other.vertices.size(), once.vertices.size());
@@ -415,7 +420,7 @@ TEST(OutputMesh, ScalingByPowersOfTwoScalesTheBits) {
 TEST(OutputMesh, EndsWhereDoublesEnd) {
     // Edges of some 80 units in the last place, and a limit far below one of them.
     const Mesh mesh = moved(icosphere(1), 1e-8, Vec3::Constant(1e6));
-    const OutputMesh output = refine(mesh, 1e-15, crease, std::numeric_limits<std::size_t>::max(), {});
+    const OutputMesh output = refine(mesh, 1e-15, std::numeric_limits<std::size_t>::max(), {});
     EXPECT_GT(output.triangles.size(), mesh.triangles.size());
     EXPECT_LE(longest_edge(output), 16 * eps * mesh.magnitude());
     for (const SurfacePoint& vertex : output.vertices) {
@@ -425,9 +430,9 @@ TEST(OutputMesh, EndsWhereDoublesEnd) {
 
 TEST(OutputMesh, NormalsThatCancelGiveWayToTheFace) {
     // A closed double cone as thin as a knife: smooth all round at a crease angle of 180 degrees.
-    const Mesh mesh =
-        make_mesh({{0, 0, 0}, {1, 0, 0}, {0.5, 1, 1e-13}, {0.5, 0.4, 0}}, {{0, 1, 3}, {1, 2, 3}, {2, 0, 3}, {1, 0, 2}});
-    const OutputMesh output = refine(mesh, 0.1, pi, no_limit, {});
+    const Mesh mesh = with_creases_from(pi, make_mesh({{0, 0, 0}, {1, 0, 0}, {0.5, 1, 1e-13}, {0.5, 0.4, 0}},
+                                                      {{0, 1, 3}, {1, 2, 3}, {2, 0, 3}, {1, 0, 2}}));
+    const OutputMesh output = refine(mesh, 0.1, no_limit, {});
     for (const SurfacePoint& vertex : output.vertices) {
         EXPECT_NEAR(vertex.normal.norm(), 1.0, 4 * eps);
         EXPECT_GT(vertex.normal.dot(mesh.normals[vertex.face]), 0.0);
@@ -436,29 +441,29 @@ TEST(OutputMesh, NormalsThatCancelGiveWayToTheFace) {
 
 TEST(OutputMesh, LimitIsExactAndItsMessageHelps) {
     const Mesh mesh = box(1.0);
-    const std::size_t count = refine(mesh, 0.1, crease, no_limit, {}).triangles.size();
-    EXPECT_EQ(refine(mesh, 0.1, crease, count, {}).triangles.size(), count);
+    const std::size_t count = refine(mesh, 0.1, no_limit, {}).triangles.size();
+    EXPECT_EQ(refine(mesh, 0.1, count, {}).triangles.size(), count);
     for (const std::size_t limit : {count - 1, count / 8}) { // found while refining, and foreseen
         try {
-            refine(mesh, 0.1, crease, limit, {});
+            refine(mesh, 0.1, limit, {});
             FAIL();
         } catch (const ResourceError& error) {
             const std::string message = error.what();
             EXPECT_THAT(message, testing::HasSubstr("--output-spacing"));
             EXPECT_THAT(message, testing::HasSubstr(std::to_string(limit)));
             const double advice = std::stod(message.substr(message.rfind(' ')));
-            EXPECT_LE(refine(mesh, advice, crease, limit, {}).triangles.size(), limit);
+            EXPECT_LE(refine(mesh, advice, limit, {}).triangles.size(), limit);
         }
     }
-    EXPECT_THROW(refine(mesh, infinity, crease, 11, {}), ResourceError);
-    EXPECT_THROW(refine(mesh, 1e-9, crease, 1000, {}), ResourceError); // at once, not after 1e19 triangles
+    EXPECT_THROW(refine(mesh, infinity, 11, {}), ResourceError);
+    EXPECT_THROW(refine(mesh, 1e-9, 1000, {}), ResourceError); // at once, not after 1e19 triangles
 }
 
 TEST(OutputMesh, CanBeInterrupted) {
     struct Stop : Progress {
         bool cancelled() const override { return true; }
     } stop;
-    EXPECT_THROW(refine(box(1.0), 0.1, crease, no_limit, {1, &stop}), Interrupted);
+    EXPECT_THROW(refine(box(1.0), 0.1, no_limit, {1, &stop}), Interrupted);
 }
 
 } // namespace

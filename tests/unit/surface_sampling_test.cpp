@@ -19,8 +19,9 @@ TEST(SurfaceSampling, EveryTriangleHasItsShareOfPoints) {
     for (const SurfacePoint& x : even_points(mesh, n, RandomStream(1, "points"))) {
         ++count[x.face];
         EXPECT_TRUE(x.u >= 0.0 && x.v >= 0.0 && x.u + x.v <= 1.0);
-        EXPECT_EQ(x.normal, mesh.normals[x.face]);
-        EXPECT_LT((mesh.at(x.face, x.u, x.v).position - x.position).norm(), 1e-15);
+        const SurfacePoint same = mesh.shaded(mesh.at(x.face, x.u, x.v));
+        EXPECT_EQ(x.normal, same.normal);
+        EXPECT_LT((same.position - x.position).norm(), 1e-15);
     }
     for (std::size_t t = 0; t < count.size(); ++t) {
         // One point from each of n equal shares: a triangle cuts at most two of them at its ends.

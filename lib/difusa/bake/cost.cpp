@@ -178,8 +178,8 @@ void count_further_rays(BakeEstimate& estimate, const BakeResult& result, const 
     estimate.further_rays = 2 * error_rays(options) *
                             (error_points(options, estimate.sites) + options.goals.size() * options.goal_samples / 2);
     if (options.final_gather > 0) {
-        const OutputMesh output = refine(result.scene->mesh, options.output_spacing, options.crease_angle,
-                                         most_output_triangles(options), execution);
+        const OutputMesh output =
+            refine(result.scene->mesh, options.output_spacing, most_output_triangles(options), execution);
         estimate.further_rays += 2 * output.vertices.size() * ((options.final_gather + 1) / 2);
     }
 }

@@ -129,8 +129,7 @@ void estimate_goals_of(BakeResult& result, const Execution& execution) {
 void refine_output(BakeResult& result, const Execution& execution) {
     execution.phase("refine output");
     const BakeOptions& options = result.options;
-    result.mesh = refine(result.scene->mesh, options.output_spacing, options.crease_angle,
-                         most_output_triangles(options), execution);
+    result.mesh = refine(result.scene->mesh, options.output_spacing, most_output_triangles(options), execution);
 }
 
 void evaluate_output(BakeResult& result, const Execution& execution) {

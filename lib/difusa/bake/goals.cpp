@@ -165,7 +165,7 @@ std::vector<Goal> find_goals(const std::vector<GoalRequest>& requests, const Sce
                                         std::to_string(goal.places.size()) +
                                         " (counting from 0): turn the normal, or omit it");
                 }
-                goal.places.push_back(place->point);
+                goal.places.push_back(scene.mesh.shaded(place->point));
                 far += place->distance > spacing ? 1 : 0;
             }
             if (far > 0) {

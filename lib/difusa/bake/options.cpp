@@ -146,9 +146,6 @@ void check_options(const BakeOptions& options) {
     if (options.sky && !is_light(*options.sky)) {
         refuse("--sky", "must not be negative");
     }
-    if (!(options.crease_angle >= 0.0)) {
-        refuse("crease angle", "must be an angle in radians, not negative");
-    }
     if (options.output_spacing < 0.0 || !std::isfinite(options.output_spacing)) {
         refuse("--output-spacing", "must be a positive length");
     }

@@ -102,20 +102,19 @@ struct BakeOptions {
     std::optional<Rgb> reflectance; ///< of faces without a colour; absent: what the scene says, or else 0.5
     std::optional<Rgb> sky; ///< irradiance of an unshaded surface, W/m²; absent: 1 if there is no other light, else 0
     std::vector<Sun> suns;  ///< added to those of the scene
-    std::vector<PointLight> point_lights;     ///< likewise
-    bool light_groups = false;                ///< keep each group's contribution apart (scene/light_groups.h)
-    bool every_surface = false;               ///< sites also on surfaces that these lights do not reach, for a system
-                                              ///< that is to be lit otherwise
-    bool face_centres = false;                ///< evaluate at the centres of the output's triangles too
-    std::vector<ListedPoint> at;              ///< evaluate at these places too
-    bool snap = false;                        ///< at the nearest surface, even where a normal is given
-    std::string sensor = "planar";            ///< what is measured in mid-air (bake/sensing.h): "planar", "horizontal",
-                                              ///< "spherical", "cylindrical"
-    std::vector<SensorGrid> grids;            ///< further sensors
-    std::vector<GoalRequest> goals;           ///< estimate their mean irradiance
-    std::size_t goal_samples = 4096;          ///< places where residuals are gathered for each goal; at least 32
-    double output_spacing = 0.0;              ///< longest edge of the output; 0: `output_in_spacings`
-    double crease_angle = 0.6981317007977318; ///< 40°: sharper edges are not shaded smoothly
+    std::vector<PointLight> point_lights; ///< likewise
+    bool light_groups = false;            ///< keep each group's contribution apart (scene/light_groups.h)
+    bool every_surface = false;           ///< sites also on surfaces that these lights do not reach, for a system
+                                          ///< that is to be lit otherwise
+    bool face_centres = false;            ///< evaluate at the centres of the output's triangles too
+    std::vector<ListedPoint> at;          ///< evaluate at these places too
+    bool snap = false;                    ///< at the nearest surface, even where a normal is given
+    std::string sensor = "planar";        ///< what is measured in mid-air (bake/sensing.h): "planar", "horizontal",
+                                          ///< "spherical", "cylindrical"
+    std::vector<SensorGrid> grids;        ///< further sensors
+    std::vector<GoalRequest> goals;       ///< estimate their mean irradiance
+    std::size_t goal_samples = 4096;      ///< places where residuals are gathered for each goal; at least 32
+    double output_spacing = 0.0;          ///< longest edge of the output; 0: `output_in_spacings`
     /// Which faces of a file are turned over: "auto", parts that are certainly inside out (lighting/inside_out.h; those
     /// that seem to be are noted), "all", or "none". The faces of a scene made by a program are turned over by "all"
     /// alone.

@@ -118,7 +118,7 @@ class Placing {
 
   private:
     void list(std::size_t i, const SurfaceFinder::Found& place) {
-        result_.listed.push_back(place.point);
+        result_.listed.push_back(mesh_.shaded(place.point));
         result_.listed_distance.push_back(place.distance);
         result_.listed_number.push_back(static_cast<Index>(i));
     }

@@ -136,7 +136,7 @@ std::vector<SurfacePoint> points_of_gathering(const BakeResult& result, const Pr
         projection_points(projection, placed.unmoved ? *placed.unmoved : mesh, sites, result.options.seed);
     if (placed.unmoved) {
         for (std::size_t q = sites.size(); q < points.size(); ++q) {
-            points[q] = mesh.at(points[q].face, points[q].u, points[q].v);
+            points[q] = mesh.shaded(mesh.at(points[q].face, points[q].u, points[q].v));
         }
     }
     return points;

@@ -11,8 +11,6 @@ namespace difusa {
 
 namespace {
 
-constexpr double crease = 0.6981317007977318; ///< 40°, as of an output
-
 /// The coordinates (u, v) of p in a triangle of the mesh.
 Eigen::Vector2d flat_place(const Mesh& mesh, Index triangle, const Vec3& p) {
     const Vec3& a = mesh.corner(triangle, 0);
@@ -35,7 +33,7 @@ std::size_t flat_cell(double x, std::size_t across) {
 /// The refined mesh; what is refused is said of patches, which are none of the output.
 OutputMesh patches_of(const Mesh& mesh, double edge, std::size_t limit, const Execution& execution) {
     try {
-        return refine(mesh, edge, crease, limit, execution);
+        return refine(mesh, edge, limit, execution);
     } catch (const ResourceError&) {
         if (mesh.triangles.size() > limit) {
             throw;

@@ -15,8 +15,8 @@ namespace difusa {
 class PatchMesh {
   public:
     /// Refines like an output (mesh/output_mesh.h) until no edge is longer than `edge`; vertices are split at creases
-    /// of more than 40°. Depends on mesh and edge alone. Throws ResourceError if there would be more than `limit`
-    /// patches.
+    /// (Mesh::crease_angle). Depends on mesh and edge alone. Throws ResourceError if there would be more than
+    /// `limit` patches.
     PatchMesh(const Mesh& mesh, double edge, std::size_t limit, const Execution& execution);
 
     /// The longest edge at which there are about as many patches, or vertices, as sites with this spacing.

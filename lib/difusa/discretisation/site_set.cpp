@@ -93,6 +93,9 @@ SiteSet make_site_set(const Mesh& mesh, std::vector<SurfacePoint> points, double
     SiteSet sites;
     sort_along_z_curve(mesh, points);
     sites.points = std::move(points);
+    for (SurfacePoint& site : sites.points) {
+        site = mesh.shaded(site);
+    }
     sites.spacing = spacing;
     sites.neighbours = neighbours;
     sites.region.resize(sites.size());

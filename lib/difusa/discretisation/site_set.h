@@ -22,7 +22,7 @@ inline double site_distance(const Vec3& p, const Vec3& n_p, Index region_p, cons
 }
 
 struct SiteSet {
-    std::vector<SurfacePoint> points; ///< #S
+    std::vector<SurfacePoint> points; ///< #S, with shading normals
     std::vector<Index> region;        ///< #S, region of the mesh
     std::vector<double> radius;       ///< #S, r_i: site distance to the m-th nearest site (T 4.2.7)
     std::vector<double> area;         ///< #S, effective area A_i

@@ -23,6 +23,7 @@ class Surfels {
     /// there would be more than 2^31.
     Surfels(const Mesh& mesh, double edge, const Execution& execution);
 
+    const Mesh& mesh() const { return *mesh_; }
     std::size_t size() const { return area_.size(); }
     double edge() const { return edge_; }
 

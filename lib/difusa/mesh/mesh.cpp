@@ -102,6 +102,7 @@ void Mesh::derive() {
         const Index root = sets.find(static_cast<Index>(t));
         region[t] = root == t ? region_count++ : region[root];
     }
+    shading = ShadingNormals(*this);
     convex = !repetition.any() && is_convex(*this);
 }
 

@@ -5,6 +5,7 @@
 #include <difusa/mesh/gloss.h>
 #include <difusa/mesh/mirrors.h>
 #include <difusa/mesh/repetition.h>
+#include <difusa/mesh/shading_normals.h>
 
 #include <array>
 #include <vector>
@@ -18,8 +19,8 @@ inline constexpr double perpendicular = 0x1p-20;
 /// Where texture coordinates point in a picture: (0, 0) is its lower left corner, (1, 1) its upper right one.
 using TextureCoordinates = Eigen::Vector2d;
 
-/// A point of the surface. The normal is that of its face except where a caller states otherwise (a shaded
-/// output vertex).
+/// A point of the surface. Where irradiance is received the normal is the shading normal (Mesh::shaded); of points that
+/// send light, and wherever nothing else is stated, it is that of the face.
 struct SurfacePoint {
     Vec3 position = Vec3::Zero();
     Vec3 normal = Vec3::UnitZ(); ///< unit
@@ -37,15 +38,17 @@ struct Mesh {
     std::vector<Index> material;                                   ///< #T, number in the scene's materials
     std::vector<std::array<Rgb, 3>> corner_reflectance;            ///< empty, or #T (see Material::vertex_colours)
     std::vector<std::array<TextureCoordinates, 3>> corner_texture; ///< empty, or #T: where textures are looked up
-    Mirrors mirrors;       ///< of the scene's materials (scene/scene.h, settle_mirrors)
-    GlossySurfaces glossy; ///< likewise (settle_gloss)
-    Repetition repetition; ///< beyond these triangles
+    Mirrors mirrors;                          ///< of the scene's materials (scene/scene.h, settle_mirrors)
+    GlossySurfaces glossy;                    ///< likewise (settle_gloss)
+    Repetition repetition;                    ///< beyond these triangles
+    double crease_angle = 0.6981317007977318; ///< 40°, in radians: where the surface turns more sharply it has an edge
 
     // Derived by `derive`:
     std::vector<Vec3> normals; ///< #T, unit
     std::vector<double> areas; ///< #T
     std::vector<Index> region; ///< #T, see below
     std::vector<Index> twin;   ///< #T times 3: side 3t + k goes on at this side, or none (mesh/twins.h)
+    ShadingNormals shading;
     Index region_count = 0;
     double area = 0.0;                            ///< of the whole surface
     Vec3 low = Vec3::Zero(), high = Vec3::Zero(); ///< bounding box
@@ -71,6 +74,12 @@ struct Mesh {
     SurfacePoint at(Index triangle, double u, double v) const {
         return {(1.0 - u - v) * corner(triangle, 0) + u * corner(triangle, 1) + v * corner(triangle, 2),
                 normals[triangle], triangle, u, v};
+    }
+
+    /// The same point with its shading normal.
+    SurfacePoint shaded(SurfacePoint x) const {
+        x.normal = shading.at(x.face, x.u, x.v, normals[x.face]);
+        return x;
     }
 
     /// The smallest axis-parallel box around a triangle.

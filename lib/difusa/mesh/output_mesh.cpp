@@ -306,13 +306,10 @@ void check_refinement(const Mesh& mesh, double max_edge, std::size_t triangle_li
     }
 }
 
-OutputMesh refine(const Mesh& mesh, double max_edge, double crease_angle, std::size_t triangle_limit,
-                  const Execution& execution) {
-    DIFUSA_REQUIRE(max_edge > 0.0 && crease_angle >= 0.0);
+OutputMesh refine(const Mesh& mesh, double max_edge, std::size_t triangle_limit, const Execution& execution) {
+    DIFUSA_REQUIRE(max_edge > 0.0);
     check_refinement(mesh, max_edge, triangle_limit);
-    const Twins smooth = join_smooth_sides(mesh, crease_angle);
-    const std::vector<Vec3> normals = corner_normals(mesh, smooth);
-    Sheets sheets = make_sheets(mesh, part_materials(mesh, smooth));
+    Sheets sheets = make_sheets(mesh, part_materials(mesh, join_smooth_sides(mesh, mesh.crease_angle)));
     refine(sheets, mesh, max_edge, triangle_limit, execution);
 
     OutputMesh output;
@@ -336,7 +333,7 @@ OutputMesh refine(const Mesh& mesh, double max_edge, double crease_angle, std::s
     }
     for (SurfacePoint& vertex : output.vertices) {
         DIFUSA_REQUIRE(vertex.face != none);
-        vertex.normal = shading_normal(mesh, normals, vertex.face, vertex.u, vertex.v);
+        vertex = mesh.shaded(vertex);
     }
     return output;
 }

@@ -23,10 +23,9 @@ struct OutputMesh {
 /// inside of needles are flipped across them instead.
 ///
 /// Neighbouring triangles share vertices exactly where the surface is smooth (the input triangles turn by at most
-/// `crease_angle`, in radians, across a manifold edge) and of one material; elsewhere each side has its own. Throws
-/// ResourceError if more than `triangle_limit` triangles would result.
-OutputMesh refine(const Mesh& mesh, double max_edge, double crease_angle, std::size_t triangle_limit,
-                  const Execution& execution);
+/// Mesh::crease_angle across a manifold edge) and of one material; elsewhere each side has its own. Vertices have
+/// shading normals. Throws ResourceError if more than `triangle_limit` triangles would result.
+OutputMesh refine(const Mesh& mesh, double max_edge, std::size_t triangle_limit, const Execution& execution);
 
 /// Throws what `refine` would where a lower bound of the number of triangles exceeds the limit.
 void check_refinement(const Mesh& mesh, double max_edge, std::size_t triangle_limit);

@@ -221,7 +221,7 @@ Repetition::Image reflection_in(const Repetition::Wall& wall) {
     return {Eigen::Matrix3d::Identity() - 2.0 * wall.normal * wall.normal.transpose(), 2.0 * wall.offset * wall.normal};
 }
 
-Repetition::Image after(const Repetition::Image& outer, const Repetition::Image& inner) {
+Repetition::Image composed(const Repetition::Image& outer, const Repetition::Image& inner) {
     return {outer.linear * inner.linear, outer(inner.offset)};
 }
 
@@ -231,7 +231,7 @@ void add_chain(const Repetition::Wall& s, const Repetition::Wall& t, std::size_t
     const Repetition::Image in_s = reflection_in(s), in_t = reflection_in(t);
     Repetition::Image image;
     for (std::size_t k = 0; k < length; ++k) {
-        image = after(image, k % 2 == 0 ? in_s : in_t);
+        image = composed(image, k % 2 == 0 ? in_s : in_t);
         images.push_back(image);
     }
 }
@@ -278,7 +278,7 @@ std::vector<Repetition::Image> Repetition::images(std::size_t depth) const {
         std::vector<Image> product;
         for (const Image& outer : all) {
             for (const Image& inner : images_between(walls[i], other, depth)) {
-                product.push_back(after(outer, inner));
+                product.push_back(composed(outer, inner));
             }
         }
         all = std::move(product);

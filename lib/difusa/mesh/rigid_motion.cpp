@@ -75,7 +75,7 @@ std::vector<SurfacePoint> moved_points(std::vector<SurfacePoint> points, const M
                                        std::span<const char> marked) {
     for (SurfacePoint& point : points) {
         if (point.face != none && marked[point.face] != 0) {
-            point = mesh.at(point.face, point.u, point.v);
+            point = mesh.shaded(mesh.at(point.face, point.u, point.v));
         }
     }
     return points;

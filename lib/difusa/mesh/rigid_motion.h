@@ -35,8 +35,8 @@ inline bool is_rigid(const RigidMotion& motion) {
 /// is moved would leave the range of coordinates, or the cell of symmetry planes and periods.
 Mesh moved_mesh(const Mesh& mesh, std::span<const char> marked, const RigidMotion& motion);
 
-/// Points of the surface in their places on a mesh with the same triangles: those on marked triangles, with the normals
-/// of these, have gone with them. The others are kept as they are.
+/// Points of the surface in their places on a mesh with the same triangles: those on marked triangles have gone with
+/// them, with shading normals. The others are kept as they are.
 std::vector<SurfacePoint> moved_points(std::vector<SurfacePoint> points, const Mesh& mesh,
                                        std::span<const char> marked);
 

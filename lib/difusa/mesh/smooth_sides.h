@@ -37,11 +37,4 @@ Twins part_materials(const Mesh& mesh, Twins twin);
 /// each corner's fan, in the order of their first corners, and how many there are.
 std::pair<std::vector<Index>, Index> number_fans(const Twins& twin);
 
-/// For each corner the mean normal of its fan, weighted by angles: unit, or zero where the normals cancel.
-std::vector<Vec3> corner_normals(const Mesh& mesh, const Twins& smooth);
-
-/// The normal at (u, v) of a triangle, as in SurfacePoint, interpolated between those of its corners: unit. It is
-/// exactly that of the face if these agree to within rounding, or if it would leave the face's front.
-Vec3 shading_normal(const Mesh& mesh, const std::vector<Vec3>& corner_normals, Index face, double u, double v);
-
 } // namespace difusa

@@ -30,7 +30,7 @@ std::vector<SurfacePoint> even_points(const Mesh& mesh, std::size_t count, Rando
     for (std::size_t i = 0; i < count; ++i) {
         const double share = (static_cast<double>(i) + stream.uniform()) / static_cast<double>(count);
         const double u = stream.uniform(), v = stream.uniform();
-        points.push_back(sampler.at(share, u, v));
+        points.push_back(mesh.shaded(sampler.at(share, u, v)));
     }
     return points;
 }

@@ -36,7 +36,7 @@ class TriangleSampler {
 
 /// `count` points, each uniform over the surface by area, one from each of `count` equal shares of the area in the
 /// order of the triangles: sums over them have at most, and usually less than, the variance of sums over independent
-/// points.
+/// points. With shading normals.
 std::vector<SurfacePoint> even_points(const Mesh& mesh, std::size_t count, RandomStream stream);
 
 /// x, or if it is on an edge or within 2^-16 of the triangle's size of one, a point that far inside, so that rays do

@@ -138,7 +138,7 @@ std::vector<FieldNote> notes_of(const BakeResult& result) {
     notes.push_back({"direct", options.direct});
     number("final_gather", static_cast<double>(options.final_gather));
     number("error_points", static_cast<double>(options.error_points.value_or(0)));
-    number("crease_angle", options.crease_angle);
+    number("crease_angle", result.scene->mesh.crease_angle);
     add_lights(result, notes);
     if (result.error) {
         const double share = 1.0 / std::sqrt(result.channels);

@@ -55,7 +55,7 @@ SurfelPoints draw_surfel_points(const Surfels& surfels, std::span<const double> 
             }
             points.group.push_back(places[points.size()].second);
             const double u = stream.uniform(), v = stream.uniform();
-            points.place.push_back(surfels.point_on(pieces, u, v));
+            points.place.push_back(surfels.mesh().shaded(surfels.point_on(pieces, u, v)));
             points.surfel.push_back(s);
             points.weight.push_back(surfels.area(s) * all / (density[s] * static_cast<double>(places.size())));
         }

@@ -9,7 +9,8 @@
 
 namespace difusa {
 
-/// Points with weights w_p: sum_p w_p f(x_p) estimates ∫ f dA over the surfels whose density is not 0.
+/// Points with shading normals and weights w_p: sum_p w_p f(x_p) estimates ∫ f dA over the surfels whose density is not
+/// 0.
 struct SurfelPoints {
     std::vector<SurfacePoint> place;
     std::vector<double> weight; ///< area

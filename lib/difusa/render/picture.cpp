@@ -5,7 +5,6 @@
 #include <difusa/core/photometry.h>
 #include <difusa/core/random.h>
 #include <difusa/core/text.h>
-#include <difusa/mesh/smooth_sides.h>
 #include <difusa/plugin/parameters.h>
 #include <difusa/radiosity/error_map.h>
 #include <difusa/render/camera_rays.h>
@@ -87,8 +86,6 @@ class Look {
           parts_(result.field().parts()), view_(view),
           camera_(view.options.camera, view.options.width, view.options.height),
           progress_(execution.progress), execution_{execution.threads, &progress_} {
-        const Mesh& mesh = scene_.mesh;
-        corner_normals_ = corner_normals(mesh, join_smooth_sides(mesh, result.options.crease_angle));
         lit_ = std::any_of(view.shows.begin(), view.shows.end(), [](const Show& show) {
             return show.quantity != Quantity::basis && show.quantity != Quantity::sites &&
                    show.quantity != Quantity::reflectance && show.quantity != Quantity::emission;
@@ -130,7 +127,7 @@ class Look {
         const bool specular = scene_.mesh.mirrors.any() || scene_.mesh.glossy.any();
         in_mirrors_.assign(specular ? batch_.size() : 0, {});
         glossy_.assign(in_mirrors_.size(), {});
-        const SpecularPaths paths(scene_.mesh, result_.system->tracer().engine(), corner_normals_, options.glossy_rays);
+        const SpecularPaths paths(scene_.mesh, result_.system->tracer().engine(), options.glossy_rays);
         parallel_for(end - first, 256, execution_, [&](std::size_t begin, std::size_t stop, unsigned) {
             for (std::size_t pixel = first + begin; pixel < first + stop; ++pixel) {
                 RandomStream stream(options.seed, "picture", pixel);
@@ -150,8 +147,7 @@ class Look {
                     seen = hit.face == none ? CameraHit::nothing : hit.front ? CameraHit::surface : CameraHit::back;
                     SurfacePoint& point = batch_[sample];
                     if (seen == CameraHit::surface) {
-                        point = scene_.mesh.at(hit.face, hit.u, hit.v);
-                        point.normal = shading_normal(scene_.mesh, corner_normals_, hit.face, hit.u, hit.v);
+                        point = scene_.mesh.shaded(scene_.mesh.at(hit.face, hit.u, hit.v));
                         const bool lamp = !scene_.thermal && (scene_.emission(point) > 0.0).any();
                         seen = lamp ? CameraHit::lamp : CameraHit::surface;
                     }
@@ -172,10 +168,7 @@ class Look {
         for (std::size_t i = 0; i < in_mirrors_.size(); ++i) {
             for (const SeenInMirror& sight : in_mirrors_[i]) {
                 if (sight.hit.face != none && sight.hit.front) {
-                    SurfacePoint point = scene_.mesh.at(sight.hit.face, sight.hit.u, sight.hit.v);
-                    point.normal =
-                        shading_normal(scene_.mesh, corner_normals_, sight.hit.face, sight.hit.u, sight.hit.v);
-                    points_.push_back(point);
+                    points_.push_back(scene_.mesh.shaded(scene_.mesh.at(sight.hit.face, sight.hit.u, sight.hit.v)));
                     numbers_.push_back(i);
                     colours_.push_back(sight.colour);
                 }
@@ -378,7 +371,6 @@ class Look {
     CameraRays camera_;
     PartOfPhase progress_;
     Execution execution_;
-    std::vector<Vec3> corner_normals_;
     bool lit_ = false;               ///< some picture needs the light
     std::optional<ErrorMap> errors_; ///< if some picture shows them
 

@@ -1,7 +1,5 @@
 #include <difusa/render/specular_paths.h>
 
-#include <difusa/mesh/smooth_sides.h>
-
 #include <span>
 
 namespace difusa {
@@ -46,8 +44,7 @@ void SpecularPaths::follow_one(Hit hit, Vec3 direction, double share, RandomStre
             next = reflected_ray(mesh_, hit, direction);
             colour *= mesh_.mirrors.reflectance[kind];
         } else if (const Index gloss = mesh_.glossy.kind(hit.face); gloss != none) {
-            SurfacePoint at = mesh_.at(hit.face, hit.u, hit.v);
-            at.normal = shading_normal(mesh_, normals_, hit.face, hit.u, hit.v);
+            const SurfacePoint at = mesh_.shaded(mesh_.at(hit.face, hit.u, hit.v));
             glossy.push_back({at, gloss, direction, colour * mesh_.glossy.kinds[gloss].reflectance});
             const DrawnRay drawn = drawn_ray(mesh_, hit, direction, at.normal, stream);
             next = drawn.ray;

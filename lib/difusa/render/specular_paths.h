@@ -30,11 +30,9 @@ struct SeenGloss {
 /// Goes on from what rays from the eye have hit.
 class SpecularPaths {
   public:
-    /// `normals`: smooth ones of the corners (mesh/smooth_sides.h); `glossy_rays`: where a glossy surface is met first.
-    /// Keeps references.
-    SpecularPaths(const Mesh& mesh, const Visibility& visibility, const std::vector<Vec3>& normals,
-                  std::size_t glossy_rays)
-        : mesh_(mesh), visibility_(visibility), normals_(normals), glossy_rays_(glossy_rays) {}
+    /// `glossy_rays`: where a glossy surface is met first. Keeps references.
+    SpecularPaths(const Mesh& mesh, const Visibility& visibility, std::size_t glossy_rays)
+        : mesh_(mesh), visibility_(visibility), glossy_rays_(glossy_rays) {}
 
     /// Adds all that is seen in one mirror or glossy surface after another, of which the first is met at `hit`.
     void follow(const Hit& hit, const Vec3& direction, RandomStream& stream, std::vector<SeenInMirror>& sights,
@@ -46,7 +44,6 @@ class SpecularPaths {
 
     const Mesh& mesh_;
     const Visibility& visibility_;
-    const std::vector<Vec3>& normals_;
     std::size_t glossy_rays_;
 };
 

@@ -289,8 +289,7 @@ BasisInspection inspect_basis(const Registry& registry, const std::filesystem::p
     if (result.options.output_spacing == 0.0) {
         result.options.output_spacing = output_in_spacings * result.options.spacing;
     }
-    result.output = refine(result.mesh, result.options.output_spacing, options.crease_angle,
-                           available_memory() / output_bytes, execution);
+    result.output = refine(result.mesh, result.options.output_spacing, available_memory() / output_bytes, execution);
     execution.phase("evaluate");
     evaluate_vertices(result, *basis, nearest, execution);
     execution.phase("integrate elements");

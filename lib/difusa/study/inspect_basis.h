@@ -18,13 +18,12 @@ namespace difusa {
 /// Options; as in a bake (BakeOptions), so that the same options show exactly the basis of that bake.
 struct InspectOptions {
     std::string basis = "moving-least-squares";
-    std::string sampler;                      ///< empty: the one that the basis demands, or else "poisson-disk"
-    std::string visibility = "auto";          ///< for samplers that cast rays
-    double spacing = 0.0;                     ///< unit of the mesh; 0: from `sites`
-    std::size_t sites = 0;                    ///< desired number; 0: 4000
-    int neighbours = 10;                      ///< m
-    double output_spacing = 0.0;              ///< longest edge of the output; 0: a sixth of the site spacing
-    double crease_angle = 0.6981317007977318; ///< 40°: vertices of sharper edges are split
+    std::string sampler;             ///< empty: the one that the basis demands, or else "poisson-disk"
+    std::string visibility = "auto"; ///< for samplers that cast rays
+    double spacing = 0.0;            ///< unit of the mesh; 0: from `sites`
+    std::size_t sites = 0;           ///< desired number; 0: 4000
+    int neighbours = 10;             ///< m
+    double output_spacing = 0.0;     ///< longest edge of the output; 0: a sixth of the site spacing
     std::uint64_t seed = 1;
     std::vector<Index> elements; ///< elements to show
     std::vector<Vec3> near; ///< and those with sites nearest to these points; if both are empty, to the mesh's centroid

@@ -50,18 +50,23 @@ class Lamps {
     std::vector<double> below_;
 };
 
-/// Sets the direction of the ray by which a path goes on; returns its weight.
-double draw_ray(const Path& path, RandomStream& stream, Ray& ray) {
+/// Sets the direction of the ray by which a path goes on; returns its weight. Around a shading normal, what would lead
+/// below the face is mirrored at it, or lost if it is glossy, as in Sight::lift and drawn_ray.
+double draw_ray(const Mesh& mesh, const Path& path, RandomStream& stream, Ray& ray) {
+    const Vec3& face = mesh.normals[path.at.face];
     if (path.lobe != nullptr) {
         const double u = stream.uniform(), v = stream.uniform(), w = stream.uniform();
         const GlossyLobe::Draw drawn = path.lobe->draw(path.at.normal, path.out, {u, v, w});
         ray.direction = drawn.direction;
-        return drawn.weight;
+        return path.at.normal == face || face.dot(drawn.direction) > 0.0 ? drawn.weight : 0.0;
     }
     Vec3 t, b;
     tangents(path.at.normal, t, b);
     const double r = std::sqrt(stream.uniform()), angle = 2.0 * std::numbers::pi * stream.uniform();
     ray.direction = r * std::cos(angle) * t + r * std::sin(angle) * b + std::sqrt(1.0 - r * r) * path.at.normal;
+    if (path.at.normal != face) {
+        ray.direction -= 2.0 * std::min(0.0, face.dot(ray.direction)) * face;
+    }
     return 1.0;
 }
 
@@ -116,7 +121,7 @@ TracedLight trace_paths(const Scene& scene, const Visibility& visibility, const 
                                           : Rgb(Rgb::Zero()));
             segments.push_back({path.at.position, y.position, path.at.face, y.face});
             rays.push_back({path.at.position, Vec3::Zero(), path.at.face});
-            weights.push_back(draw_ray(path, stream, rays.back()));
+            weights.push_back(draw_ray(mesh, path, stream, rays.back()));
         }
         blocked.resize(segments.size());
         hits.resize(rays.size());
@@ -128,8 +133,8 @@ TracedLight trace_paths(const Scene& scene, const Visibility& visibility, const 
             if (hits[i].face == none || !hits[i].front) {
                 continue;
             }
-            Path path{open[i].number, mesh.at(hits[i].face, hits[i].u, hits[i].v), weights[i] * open[i].weight, nullptr,
-                      -rays[i].direction};
+            Path path{open[i].number, mesh.shaded(mesh.at(hits[i].face, hits[i].u, hits[i].v)),
+                      weights[i] * open[i].weight, nullptr, -rays[i].direction};
             if (reflect(scene, path, stream)) {
                 next.push_back(path);
             }

@@ -63,7 +63,7 @@ struct AnalyticFactors::View {
         if (!is_shaded) {
             return lambert_form_factor(x.position, face, polygon);
         }
-        std::array<Vec3, most_lambert_corners> above;
+        std::array<Vec3, most_lambert_corners + 1> above;
         std::size_t count = 0;
         for (std::size_t k = 0; k < polygon.size(); ++k) {
             const Vec3 &p = polygon[k], &q = polygon[k + 1 < polygon.size() ? k + 1 : 0];
@@ -180,9 +180,6 @@ std::optional<double> AnalyticFactors::visible_factor(const View& view, const Su
     worker.steps += worker.blockers.size();
     if (worker.blockers.empty()) {
         return factor;
-    }
-    if (view.is_shaded) {
-        return {};
     }
     const Plane before{node.normal, node.offset}, above{view.face, view.face.dot(view.x.position)};
     worker.visible.set(FlatPolygon(corners));

@@ -1,0 +1,101 @@
+// Shading normals: those of the surface that a mesh stands for, also where it ends.
+#include "meshes.h"
+
+#include <difusa/core/random.h>
+#include <difusa/mesh/shading_normals.h>
+#include <difusa/mesh/surface_sampling.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+namespace difusa {
+
+namespace {
+
+constexpr double eps = std::numeric_limits<double>::epsilon();
+constexpr double pi = std::numbers::pi;
+
+/// `rows` rows of `around` rectangles, each cut in two; `place(s, t)` for s and t in [0,1], closed in s.
+template <class Place> Mesh rolled(int around, int rows, const Place& place) {
+    std::vector<Vec3> points;
+    std::vector<std::array<Index, 3>> triangles;
+    for (int j = 0; j <= rows; ++j) {
+        for (int i = 0; i < around; ++i) {
+            points.push_back(place(static_cast<double>(i) / around, static_cast<double>(j) / rows));
+        }
+    }
+    for (int j = 0; j < rows; ++j) {
+        for (int i = 0; i < around; ++i) {
+            const auto at = [&](int di, int dj) { return static_cast<Index>((j + dj) * around + (i + di) % around); };
+            triangles.push_back({at(0, 0), at(1, 0), at(1, 1)});
+            triangles.push_back({at(0, 0), at(1, 1), at(0, 1)});
+        }
+    }
+    return test::make_mesh(points, triangles);
+}
+
+Mesh cylinder(int around, int rows) {
+    return rolled(around, rows, [](double s, double t) { return Vec3(std::cos(2 * pi * s), std::sin(2 * pi * s), t); });
+}
+
+/// A zone of the unit sphere between two rims.
+Mesh zone(int around, int rows) {
+    return rolled(around, rows, [](double s, double t) {
+        const double b = 0.4 + 1.3 * t;
+        return Vec3(std::sin(b) * std::cos(2 * pi * s), -std::sin(b) * std::sin(2 * pi * s), std::cos(b));
+    });
+}
+
+/// Largest distance between the shading normals at random points and the directions `right` of these.
+template <class Right> double largest_error(const Mesh& mesh, const Right& right) {
+    double largest = 0.0;
+    for (const SurfacePoint& x : even_points(mesh, 4000, RandomStream(1, "points"))) {
+        largest = std::max(largest, (x.normal - right(x.position).normalized()).norm());
+    }
+    return largest;
+}
+
+} // namespace
+
+TEST(ShadingNormals, OfFlatWallsAreThoseOfTheirFaces) {
+    const Mesh mesh = test::box(Vec3(1, 1.3, 2.1), 5);
+    EXPECT_TRUE(mesh.shading.flat());
+    const Mesh both = test::together(mesh, test::icosphere(2, 1.0)); // not flat, but the walls are
+    EXPECT_FALSE(both.shading.flat());
+    for (Index t = 0; t < mesh.triangles.size(); ++t) {
+        EXPECT_EQ(both.shaded(both.at(t, 0.3, 0.2)).normal, both.normals[t]);
+    }
+}
+
+TEST(ShadingNormals, OfASphereWithRimsConvergeWithTheSquareOfItsFacets) {
+    const auto radial = [](const Vec3& p) { return p; };
+    const double coarse = largest_error(zone(24, 6), radial), fine = largest_error(zone(96, 24), radial);
+    EXPECT_GT(std::log(coarse / fine) / std::log(4.0), 1.8) << coarse << " " << fine;
+    // One rim normal from one side alone is off by half a facet's turn.
+    EXPECT_LT(fine, 0.1 * 0.5 * 1.3 / 24);
+}
+
+TEST(ShadingNormals, OfACylinderAreRadialToItsRims) {
+    // By symmetry. With one row all points are on the rims, and with two those between are in one line: nothing can be
+    // extrapolated. Sums of some tens of normals that nearly cancel across the axis.
+    for (const int rows : {1, 2, 3, 8}) {
+        const double error = largest_error(cylinder(36, rows), [](const Vec3& p) { return Vec3(p[0], p[1], 0.0); });
+        EXPECT_LT(error, 1e3 * eps) << rows;
+    }
+}
+
+TEST(ShadingNormals, StopAtCreases) {
+    Mesh mesh = cylinder(12, 3); // turns by 30° from facet to facet
+    mesh.crease_angle = 29.0 * pi / 180.0;
+    mesh.derive();
+    EXPECT_TRUE(mesh.shading.flat());
+    mesh.crease_angle = 31.0 * pi / 180.0;
+    mesh.derive();
+    EXPECT_FALSE(mesh.shading.flat());
+}
+
+} // namespace difusa
