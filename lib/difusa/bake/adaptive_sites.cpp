@@ -23,10 +23,11 @@ static_assert(pilot_shares[0] + pilot_shares[1] == pilot_sites);
 /// Of the wanted sites: how many those of an earlier bake have to be to stand in for each of the pilots.
 constexpr std::array<double, 2> known_shares{0.125, 1.0 / 3.0};
 
-constexpr double least_gain = 2.0;    ///< in the squared error at best, for which sites are graded
-constexpr double most_even = 0.75;    ///< of the wanted sites may be needed for one on each part of the surface
-constexpr double close_enough = 0.05; ///< to the wanted number of sites
-constexpr int most_attempts = 3;      ///< at it
+constexpr double least_gain = 2.0;      ///< in the squared error at best, for which sites are graded
+constexpr double least_error = 0x1p-12; ///< of a pilot's light, for which sites are graded
+constexpr double most_even = 0.75;      ///< of the wanted sites may be needed for one on each part of the surface
+constexpr double close_enough = 0.05;   ///< to the wanted number of sites
+constexpr int most_attempts = 3;        ///< at it
 
 /// What a pilot bakes: the scene with few rays and the default elements.
 BakeOptions pilot_options(const BakeOptions& options) {
@@ -42,17 +43,21 @@ BakeOptions pilot_options(const BakeOptions& options) {
     return own;
 }
 
-/// The size of the error around each site of a solution, W/m²: how far its light is from what the others say.
-std::vector<double> errors_of(const BakeResult& pilot, const Execution& execution) {
+/// Judges a solution whose sites are `spacing` apart: the size of the error around each of them is how far its light is
+/// from what the others say.
+Judged judged_with(const BakeResult& pilot, std::shared_ptr<const SiteSet> placed, std::vector<double> spacing,
+                   const Execution& execution) {
     const Discretisation& discretisation = pilot.system->discretisation();
     const SiteSet& sites = *discretisation.sites;
-    const Values residual = judged_at_sites(
-        pilot, leave_one_out(*discretisation.basis, sites, sum_of_parts(pilot.solution.h, pilot.channels), execution));
-    std::vector<double> error(sites.size());
+    const Values h = sum_of_parts(pilot.solution.h, pilot.channels);
+    const Values residual = judged_at_sites(pilot, leave_one_out(*discretisation.basis, sites, h, execution));
+    const double light = judged_at_sites(pilot, h).norm();
+    Judged judged{std::move(placed), std::move(spacing), std::vector<double>(sites.size()),
+                  light > 0.0 ? residual.norm() / light : 0.0};
     for (std::size_t i = 0; i < sites.size(); ++i) {
-        error[i] = residual.row(static_cast<Eigen::Index>(i)).norm();
+        judged.error[i] = residual.row(static_cast<Eigen::Index>(i)).norm();
     }
-    return error;
+    return judged;
 }
 
 /// The spacing that sites are placed at around each of them.
@@ -72,10 +77,10 @@ std::optional<Judged> judged_by(const BakeResult& result, const Placed& placed, 
         options.transport != BakeOptions().transport) {
         return std::nullopt;
     }
-    return Judged{placed.sites,
-                  placed.spacing.empty() ? std::vector<double>(placed.sites->size(), placed.sites->spacing)
-                                         : placed.spacing,
-                  errors_of(result, execution)};
+    return judged_with(result, placed.sites,
+                       placed.spacing.empty() ? std::vector<double>(placed.sites->size(), placed.sites->spacing)
+                                              : placed.spacing,
+                       execution);
 }
 
 std::optional<Placed> place_adaptively(BakeResult& result, const Registry& registry, const Choices& choices,
@@ -134,15 +139,17 @@ std::optional<Placed> place_adaptively(BakeResult& result, const Registry& regis
             const std::shared_ptr<SiteSet> sites = sites_for(pilot_shares[k]);
             bake_pilot(result, pilot_options(result.options), registry, choices, {sites, lit.dark_area}, tracer,
                        execution, [&](const BakeResult& pilot, const Execution& own) {
-                           judged = Judged{sites,
-                                           size ? placed_spacing(*sites, *size)
-                                                : std::vector<double>(sites->size(), largest),
-                                           errors_of(pilot, own)};
+                           judged = judged_with(
+                               pilot, sites,
+                               size ? placed_spacing(*sites, *size) : std::vector<double>(sites->size(), largest), own);
                        });
         }
-        if (!judged->sites->graded && gain_of_grading(judged->error) < least_gain) {
+        const bool negligible = judged->relative < least_error;
+        if (!judged->sites->graded && (negligible || gain_of_grading(judged->error) < least_gain)) {
             if (known_sites < known_shares.back() * all) {
-                execution.save({"graded sites", "the light varies about equally everywhere",
+                execution.save({"graded sites",
+                                negligible ? "few evenly spaced sites represent the light"
+                                           : "the light varies about equally everywhere",
                                 "sites of a second pilot bake", pilot_shares.back() * all});
             }
             return std::nullopt;

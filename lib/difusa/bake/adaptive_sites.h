@@ -18,6 +18,7 @@ inline constexpr double pilot_sites = 0.75;
 struct Judged {
     std::shared_ptr<const SiteSet> sites;
     std::vector<double> spacing, error;
+    double relative = 0.0; ///< root mean square of the error over that of the light
 };
 
 /// From a solution on `placed`; of the elements and the transport that pilots have. Nothing from others.
@@ -28,8 +29,9 @@ std::optional<Judged> judged_by(const BakeResult& result, const Placed& placed, 
 /// sites predict (discretisation/grading.h), reflected, is the size of the error there. `known`: an earlier bake, which
 /// stands in for the first pilot if it has at least an eighth of the sites, and for both if it has a third. The sampler
 /// must cover the whole surface. Nothing if most of the sites are needed for one on each region, so that hardly any are
-/// left to grade; or if the errors at evenly spaced sites vary so little that grading would not halve the squared error
-/// (noted as a saving). Phases "place sites", "pilot bake". Throws what a bake does.
+/// left to grade; or if the errors at evenly spaced sites vary so little that grading would not halve the squared
+/// error, or are less than 2^-12 of the light (noted as a saving). Phases "place sites", "pilot bake". Throws what a
+/// bake does.
 std::optional<Placed> place_adaptively(BakeResult& result, const Registry& registry, const Choices& choices,
                                        const LitSurface& lit, const Tracer& tracer, const std::optional<Judged>& known,
                                        const Execution& execution);
