@@ -15,7 +15,7 @@ double FacingDistance::of_triangle(Index triangle, const SurfacePoint& x, const 
     const FlatPolygon part = FlatPolygon(mesh_.corners(triangle)).above(tangent, rounding_);
     const Vec3& normal = mesh_.normals[triangle];
     const double before = normal.dot(x.position - mesh_.corner(triangle, 0)) < 0.0 ? -1.0 : 1.0;
-    const double facing = 0.5 * (1.0 - before * normal.dot(x.normal)); // sin²(β/2)
+    const double facing = 0.5 * (1.0 - before * normal.dot(tangent.normal)); // sin²(β/2)
     for (std::size_t k = 2; k < part.size(); ++k) {
         const std::array<double, 3> w = nearest_on_triangle(x.position, part[0], part[k - 1], part[k]);
         const Vec3 y = w[0] * part[0] + w[1] * part[k - 1] + w[2] * part[k];
@@ -29,7 +29,8 @@ double FacingDistance::of_triangle(Index triangle, const SurfacePoint& x, const 
 
 double FacingDistance::operator()(const SurfacePoint& x, double reach) const {
     double least = reach;
-    const Plane tangent{x.normal, x.normal.dot(x.position)};
+    const Vec3& normal = mesh_.face_normal(x); // before a shading normal lie neighbours, even of a convex surface
+    const Plane tangent{normal, normal.dot(x.position)};
     const auto may_be_nearer = [&](const BoxTree::Box& box) {
         return box.squaredExteriorDistance(x.position) < least * least && tangent.highest(box) > rounding_;
     };

@@ -13,11 +13,11 @@ class FacingDistance {
     /// The mesh must outlive this.
     explicit FacingDistance(const Mesh& mesh);
 
-    /// The least of |y - x| / sin²(β/2) over the points y of other triangles above the tangent plane of x, where β is
-    /// the angle between the normals of x and of the triangle, turned so that x is before it: the distance itself of
-    /// what is opposite, twice that of a wall at a right angle, and so far that it does not matter of the next facet of
-    /// a smooth surface. `reach` if nothing is nearer. What rises above the plane by no more than wall_rounding does
-    /// not count.
+    /// The least of |y - x| / sin²(β/2) over the points y of other triangles above the plane of the face of x, where β
+    /// is the angle between the normals of this face and of the triangle, turned so that x is before it: the distance
+    /// itself of what is opposite, twice that of a wall at a right angle, and so far that it does not matter of the
+    /// next facet of a smooth surface. `reach` if nothing is nearer. What rises above the plane by no more than
+    /// wall_rounding does not count.
     double operator()(const SurfacePoint& x, double reach) const;
 
   private:

@@ -63,7 +63,7 @@ double BrightSurfels::density(Index s) const {
 /// below the plane of the face being mirrored to above it (Sight::cast). This is also the kernel of irradiance.
 double BrightSurfels::ray_density(const SurfacePoint& x, const Vec3& y, const Vec3& n_y) const {
     const Vec3 way = y - x.position;
-    const Vec3& n = x.face == none ? x.normal : scene_.mesh.normals[x.face];
+    const Vec3& n = scene_.mesh.face_normal(x);
     const double r2 = way.squaredNorm(), up = n.dot(way), at_y = -n_y.dot(way);
     if (!(up > 0.0) || !(at_y > 0.0)) {
         return 0.0;

@@ -111,7 +111,7 @@ std::size_t DirectLight::depth_of_images() const {
 Segment DirectLight::shadow_ray(const SurfacePoint& from, const Vec3& direction, double length) const {
     // A shading normal may face a light that is in or below the plane of the face: then the face and its neighbours
     // must not hide it.
-    const Vec3& n = from.face == none ? from.normal : scene_.mesh.normals[from.face];
+    const Vec3& n = scene_.mesh.face_normal(from);
     const double height = n.dot(direction);
     Vec3 way = direction;
     if (from.normal != n && height < 0x1p-30) {

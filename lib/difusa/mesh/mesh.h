@@ -76,6 +76,9 @@ struct Mesh {
                 normals[triangle], triangle, u, v};
     }
 
+    /// The normal of the face that x is on; that of x in mid-air.
+    const Vec3& face_normal(const SurfacePoint& x) const { return x.face == none ? x.normal : normals[x.face]; }
+
     /// The same point with its shading normal.
     SurfacePoint shaded(SurfacePoint x) const {
         x.normal = shading.at(x.face, x.u, x.v, normals[x.face]);

@@ -19,12 +19,13 @@ struct Glance {
 
     Glance(const Tracer& tracer, const SurfacePoint& x, RandomStream& stream) {
         Vec3 t, b;
-        tangents(x.normal, t, b);
+        const Vec3& n = tracer.mesh().face_normal(x); // nothing is looked at from behind
+        tangents(n, t, b);
         for (std::size_t d = 0; d < rays.size(); ++d) {
             const double r2 = stream.uniform(), r = std::sqrt(r2);
             const double angle =
                 2.0 * std::numbers::pi * (static_cast<double>(d) + stream.uniform()) / static_cast<double>(rays.size());
-            const Vec3 direction = r * std::cos(angle) * t + r * std::sin(angle) * b + std::sqrt(1.0 - r2) * x.normal;
+            const Vec3 direction = r * std::cos(angle) * t + r * std::sin(angle) * b + std::sqrt(1.0 - r2) * n;
             rays[d] = {x.position, direction, x.face};
         }
         tracer.first_hits(rays, hits);

@@ -33,7 +33,7 @@ class Shafts::Pyramid {
             add((next - x.position).cross(polygon[k] - x.position), x.position);
         }
         add(normal, polygon[0]);
-        const Vec3& own = x.face == none ? x.normal : mesh.normals[x.face];
+        const Vec3& own = mesh.face_normal(x);
         const auto above = [&](const Vec3& corner) { return own.dot(corner - x.position) >= 0.0; };
         // Otherwise a shading normal sees below the face.
         if (x.normal == own || std::all_of(polygon.begin(), polygon.end(), above)) {

@@ -3,7 +3,7 @@
 namespace difusa {
 
 void Sight::lift(const SurfacePoint& x) {
-    const Vec3& n = x.face == none ? x.normal : tracer_.mesh().normals[x.face];
+    const Vec3& n = tracer_.mesh().face_normal(x);
     if (x.normal != n) {
         for (Ray& ray : rays_) {
             const double height = n.dot(ray.direction);

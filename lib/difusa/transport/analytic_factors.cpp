@@ -41,8 +41,8 @@ struct AnalyticFactors::View {
     bool is_shaded; ///< they differ
 
     View(const Mesh& mesh, const SurfacePoint& at)
-        : x(inset(mesh, at)), face(at.face == none ? at.normal : mesh.normals[at.face]),
-          mirrored(at.normal - 2.0 * face.dot(at.normal) * face), is_shaded(at.normal != face) {}
+        : x(inset(mesh, at)), face(mesh.face_normal(at)), mirrored(at.normal - 2.0 * face.dot(at.normal) * face),
+          is_shaded(at.normal != face) {}
 
     /// What of the irradiance at x a unit of radiosity and area at y contributes.
     double kernel(const Vec3& y, const Vec3& n_y) const {
