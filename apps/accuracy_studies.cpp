@@ -83,8 +83,8 @@ void for_each_known_light(const SideBySide& plan, const Registry& registry, cons
     fine = finer(fine);
     for (const std::string& name : plan.cases) {
         if (const std::optional<Scene> coarse = coarse_scene(name)) {
-            compare(known_light(bake(registry, *coarse, name, fine, execution), name, plan.how.places, execution,
-                                rays_to_judge));
+            compare(evenly_known_light(bake(registry, *coarse, name, fine, execution), name, plan.how.places,
+                                       rays_to_judge, execution));
             continue;
         }
         ReferenceCase exact = reference_case(name);
@@ -95,7 +95,8 @@ void for_each_known_light(const SideBySide& plan, const Registry& registry, cons
         fine.when_visible = [&](const Scene& scene, const auto&...) {
             check_triangles(file, scene, plan.sites.back());
         };
-        compare(known_light(bake(registry, file, fine, execution), file, plan.how.places, execution, rays_to_judge));
+        compare(
+            evenly_known_light(bake(registry, file, fine, execution), file, plan.how.places, rays_to_judge, execution));
     }
 }
 

@@ -25,11 +25,15 @@ double median(std::vector<double> values) {
     return *middle;
 }
 
-/// Over the area, from the places that are denser where errors may be large, without the noise of what is known.
+/// The places for means over the area: those that are denser where errors may be large, if there are any.
+std::size_t first_for_the_mean(const KnownLight& light) {
+    return light.even < light.places.size() ? light.even : 0;
+}
+
+/// Over the area, without the noise of what is known.
 double rms(const KnownLight& light, const Values& difference) {
-    const std::size_t first = light.even < light.places.size() ? light.even : 0;
     double squares = 0.0;
-    for (std::size_t i = first; i < light.places.size(); ++i) {
+    for (std::size_t i = first_for_the_mean(light); i < light.places.size(); ++i) {
         squares += light.weight[i] * difference.row(static_cast<Eigen::Index>(i)).squaredNorm();
     }
     return std::sqrt(std::max(0.0, squares / light.scene.mesh.area - light.noise * light.noise));
@@ -159,24 +163,44 @@ BakeOptions finer(const BakeOptions& options) {
     return fine;
 }
 
-KnownLight known_light(const BakeResult& result, const std::string& name, std::size_t places,
-                       const Execution& execution, std::size_t rays) {
+namespace {
+
+KnownLight at_even_places(const BakeResult& result, const std::string& name, std::size_t places) {
     KnownLight light;
     light.name = name;
     light.scene = *result.scene;
     light.even = places;
     light.places = even_points(result.scene->mesh, places, RandomStream(result.options.seed, "places"));
     light.weight.assign(places, result.scene->mesh.area / static_cast<double>(places));
-    const ErrorPoints dense = draw_error_points(result.solution, places, result.options.seed + 1, execution);
-    light.places.insert(light.places.end(), dense.place.begin(), dense.place.end());
-    light.weight.insert(light.weight.end(), dense.weight.begin(), dense.weight.end());
+    return light;
+}
+
+void look_up(const BakeResult& result, std::size_t rays, const Execution& execution, KnownLight& light) {
     const PointValues values = result.field().at(light.places, rays, result.options.seed, "known", execution);
     light.B = judged_of(light.scene, values, result.channels);
-    for (std::size_t i = places; i < light.places.size(); ++i) {
+    for (std::size_t i = first_for_the_mean(light); i < light.places.size(); ++i) {
         light.noise += light.weight[i] * result.channels * values.noise.row(static_cast<Eigen::Index>(i)).squaredNorm();
     }
     light.noise = std::sqrt(light.noise / light.scene.mesh.area);
     light.indirect = judged_indirect_of(light.scene, values, result.channels);
+}
+
+} // namespace
+
+KnownLight known_light(const BakeResult& result, const std::string& name, std::size_t places,
+                       const Execution& execution) {
+    KnownLight light = at_even_places(result, name, places);
+    const ErrorPoints dense = draw_error_points(result.solution, places, result.options.seed + 1, execution);
+    light.places.insert(light.places.end(), dense.place.begin(), dense.place.end());
+    light.weight.insert(light.weight.end(), dense.weight.begin(), dense.weight.end());
+    look_up(result, 8192, execution, light);
+    return light;
+}
+
+KnownLight evenly_known_light(const BakeResult& result, const std::string& name, std::size_t places, std::size_t rays,
+                              const Execution& execution) {
+    KnownLight light = at_even_places(result, name, 2 * places);
+    look_up(result, rays, execution, light);
     return light;
 }
 

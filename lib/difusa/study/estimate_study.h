@@ -30,9 +30,14 @@ KnownLight known_light(const Judge& judge);
 /// Options of a bake that judges those with `options`: four times the sites and rays, and another seed.
 BakeOptions finer(const BakeOptions& options);
 
-/// Light according to a finer bake, at twice `places` points: so many rays gathered from each.
-KnownLight known_light(const BakeResult& finer, const std::string& name, std::size_t places, const Execution& execution,
-                       std::size_t rays = 8192);
+/// Light according to a finer bake, at twice `places` points, half of them where that bake's own errors may be large:
+/// 8192 rays gathered from each. For bakes like it.
+KnownLight known_light(const BakeResult& finer, const std::string& name, std::size_t places,
+                       const Execution& execution);
+
+/// The same at as many points that are all drawn evenly, for methods with errors elsewhere: so many rays from each.
+KnownLight evenly_known_light(const BakeResult& finer, const std::string& name, std::size_t places, std::size_t rays,
+                              const Execution& execution);
 
 /// One bake.
 struct EstimateTrial {
