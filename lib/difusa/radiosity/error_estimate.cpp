@@ -1,5 +1,6 @@
 #include <difusa/radiosity/error_estimate.h>
 
+#include <difusa/core/frame.h>
 #include <difusa/core/parallel.h>
 #include <difusa/discretisation/evaluate.h>
 
@@ -7,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <string>
 
 namespace difusa {
@@ -118,8 +120,9 @@ class Estimation {
     }
 
   private:
-    static constexpr double too_much = 2.4;  ///< of the upper end, over the estimate
+    static constexpr double too_much = 2.0;  ///< of the upper end, over the estimate
     static constexpr double rounding = 1e-9; ///< of errors, over the light
+    static constexpr std::size_t places_around = 64;
 
     /// `wanted`: FurtherRounds::limit.
     bool is_undecided(double wanted) const {
@@ -176,18 +179,52 @@ class Estimation {
         add(total_, total);
     }
 
-    /// p from each group of points by itself, with the residuals spread over the surfels the points are on.
+    /// The surfels at places spread over a disc of the area that point p stands for, as far as it is on the face of p.
+    /// All of its residual on a single small surfel would be a spike of light on what is close by, as across the edge
+    /// of a wall, and one such spike could outweigh all other points.
+    void surfels_around(std::size_t p, std::vector<Index>& around) const {
+        const Surfels& surfels = *field_.parts().system->discretisation().surfels;
+        const SurfacePoint& x = result_.at.place[p];
+        around.assign(1, result_.at.surfel[p]);
+        if (result_.at.weight[p] <= surfels.area(around.front())) {
+            return;
+        }
+        const auto [a, b, c] = scene_.mesh.corners(x.face);
+        Eigen::Matrix<double, 3, 2> sides;
+        sides << b - a, c - a;
+        Vec3 s, t;
+        tangents(scene_.mesh.normals[x.face], s, t);
+        const Eigen::Matrix2d to_uv = (sides.transpose() * sides).inverse() * sides.transpose() *
+                                      (Eigen::Matrix<double, 3, 2>() << s, t).finished();
+        const double radius = std::sqrt(result_.at.weight[p] / std::numbers::pi);
+        for (std::size_t k = 1; k < places_around; ++k) {
+            // A spiral that is even over the disc.
+            const double r = radius * std::sqrt(static_cast<double>(k) / static_cast<double>(places_around)),
+                         angle = static_cast<double>(k) * std::numbers::pi * (3.0 - std::sqrt(5.0));
+            const Eigen::Vector2d uv =
+                Eigen::Vector2d(x.u, x.v) + to_uv * Eigen::Vector2d(r * std::cos(angle), r * std::sin(angle));
+            if (uv.minCoeff() >= 0.0 && uv.sum() <= 1.0) {
+                around.push_back(surfels.at(x.face, uv[0], uv[1]));
+            }
+        }
+    }
+
+    /// p from each group of points by itself, with the residuals spread over the surfels around the points.
     void carry() {
         const Discretisation& discretisation = field_.parts().system->discretisation();
         const Surfels& surfels = *discretisation.surfels;
         const Eigen::Index channels = field_.channels();
         const Values residual = 0.5 * (smooth_.residual(smooth_.first, rho_) + smooth_.residual(smooth_.second, rho_));
         Values b = Values::Zero(static_cast<Eigen::Index>(surfels.size()), channels * groups);
+        std::vector<Index> around;
         for (std::size_t p = 0; p < result_.points; ++p) {
-            const Index s = result_.at.surfel[p];
-            b.row(s).segment(group_of(p) * channels, channels) += static_cast<double>(groups) * result_.at.weight[p] /
-                                                                  surfels.area(s) *
-                                                                  residual.row(static_cast<Eigen::Index>(p));
+            surfels_around(p, around);
+            const double power =
+                static_cast<double>(groups) * result_.at.weight[p] / static_cast<double>(around.size());
+            for (const Index s : around) {
+                b.row(s).segment(group_of(p) * channels, channels) +=
+                    power / surfels.area(s) * residual.row(static_cast<Eigen::Index>(p));
+            }
         }
         SolveOptions solve;
         solve.tolerance = 0.05;
@@ -206,7 +243,18 @@ class Estimation {
         return carried_.row(row).segment(g * field_.channels(), field_.channels()).cwiseProduct(weight_.row(row));
     }
 
-    /// |e|² at each point if e = r + p, from two measurements of r and from p as the two other groups know it.
+    /// The same from one half of the other groups: 0 or 1.
+    Eigen::RowVectorXd carried_by_half(std::size_t p, Eigen::Index half) const {
+        constexpr Eigen::Index count = (groups - 1) / 2;
+        Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(field_.channels());
+        for (Eigen::Index k = 0; k < count; ++k) {
+            sum += carried(p, (group_of(p) + 1 + half * count + k) % groups);
+        }
+        return sum / static_cast<double>(count);
+    }
+
+    /// |e|² at each point if e = r + p, from two measurements of r and from p as the two halves of the other groups
+    /// know it.
     std::vector<double> squares(const Measured& measured, bool with_carried) const {
         const Values r_1 = measured.residual(measured.first, weight_),
                      r_2 = measured.residual(measured.second, weight_);
@@ -215,8 +263,8 @@ class Estimation {
             const auto row = static_cast<Eigen::Index>(p);
             Eigen::RowVectorXd e_1 = r_1.row(row), e_2 = r_2.row(row);
             if (with_carried) {
-                e_1 += carried(p, (group_of(p) + 1) % groups);
-                e_2 += carried(p, (group_of(p) + 2) % groups);
+                e_1 += carried_by_half(p, 0);
+                e_2 += carried_by_half(p, 1);
             }
             squares[p] = e_1.dot(e_2);
         }
@@ -227,7 +275,7 @@ class Estimation {
     std::vector<double> carried_squares() const {
         std::vector<double> squares(result_.points);
         for (std::size_t p = 0; p < result_.points; ++p) {
-            squares[p] = carried(p, (group_of(p) + 1) % groups).dot(carried(p, (group_of(p) + 2) % groups));
+            squares[p] = carried_by_half(p, 0).dot(carried_by_half(p, 1));
         }
         return squares;
     }

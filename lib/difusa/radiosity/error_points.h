@@ -18,7 +18,7 @@ struct ErrorPoints : SurfelPoints {
     /// The same of what fresh rays meet there, without the exact form factors of transport/analytic_transport.h.
     Values variance_of_fresh;
 
-    static constexpr Index groups = 3;
+    static constexpr Index groups = 7; ///< odd
 };
 
 /// Where the error of a solution may be large: #surfels by #channels.
