@@ -5,6 +5,8 @@
 #include <difusa/mesh/shading_normals.h>
 #include <difusa/mesh/surface_sampling.h>
 
+#include <Eigen/Geometry>
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -59,6 +61,23 @@ template <class Right> double largest_error(const Mesh& mesh, const Right& right
     return largest;
 }
 
+/// A floor to the left of x = 0 and what follows it to the right: strips along y that end at these points (x, z), each
+/// of two triangles.
+Mesh strips(const std::vector<Eigen::Vector2d>& profile) {
+    std::vector<Vec3> points;
+    std::vector<std::array<Index, 3>> triangles;
+    for (const Eigen::Vector2d& p : profile) {
+        const auto first = static_cast<Index>(points.size());
+        points.emplace_back(p[0], 0.0, p[1]);
+        points.emplace_back(p[0], 3.0, p[1]);
+        if (first > 0) {
+            triangles.push_back({first - 2, first, first + 1});
+            triangles.push_back({first - 2, first + 1, first - 1});
+        }
+    }
+    return test::make_mesh(points, triangles);
+}
+
 } // namespace
 
 TEST(ShadingNormals, OfFlatWallsAreThoseOfTheirFaces) {
@@ -86,6 +105,62 @@ TEST(ShadingNormals, OfACylinderAreRadialToItsRims) {
         const double error = largest_error(cylinder(36, rows), [](const Vec3& p) { return Vec3(p[0], p[1], 0.0); });
         EXPECT_LT(error, 1e3 * eps) << rows;
     }
+}
+
+TEST(ShadingNormals, OfWallsBesideAFilletAreTheirOwn) {
+    // A floor of 2, a quarter of a circle of radius 0.3 in five facets, and a wall.
+    std::vector<Eigen::Vector2d> profile{{-2.0, 0.0}};
+    for (int k = 0; k <= 5; ++k) {
+        const double angle = 0.1 * pi * k;
+        profile.emplace_back(0.3 * std::sin(angle), 0.3 * (1.0 - std::cos(angle)));
+    }
+    profile.emplace_back(0.3, 2.0);
+    const Mesh mesh = strips(profile);
+    EXPECT_FALSE(mesh.shading.flat());
+    double fillet = 0.0;
+    for (const SurfacePoint& x : even_points(mesh, 4000, RandomStream(1, "points"))) {
+        if (x.position[0] < 0.0 || x.position[2] > 0.3) {
+            EXPECT_EQ(x.normal, mesh.normals[x.face]) << x.position.transpose();
+        } else {
+            const Vec3 right(-x.position[0], 0.0, 0.3 - x.position[2]);
+            fillet = std::max(fillet, (x.normal - right.normalized()).norm());
+        }
+    }
+    // Corners next to the walls have their normals, up to the share of a facet, 0.094 of 2.
+    EXPECT_LT(fillet, 0.1 * pi * 0.094 / 2.0);
+}
+
+TEST(ShadingNormals, OfASingleBendAreThoseOfItsFaces) {
+    const double c = std::cos(0.35), s = std::sin(0.35);
+    for (const std::vector<Eigen::Vector2d>& floor :
+         {std::vector<Eigen::Vector2d>{{-4.0, 0.0}}, {{-4.0, 0.0}, {-2.0, 0.0}}, {{-4.0, 0.0}, {-0.5, 0.0}}}) {
+        std::vector<Eigen::Vector2d> profile = floor;
+        profile.insert(profile.end(), {{0.0, 0.0}, {c, s}, {2.0 * c, 2.0 * s}});
+        EXPECT_TRUE(strips(profile).shading.flat());
+    }
+}
+
+TEST(ShadingNormals, OfAFloorWithASliverAreItsOwn) {
+    // One corner of the sliver is beside the diagonal, and a little above the floor.
+    const Vec3 tip(1e-5, 0.0, 6e-6);
+    const Mesh mesh = test::make_mesh({{-2, -4, 0}, {2, -4, 0}, {2, 4, 0}, {-2, 4, 0}, tip},
+                                      {{0, 1, 4}, {1, 2, 4}, {0, 4, 2}, {0, 2, 3}});
+    for (const SurfacePoint& x : even_points(mesh, 500, RandomStream(1, "points"))) {
+        if (mesh.areas[x.face] > 1.0) {
+            EXPECT_EQ(x.normal, mesh.normals[x.face]);
+            EXPECT_GT(x.normal[2], 1.0 - 1e-9);
+        }
+    }
+}
+
+TEST(ShadingNormals, OfATurnedWallOfManyTrianglesAreThoseOfItsFaces) {
+    Mesh mesh = test::grid(40, 40);
+    const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()).toRotationMatrix();
+    for (Vec3& p : mesh.points) {
+        p = turn * p + Vec3(10, 20, 30);
+    }
+    mesh.derive();
+    EXPECT_TRUE(mesh.shading.flat());
 }
 
 TEST(ShadingNormals, StopAtCreases) {

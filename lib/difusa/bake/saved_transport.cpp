@@ -278,6 +278,7 @@ std::uint64_t discretisation_fingerprint(std::span<const SurfacePoint> points, c
     fingerprint.add(static_cast<std::uint64_t>(points.size()));
     for (const SurfacePoint& point : points) {
         add_vector(fingerprint, point.position);
+        add_vector(fingerprint, point.normal);
         fingerprint.add(std::uint64_t{point.face});
     }
     fingerprint.add(static_cast<std::uint64_t>(surfels.size()));

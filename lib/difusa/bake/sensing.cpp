@@ -118,7 +118,8 @@ class Placing {
 
   private:
     void list(std::size_t i, const SurfaceFinder::Found& place) {
-        result_.listed.push_back(mesh_.shaded(place.point));
+        const bool has_normal = result_.options.at[i].normal.has_value() && !result_.options.snap;
+        result_.listed.push_back(has_normal ? place.point : mesh_.shaded(place.point));
         result_.listed_distance.push_back(place.distance);
         result_.listed_number.push_back(static_cast<Index>(i));
     }

@@ -7,7 +7,7 @@
 namespace difusa {
 
 inline const SealKind& transport_seal() {
-    static const SealKind kind{"difusa transport", 4, "make it anew: bake_radiosity SCENE OUT --save-transport FILE"};
+    static const SealKind kind{"difusa transport", 5, "make it anew: bake_radiosity SCENE OUT --save-transport FILE"};
     return kind;
 }
 

@@ -41,7 +41,8 @@ struct Mesh {
     Mirrors mirrors;                          ///< of the scene's materials (scene/scene.h, settle_mirrors)
     GlossySurfaces glossy;                    ///< likewise (settle_gloss)
     Repetition repetition;                    ///< beyond these triangles
-    double crease_angle = 0.6981317007977318; ///< 40°, in radians: where the surface turns more sharply it has an edge
+    double crease_angle = 0.6981317007977318; ///< 40°, in radians: where the surface turns more sharply it has an edge.
+                                              ///< Call `derive` after a change
 
     // Derived by `derive`:
     std::vector<Vec3> normals; ///< #T, unit

@@ -333,7 +333,7 @@ OutputMesh refine(const Mesh& mesh, double max_edge, std::size_t triangle_limit,
     }
     for (SurfacePoint& vertex : output.vertices) {
         DIFUSA_REQUIRE(vertex.face != none);
-        vertex = mesh.shaded(vertex);
+        vertex.normal = mesh.shading.at_vertex(vertex.face, vertex.u, vertex.v, mesh.normals[vertex.face]);
     }
     return output;
 }

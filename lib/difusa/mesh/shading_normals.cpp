@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <span>
 #include <tuple>
@@ -17,13 +16,77 @@ namespace difusa {
 
 namespace {
 
-/// Unit vectors at this distance or less are the same to within rounding.
-constexpr double same_normal = 8.0 * std::numeric_limits<double>::epsilon();
+/// Normals at this distance or less are those of one plane: well above the rounding of coordinates.
+constexpr double same_normal = 1e-6;
+
+/// What is known of a **facet**, a connected part of the mesh in one plane.
+struct Facets {
+    std::vector<Index> of_triangle;
+    std::vector<double> area;
+    std::vector<char> curved; ///< it stands for a piece of a curved surface
+};
+
+Facets find_facets(const Mesh& mesh, const Twins& smooth) {
+    Facets facets;
+    facets.of_triangle.assign(mesh.triangles.size(), none);
+    std::vector<Index> open;
+    for (Index start = 0; start < mesh.triangles.size(); ++start) {
+        if (facets.of_triangle[start] != none) {
+            continue;
+        }
+        const auto number = static_cast<Index>(facets.area.size());
+        facets.area.push_back(0.0);
+        facets.of_triangle[start] = number;
+        open.assign(1, start);
+        while (!open.empty()) {
+            const Index t = open.back();
+            open.pop_back();
+            facets.area.back() += mesh.areas[t];
+            for (std::size_t side = 3 * std::size_t{t}; side < 3 * std::size_t{t} + 3; ++side) {
+                const Index other = smooth[side] == none ? none : smooth[side] / 3;
+                if (other != none && facets.of_triangle[other] == none &&
+                    (mesh.normals[t] - mesh.normals[other]).norm() <= same_normal) {
+                    facets.of_triangle[other] = number;
+                    open.push_back(other);
+                }
+            }
+        }
+    }
+    return facets;
+}
+
+/// A facet stands for a piece of a curved surface if this goes on turning on two sides of it at least, to others that
+/// are not much smaller. A wall that ends in a fillet, a plane with a sliver out of it, and the two sides of a single
+/// bend are what they are: flat.
+void find_curved(const Mesh& mesh, const Twins& smooth, Facets& facets) {
+    constexpr double comparable = 0.25, off_the_line = 1e-3;
+    facets.curved.assign(facets.area.size(), 0);
+    std::vector<std::size_t> first(facets.area.size(), smooth.size()); // side of each facet where it turns
+    for (std::size_t side = 0; side < smooth.size(); ++side) {
+        if (smooth[side] == none) {
+            continue;
+        }
+        const Index own = facets.of_triangle[triangle_of(side)], other = facets.of_triangle[triangle_of(smooth[side])];
+        if (own == other || facets.area[other] < comparable * facets.area[own]) {
+            continue;
+        }
+        if (first[own] == smooth.size()) {
+            first[own] = side;
+            continue;
+        }
+        const Vec3& from = mesh.points[point_at(mesh, first[own])];
+        const Vec3 along = (mesh.points[point_at(mesh, after(first[own]))] - from).normalized();
+        for (const std::size_t corner : {side, after(side)}) {
+            const double away = along.cross(mesh.points[point_at(mesh, corner)] - from).norm();
+            facets.curved[own] |= static_cast<char>(away > off_the_line * std::sqrt(facets.area[own]));
+        }
+    }
+}
 
 /// The fans of a mesh, with their corners and mean normals.
 class Fans {
   public:
-    Fans(const Mesh& mesh, const Twins& smooth) : mesh_(mesh) {
+    Fans(const Mesh& mesh, const Twins& smooth, const Facets& facets) : mesh_(mesh), facets_(facets) {
         std::tie(fan_, count_) = number_fans(smooth);
         open_.assign(count_, 0);
         first_.assign(count_ + 1, 0);
@@ -69,8 +132,9 @@ class Fans {
                 const Vec3 a = mesh_.points[point_at(mesh_, after(c))] - tip(f),
                            b = mesh_.points[point_at(mesh_, before(c))] - tip(f);
                 const double angle = std::atan2(a.cross(b).norm(), a.dot(b));
-                mean_[f] += angle * mesh_.normals[triangle_of(c)];
-                total += angle;
+                const double weight = angle * facets_.area[facets_.of_triangle[triangle_of(c)]];
+                mean_[f] += weight * mesh_.normals[triangle_of(c)];
+                total += weight;
             }
             // The remainder of a sum that cancels is rounding error with an arbitrary direction.
             const double length = mean_[f].norm();
@@ -103,8 +167,8 @@ class Fans {
     }
 
     /// The linear function of the place in the tangent plane that fits the normals `around` best, at the tip of the
-    /// fan. The mean normal if they do not determine it: if they are about in one line, all the same, or nearer to the
-    /// mean normal than the result.
+    /// fan. The mean normal if they do not determine it: if they are about in one line, all the same, nearer to the
+    /// mean normal than the result, or off the function by more than that.
     Vec3 extrapolated(Index fan, std::span<const Index> around) const {
         const Vec3& mean = mean_[fan];
         Vec3 t, b;
@@ -136,53 +200,72 @@ class Fans {
         if (!(det > least_spread * trace * trace)) {
             return mean;
         }
-        const Vec3 fitted = (middle_normal - products * (moments.inverse() * middle)).normalized();
-        return (fitted - mean).norm() <= farthest ? fitted : mean;
+        const Eigen::Matrix<double, 3, 2> slope = products * moments.inverse();
+        const Vec3 fitted = (middle_normal - slope * middle).normalized();
+        const double change = (fitted - mean).norm();
+        double squares = 0.0;
+        for (const Index other : around) {
+            squares += share * (mean_[other] - middle_normal - slope * (place(other) - middle)).squaredNorm();
+        }
+        return change <= farthest && std::sqrt(squares) <= change ? fitted : mean;
     }
 
     static constexpr std::size_t most_corners = 64; ///< of a point around which others are looked for
     static constexpr double least_spread = 0.01;    ///< of the smaller axis' moment over the larger one's
 
     const Mesh& mesh_;
+    const Facets& facets_;
     std::vector<Index> fan_; ///< of each corner
     Index count_ = 0;
     std::vector<char> open_;                  ///< does not go all around its tip
     std::vector<std::size_t> first_, corner_; ///< #fans + 1, #corners: those of each fan
-    std::vector<Vec3> mean_;                  ///< weighted by angles, or zero
+    std::vector<Vec3> mean_;                  ///< weighted by angles and areas of facets, or zero
 };
-
-/// Whether the mesh turns anywhere without a crease.
-bool is_curved(const Mesh& mesh, const Twins& smooth) {
-    for (std::size_t s = 0; s < smooth.size(); ++s) {
-        if (smooth[s] != none &&
-            (mesh.normals[triangle_of(s)] - mesh.normals[triangle_of(smooth[s])]).norm() > same_normal) {
-            return true;
-        }
-    }
-    return false;
-}
 
 } // namespace
 
 ShadingNormals::ShadingNormals(const Mesh& mesh) {
     const Twins smooth = join_smooth_sides(mesh, mesh.crease_angle);
-    if (is_curved(mesh, smooth)) {
-        Fans fans(mesh, smooth);
-        normal_ = fans.normals();
-        fan_ = fans.take_numbers();
+    Facets facets = find_facets(mesh, smooth);
+    const auto turns = [&](std::size_t side) {
+        return smooth[side] != none &&
+               facets.of_triangle[triangle_of(side)] != facets.of_triangle[triangle_of(smooth[side])];
+    };
+    std::size_t side = 0;
+    while (side < smooth.size() && !turns(side)) {
+        ++side;
+    }
+    if (side == smooth.size()) {
+        return;
+    }
+    find_curved(mesh, smooth, facets);
+    Fans fans(mesh, smooth, facets);
+    normal_ = fans.normals();
+    fan_ = fans.take_numbers();
+    for (const Index facet : facets.of_triangle) {
+        curved_.push_back(facets.curved[facet]);
     }
 }
 
-Vec3 ShadingNormals::at(Index triangle, double u, double v, const Vec3& face_normal) const {
-    if (flat()) {
-        return face_normal;
-    }
+bool ShadingNormals::flat() const {
+    return std::find(curved_.begin(), curved_.end(), 1) == curved_.end();
+}
+
+Vec3 ShadingNormals::interpolated(Index triangle, double u, double v, const Vec3& face_normal) const {
     const Index* const fan = fan_.data() + 3 * std::size_t{triangle};
     const Vec3 mean = (1.0 - u - v) * normal_[fan[0]] + u * normal_[fan[1]] + v * normal_[fan[2]];
-    // A flat wall gets exactly the normal of its faces, not one that differs in the last place; and a normal leaving
-    // the front of its own face would shade it from behind.
-    const bool differs = (mean - face_normal).norm() > same_normal && mean.dot(face_normal) > 0.0;
-    return differs ? Vec3(mean.normalized()) : face_normal;
+    // A normal leaving the front of its own face would shade it from behind.
+    return mean.dot(face_normal) > 0.0 ? Vec3(mean.normalized()) : face_normal;
+}
+
+Vec3 ShadingNormals::at_vertex(Index triangle, double u, double v, const Vec3& face_normal) const {
+    constexpr double on_a_side = 0x1p-40;
+    if (fan_.empty() || (curved_[triangle] == 0 && std::min({u, v, 1.0 - u - v}) > on_a_side)) {
+        return face_normal;
+    }
+    const Vec3 normal = interpolated(triangle, u, v, face_normal);
+    // Within a wall it is exactly that of the wall.
+    return (normal - face_normal).norm() > same_normal ? normal : face_normal;
 }
 
 } // namespace difusa

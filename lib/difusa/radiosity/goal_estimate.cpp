@@ -29,7 +29,7 @@ constexpr std::size_t adjoint_rays = 4096; ///< at least, for the first step of 
 /// Uniform over triangles, or each place in turn.
 class GoalSampler {
   public:
-    GoalSampler(const Mesh& mesh, const Goal& goal) : goal_(goal), triangles_(mesh, goal.triangles) {}
+    GoalSampler(const Mesh& mesh, const Goal& goal) : mesh_(mesh), goal_(goal), triangles_(mesh, goal.triangles) {}
 
     double area() const { return triangles_.area(); }
 
@@ -46,12 +46,13 @@ class GoalSampler {
         const std::array<double, 3> shift{stream.uniform(), stream.uniform(), stream.uniform()};
         for (std::size_t i = 0; i < count; ++i) {
             const std::array<double, 3> u = even_point(i, shift);
-            points.push_back(triangles_.at(u[0], u[1], u[2]));
+            points.push_back(mesh_.shaded(triangles_.at(u[0], u[1], u[2])));
         }
         return points;
     }
 
   private:
+    const Mesh& mesh_;
     const Goal& goal_;
     TriangleSampler triangles_;
 };
