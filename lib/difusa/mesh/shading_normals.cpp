@@ -19,6 +19,9 @@ namespace {
 /// Normals at this distance or less are those of one plane: well above the rounding of coordinates.
 constexpr double same_normal = 1e-6;
 
+/// Facets smaller than this, relative to another, are details of it.
+constexpr double comparable = 0.25;
+
 /// What is known of a **facet**, a connected part of the mesh in one plane.
 struct Facets {
     std::vector<Index> of_triangle;
@@ -59,7 +62,7 @@ Facets find_facets(const Mesh& mesh, const Twins& smooth) {
 /// are not much smaller. A wall that ends in a fillet, a plane with a sliver out of it, and the two sides of a single
 /// bend are what they are: flat.
 void find_curved(const Mesh& mesh, const Twins& smooth, Facets& facets) {
-    constexpr double comparable = 0.25, off_the_line = 1e-3;
+    constexpr double off_the_line = 1e-3;
     facets.curved.assign(facets.area.size(), 0);
     std::vector<std::size_t> first(facets.area.size(), smooth.size()); // side of each facet where it turns
     for (std::size_t side = 0; side < smooth.size(); ++side) {
@@ -124,17 +127,24 @@ class Fans {
     }
     const Vec3& tip(Index fan) const { return mesh_.points[point_at(mesh_, corner_[first_[fan]])]; }
 
+    double area_at(std::size_t corner) const { return facets_.area[facets_.of_triangle[triangle_of(corner)]]; }
+
     void take_means() {
         mean_.assign(count_, Vec3::Zero());
         for (Index f = 0; f < count_; ++f) {
-            double total = 0.0;
+            double total = 0.0, largest = 0.0;
             for (const std::size_t c : corners(f)) {
+                largest = std::max(largest, area_at(c));
+            }
+            for (const std::size_t c : corners(f)) {
+                if (area_at(c) < comparable * largest) {
+                    continue;
+                }
                 const Vec3 a = mesh_.points[point_at(mesh_, after(c))] - tip(f),
                            b = mesh_.points[point_at(mesh_, before(c))] - tip(f);
                 const double angle = std::atan2(a.cross(b).norm(), a.dot(b));
-                const double weight = angle * facets_.area[facets_.of_triangle[triangle_of(c)]];
-                mean_[f] += weight * mesh_.normals[triangle_of(c)];
-                total += weight;
+                mean_[f] += angle * mesh_.normals[triangle_of(c)];
+                total += angle;
             }
             // The remainder of a sum that cancels is rounding error with an arbitrary direction.
             const double length = mean_[f].norm();
@@ -219,7 +229,7 @@ class Fans {
     Index count_ = 0;
     std::vector<char> open_;                  ///< does not go all around its tip
     std::vector<std::size_t> first_, corner_; ///< #fans + 1, #corners: those of each fan
-    std::vector<Vec3> mean_;                  ///< weighted by angles and areas of facets, or zero
+    std::vector<Vec3> mean_;                  ///< weighted by angles, or zero
 };
 
 } // namespace

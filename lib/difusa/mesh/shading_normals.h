@@ -22,10 +22,10 @@ class ShadingNormals {
     /// fillet, and the two sides of a single bend.
     ///
     /// Corners at one point have one normal if they can be reached from each other across joined sides (Mesh::twin)
-    /// within one region that turn by no more than that. It is the mean of their triangles' normals, weighted by angles
-    /// and by the areas of facets, which is right to second order where these lie evenly around the point. Where the
-    /// surface ends or has a crease, the mean would be that of one side: there it is extrapolated from the points
-    /// around, linearly in the tangent plane.
+    /// within one region that turn by no more than that. It is the mean of their triangles' normals, weighted by
+    /// angles, which is right to second order where these lie evenly around the point; facets much smaller than the
+    /// largest one there do not count. Where the surface ends or has a crease, the mean would be that of one side:
+    /// there it is extrapolated from the points around, linearly in the tangent plane.
     explicit ShadingNormals(const Mesh& mesh);
 
     /// The normal at (u, v) of a triangle, as in SurfacePoint, interpolated between those of its corners: unit. It is
