@@ -203,8 +203,11 @@ class Estimation {
                          angle = static_cast<double>(k) * std::numbers::pi * (3.0 - std::sqrt(5.0));
             const Eigen::Vector2d uv =
                 Eigen::Vector2d(x.u, x.v) + to_uv * Eigen::Vector2d(r * std::cos(angle), r * std::sin(angle));
-            if (uv.minCoeff() >= 0.0 && uv.sum() <= 1.0) {
-                around.push_back(surfels.at(x.face, uv[0], uv[1]));
+            if (uv.minCoeff() < 0.0 || uv.sum() > 1.0) {
+                continue;
+            }
+            if (const Index other = surfels.at(x.face, uv[0], uv[1]); surfels.area(other) > 0.0) {
+                around.push_back(other);
             }
         }
     }

@@ -447,7 +447,7 @@ void draw_sites(const BakeResult& result, const ViewOptions& options, Image& ima
     for (const SurfacePoint& site : result.sites->points) {
         const Vec3 way = site.position - camera.eye();
         const auto place = camera.place_of(site.position);
-        if (!place || !(site.normal.dot(way) < 0.0)) {
+        if (!place || !(mesh.face_normal(site).dot(way) < 0.0)) {
             continue;
         }
         const Hit hit =
