@@ -4,11 +4,13 @@
 #include <difusa/core/random.h>
 #include <difusa/mesh/shading_normals.h>
 #include <difusa/mesh/surface_sampling.h>
+#include <difusa/mesh/unfolding.h>
 
 #include <Eigen/Geometry>
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -78,7 +80,131 @@ Mesh strips(const std::vector<Eigen::Vector2d>& profile) {
     return test::make_mesh(points, triangles);
 }
 
+/// The part of a mesh in front of planes through the origin, which pass along its sides.
+Mesh cut(const Mesh& mesh, const std::vector<Vec3>& normals) {
+    std::vector<std::array<Index, 3>> kept;
+    for (Index t = 0; t < mesh.triangles.size(); ++t) {
+        const Vec3 middle = mesh.at(t, 1.0 / 3, 1.0 / 3).position;
+        if (std::all_of(normals.begin(), normals.end(), [&](const Vec3& n) { return n.dot(middle) > 0.0; })) {
+            kept.push_back(mesh.triangles[t]);
+        }
+    }
+    std::vector<Index> number(mesh.points.size(), none);
+    std::vector<Vec3> points;
+    for (auto& triangle : kept) {
+        for (Index& corner : triangle) {
+            if (number[corner] == none) {
+                number[corner] = static_cast<Index>(points.size());
+                points.push_back(mesh.points[corner]);
+            }
+            corner = number[corner];
+        }
+    }
+    return test::make_mesh(points, kept);
+}
+
+/// A mesh with all of its images, joined where their points are.
+Mesh with_images(const Mesh& cell) {
+    std::vector<Vec3> points = cell.points;
+    std::vector<std::array<Index, 3>> triangles = cell.triangles;
+    const std::vector<Repetition::Image> images = cell.repetition.images(1);
+    for (std::size_t i = 1; i < images.size(); ++i) {
+        std::vector<Index> number;
+        for (const Vec3& p : cell.points) {
+            const Vec3 place = images[i](p);
+            const auto at =
+                std::find_if(points.begin(), points.end(), [&](const Vec3& q) { return (q - place).norm() < 1e-9; });
+            number.push_back(static_cast<Index>(at - points.begin()));
+            if (at == points.end()) {
+                points.push_back(place);
+            }
+        }
+        for (const auto& [a, b, c] : cell.triangles) {
+            triangles.push_back(images[i].reflects() ? std::array<Index, 3>{number[a], number[c], number[b]}
+                                                     : std::array<Index, 3>{number[a], number[b], number[c]});
+        }
+    }
+    return test::make_mesh(points, triangles);
+}
+
+void expect_normals_of_the_whole(const Mesh& cell) {
+    const Mesh whole = with_images(cell);
+    Mesh alone = cell;
+    alone.repetition = {};
+    alone.derive();
+    double difference = 0.0, alone_difference = 0.0;
+    for (const SurfacePoint& x : even_points(cell, 2000, RandomStream(1, "points"))) {
+        const Vec3 right = whole.shaded(x).normal;
+        difference = std::max(difference, (x.normal - right).norm());
+        alone_difference = std::max(alone_difference, (alone.shaded(x).normal - right).norm());
+    }
+    EXPECT_LT(difference, 1e4 * eps); // fits of normals that differ by a tenth
+    EXPECT_GT(alone_difference, 1e-3);
+}
+
 } // namespace
+
+TEST(ShadingNormals, GoOnBeyondSymmetryPlanes) {
+    const auto direction = [](double angle) { return Vec3(-std::sin(angle), std::cos(angle), 0.0); };
+    // One plane; two at right angles; a wedge of 45°, whose images meet along the axis; and planes at both ends.
+    for (const double angle : {pi, pi / 2, pi / 4}) {
+        SCOPED_TRACE(angle);
+        std::vector<Vec3> normals{direction(0.0)};
+        if (angle < pi) {
+            normals.push_back(-direction(angle));
+        }
+        for (const bool pole : {false, true}) {
+            const Mesh whole =
+                pole ? rolled(48, 9,
+                              [](double s, double t) {
+                                  const double b = 1e-3 + 1.2 * t, a = 2 * pi * s;
+                                  return Vec3(std::sin(b) * std::cos(a), -std::sin(b) * std::sin(a), 0.6 * std::cos(b));
+                              })
+                     : zone(48, 9);
+            Mesh cell = cut(whole, normals);
+            for (const Vec3& normal : normals) {
+                cell.repetition.planes.push_back({Vec3::Zero(), normal});
+            }
+            settle_repetition(cell);
+            expect_normals_of_the_whole(cell);
+        }
+    }
+}
+
+TEST(ShadingNormals, GoOnBeyondPeriods) {
+    // Waves of a roof of which one period of either is a cell, and parts of it.
+    const auto roof = [](double x, double y) {
+        return Vec3(x, y, 0.04 * std::sin(2 * pi * x) + 0.02 * std::cos(4 * pi * y + 1));
+    };
+    Mesh cell = test::grid(12, 16);
+    for (Vec3& p : cell.points) {
+        p = roof(p[0], p[1]);
+    }
+    cell.derive();
+    cell.repetition.periods = {Vec3(1, 0, 0)};
+    settle_repetition(cell);
+    expect_normals_of_the_whole(cell);
+    cell.repetition.periods.push_back(Vec3(0, 1, 0));
+    settle_repetition(cell);
+    expect_normals_of_the_whole(cell);
+    cell.repetition = {};
+    cell.repetition.planes = {{Vec3(0, 0, 0), Vec3(0, 1, 0)}, {Vec3(0, 1, 0), Vec3(0, -1, 0)}};
+    settle_repetition(cell);
+    expect_normals_of_the_whole(cell);
+    EXPECT_EQ(unfolded(cell).triangles.size(), cell.triangles.size() + 2 * 3 * 2 * 12); // three rows at either end
+}
+
+TEST(ShadingNormals, OfAFlatRoofBetweenPlanesAreItsOwn) {
+    Mesh floor = test::grid(4, 4);
+    floor.repetition.planes = {{Vec3(0, 0, 0), Vec3(0, 1, 0)}};
+    settle_repetition(floor);
+    EXPECT_TRUE(floor.shading.flat());
+    // With a wall in the plane, whose image faces the other way.
+    Mesh corner = test::box(Vec3(1, 1, 1), 2);
+    corner.repetition.planes = {{Vec3(0, 0, 0), Vec3(0, 1, 0)}};
+    settle_repetition(corner);
+    EXPECT_TRUE(corner.shading.flat());
+}
 
 TEST(ShadingNormals, OfFlatWallsAreThoseOfTheirFaces) {
     const Mesh mesh = test::box(Vec3(1, 1.3, 2.1), 5);

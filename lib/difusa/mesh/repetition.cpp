@@ -12,10 +12,9 @@ namespace difusa {
 
 namespace {
 
-constexpr double fitting = 1e-5;        ///< of angles and unit vectors
-constexpr double fitting_length = 1e-6; ///< of lengths, over the diameter
-constexpr double most_at_edge = 36;     ///< planes of a wedge: each image of a lamp takes memory
-constexpr double series = 4096.0;       ///< cells that a length which leads out of an infinite series of them passes
+constexpr double fitting = 1e-5;    ///< of angles and unit vectors
+constexpr double most_at_edge = 36; ///< planes of a wedge: each image of a lamp takes memory
+constexpr double series = 4096.0;   ///< cells that a length which leads out of an infinite series of them passes
 
 std::string plane_name(std::size_t i) {
     return "symmetry plane " + std::to_string(i + 1);
@@ -191,7 +190,7 @@ void add_plane(const Mesh& mesh, std::size_t i, const NameOfFace& name, Repetiti
     const double offset = plane.normal.dot(plane.point);
     const Extreme behind = farthest(mesh, -plane.normal);
     const double depth = behind.along + offset;
-    if (depth > fitting_length * mesh.diameter()) {
+    if (depth > Repetition::tolerance * mesh.diameter()) {
         throw InputError(name(behind.face) + " reaches " + coordinates(behind.corner) + ", " + text_of(depth) +
                          " m behind " + plane_name(i) + ", through " + coordinates(plane.point) + " with the normal " +
                          coordinates(plane.normal) +
@@ -206,7 +205,7 @@ void add_period(const Mesh& mesh, std::size_t k, const NameOfFace& name, Repetit
     const Vec3 along = period / length;
     const Extreme last = farthest(mesh, along), first = farthest(mesh, -along);
     const double low = -first.along, extent = last.along - low;
-    if (extent > length + fitting_length * mesh.diameter()) {
+    if (extent > length + Repetition::tolerance * mesh.diameter()) {
         throw InputError(name(last.face) + " reaches " + coordinates(last.corner) + ", " + text_of(extent) +
                          " m from " + coordinates(first.corner) + " of " + name(first.face) + " along period " +
                          std::to_string(k + 1) + ", which is " + text_of(length) +
@@ -306,6 +305,7 @@ void settle_repetition(Mesh& mesh, const NameOfFace& name) {
         add_period(mesh, k, name, repetition);
     }
     mesh.convex = false;
+    mesh.shading = ShadingNormals(mesh);
 }
 
 void settle_repetition(Mesh& mesh) {

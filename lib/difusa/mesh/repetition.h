@@ -15,6 +15,9 @@ struct Mesh;
 
 /// Symmetry planes and periods as given, and the walls of the cell that follow from them.
 struct Repetition {
+    /// How far the mesh may reach beyond a wall, over its diameter.
+    static constexpr double tolerance = 1e-6;
+
     struct Plane {
         Vec3 point = Vec3::Zero();
         Vec3 normal = Vec3::UnitZ(); ///< unit, to the side of the surface
@@ -57,7 +60,7 @@ struct Repetition {
 
 /// Brings planes and periods that fit each other to within 1e-5 (of an angle, in radians) exactly into place, and finds
 /// the walls; `planes` and `periods` of the mesh's repetition are given. A period's cell begins where the mesh does.
-/// Lets Mesh::convex be false if there are walls.
+/// If there are walls, Mesh::convex becomes false, and Mesh::shading that of the unfolded surface.
 ///
 /// Possible are planes at right angles, two at an angle of 180°/n of at least 5°, two parallel ones that face each
 /// other, and periods at right angles to each other and to all planes. Throws InputError, with the remedy, for anything

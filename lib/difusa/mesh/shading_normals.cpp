@@ -3,6 +3,7 @@
 #include <difusa/core/frame.h>
 #include <difusa/mesh/mesh.h>
 #include <difusa/mesh/smooth_sides.h>
+#include <difusa/mesh/unfolding.h>
 
 #include <Eigen/Dense>
 
@@ -15,9 +16,6 @@
 namespace difusa {
 
 namespace {
-
-/// Normals at this distance or less are those of one plane: well above the rounding of coordinates.
-constexpr double same_normal = 1e-6;
 
 /// Facets smaller than this, relative to another, are details of it.
 constexpr double comparable = 0.25;
@@ -47,8 +45,7 @@ Facets find_facets(const Mesh& mesh, const Twins& smooth) {
             facets.area.back() += mesh.areas[t];
             for (std::size_t side = 3 * std::size_t{t}; side < 3 * std::size_t{t} + 3; ++side) {
                 const Index other = smooth[side] == none ? none : smooth[side] / 3;
-                if (other != none && facets.of_triangle[other] == none &&
-                    (mesh.normals[t] - mesh.normals[other]).norm() <= same_normal) {
+                if (other != none && facets.of_triangle[other] == none && in_one_plane(mesh, t, other)) {
                     facets.of_triangle[other] = number;
                     open.push_back(other);
                 }
@@ -235,6 +232,13 @@ class Fans {
 } // namespace
 
 ShadingNormals::ShadingNormals(const Mesh& mesh) {
+    if (mesh.repetition.any()) {
+        *this = unfolded(mesh).shading;
+        const std::size_t own = mesh.triangles.size();
+        fan_.resize(std::min(fan_.size(), 3 * own));
+        curved_.resize(std::min(curved_.size(), own));
+        return;
+    }
     const Twins smooth = join_smooth_sides(mesh, mesh.crease_angle);
     Facets facets = find_facets(mesh, smooth);
     const auto turns = [&](std::size_t side) {

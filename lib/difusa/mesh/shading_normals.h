@@ -25,7 +25,8 @@ class ShadingNormals {
     /// within one region that turn by no more than that. It is the mean of their triangles' normals, weighted by
     /// angles, which is right to second order where these lie evenly around the point; facets much smaller than the
     /// largest one there do not count. Where the surface ends or has a crease, the mean would be that of one side:
-    /// there it is extrapolated from the points around, linearly in the tangent plane.
+    /// there it is extrapolated from the points around, linearly in the tangent plane. Beyond symmetry planes and
+    /// periods the surface goes on (Mesh::repetition, settled).
     explicit ShadingNormals(const Mesh& mesh);
 
     /// The normal at (u, v) of a triangle, as in SurfacePoint, interpolated between those of its corners: unit. It is

@@ -23,6 +23,14 @@ inline Index point_at(const Mesh& mesh, std::size_t corner) {
     return mesh.triangles[corner / 3][corner % 3];
 }
 
+/// Normals at this distance or less are those of one plane: well above the rounding of coordinates.
+inline constexpr double same_normal = 1e-6;
+
+/// Of triangles that are joined.
+inline bool in_one_plane(const Mesh& mesh, Index triangle, Index other) {
+    return (mesh.normals[triangle] - mesh.normals[other]).norm() <= same_normal;
+}
+
 /// #sides: the side each is joined to, or none. Joined sides share an edge and run in opposite directions.
 using Twins = std::vector<Index>;
 
