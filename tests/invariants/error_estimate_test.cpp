@@ -107,7 +107,7 @@ TEST(ErrorEstimate, SurfelsStandForTheLightAtHitsWithoutBias) {
     const auto surfels = static_cast<Eigen::Index>(result.system->discretisation().surfels->size());
     const auto difference = [&](const Field& field, const Values& means) {
         const Irradiance plain = field.gather_smooth(x, 100, 5, "rays", Execution{});
-        const Irradiance fast = field.gather_by_surfels(x, means, 100, 5, "rays", Execution{});
+        const Irradiance fast = field.gather_by_surfels(x, means, nullptr, 100, 5, "rays", Execution{});
         EXPECT_EQ(fast.rays, plain.rays);
         EXPECT_EQ(fast.direct, plain.direct);
         return Values(fast.indirect - plain.indirect);

@@ -4,6 +4,7 @@
 
 #include <support/plugins.h>
 #include <support/rooms.h>
+#include <support/sited.h>
 
 #include <gtest/gtest.h>
 

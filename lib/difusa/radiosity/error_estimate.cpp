@@ -3,11 +3,13 @@
 #include <difusa/core/frame.h>
 #include <difusa/core/parallel.h>
 #include <difusa/discretisation/evaluate.h>
+#include <difusa/radiosity/exact_correction.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numbers>
 #include <string>
 
@@ -102,6 +104,10 @@ class Estimation {
             return std::move(result_);
         }
         evaluate_solution();
+        if (ExactCorrection::is_for(field_.parts())) {
+            exact_ = std::make_unique<ExactCorrection>(field_.parts(), result_.at.place, means_, solution_.light,
+                                                       rays_of_exact * rays, execution_);
+        }
         measure(rays, "error");
         result_.rays_per_gather = result_.rays / (2 * result_.points);
         for (std::size_t p = 0; p < result_.points; ++p) {
@@ -123,6 +129,7 @@ class Estimation {
     static constexpr double too_much = 2.0;  ///< of the upper end, over the estimate
     static constexpr double rounding = 1e-9; ///< of errors, over the light
     static constexpr std::size_t places_around = 64;
+    static constexpr std::size_t rays_of_exact = 16; ///< means over groups are as accurate as so many times the rays
 
     /// `wanted`: FurtherRounds::limit.
     bool is_undecided(double wanted) const {
@@ -164,7 +171,7 @@ class Estimation {
     void measure_once(std::size_t rays, const std::string& purpose, Values Measured::*which) {
         const std::vector<SurfacePoint>& x = result_.at.place;
         DirectLight::Effort effort;
-        const Irradiance fresh = field_.gather_by_surfels(x, means_, rays, seed_, purpose, execution_);
+        const Irradiance fresh = field_.gather_by_surfels(x, means_, exact_.get(), rays, seed_, purpose, execution_);
         const Values sharp = sum(field_.sharp(x, seed_, purpose, execution_, effort));
         result_.rays += fresh.rays;
         result_.segments += fresh.segments + effort.segments;
@@ -284,19 +291,21 @@ class Estimation {
     }
 
     /// Adds to the standard error of the mean of |r + p|² that of p, which all points share: of 2 <r + p, p>, from the
-    /// differences between the groups. Without `measured`, r = 0.
+    /// differences between the groups, each at the points of the others. Without `measured`, r = 0.
     Mean with_doubt_of_carried(Mean mean, const Measured* measured) const {
         std::array<double, ErrorPoints::groups> overlap{};
         const Values r = measured == nullptr ? Values(Values::Zero(rho_.rows(), rho_.cols()))
                                              : Values(0.5 * (measured->residual(measured->first, weight_) +
                                                              measured->residual(measured->second, weight_)));
         for (std::size_t p = 0; p < result_.points; ++p) {
-            Eigen::RowVectorXd e = r.row(static_cast<Eigen::Index>(p));
-            for (Eigen::Index g = 0; g < groups; ++g) {
-                e += carried(p, g) / static_cast<double>(groups);
-            }
-            for (Eigen::Index g = 0; g < groups; ++g) {
-                overlap[static_cast<std::size_t>(g)] += result_.at.weight[p] / scene_.mesh.area * e.dot(carried(p, g));
+            // Without its own group: what it sends on may be a spike where it is.
+            constexpr auto others = static_cast<double>(groups - 1);
+            const double share = (others + 1.0) / others * result_.at.weight[p] / scene_.mesh.area;
+            const Eigen::RowVectorXd sum = 0.5 * others * (carried_by_half(p, 0) + carried_by_half(p, 1));
+            for (Eigen::Index k = 1; k < groups; ++k) {
+                const Eigen::Index g = (group_of(p) + k) % groups;
+                const Eigen::RowVectorXd one = carried(p, g), rest = (sum - one) / (others - 1.0);
+                overlap[static_cast<std::size_t>(g)] += share * (r.row(static_cast<Eigen::Index>(p)) + rest).dot(one);
             }
         }
         double centre = 0.0, squares = 0.0;
@@ -316,8 +325,8 @@ class Estimation {
         result_.squared = squares(total_, false);
         result_.residual = root_of(mean_over(at, area, result_.squared));
         result_.total = root_of(with_doubt_of_carried(mean_over(at, area, squares(total_, true)), &total_));
-        result_.carried_rms = root_of(with_doubt_of_carried(mean_over(at, area, carried_squares()), nullptr));
         result_.indirect = root_of(with_doubt_of_carried(mean_over(at, area, squares(indirect_, true)), &indirect_));
+        result_.carried_rms = root_of(with_doubt_of_carried(mean_over(at, area, carried_squares()), nullptr));
         std::vector<double> reflected(result_.points);
         for (std::size_t p = 0; p < result_.points; ++p) {
             const auto row = static_cast<Eigen::Index>(p);
@@ -341,8 +350,9 @@ class Estimation {
     const Scene& scene_;
     std::uint64_t seed_;
     const Execution& execution_;
-    Values rho_, weight_; ///< #points by #channels, as all below; weight_: judged_weight
-    Values means_;        ///< #surfels by the channels of each set in turn: Field::gather_by_surfels
+    Values rho_, weight_;                          ///< #points by #channels, as all below; weight_: judged_weight
+    std::unique_ptr<const ExactCorrection> exact_; ///< null: there are no exact form factors
+    Values means_; ///< #surfels by the channels of each set in turn: Field::gather_by_surfels
     Measured indirect_, smooth_, total_;
     double measured_rays_ = 0.0; ///< in each measurement, for each point
     Values carried_;             ///< #points by #groups #channels: p / rho

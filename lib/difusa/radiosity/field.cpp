@@ -4,6 +4,7 @@
 #include <difusa/core/parallel.h>
 #include <difusa/discretisation/evaluate.h>
 #include <difusa/mesh/surface_sampling.h>
+#include <difusa/radiosity/exact_correction.h>
 #include <difusa/radiosity/system.h>
 
 #include <algorithm>
@@ -192,6 +193,11 @@ class Gatherer {
     std::vector<Rgb> sharp_;
 };
 
+/// Of the directions of a gather, which must not be those of the sites.
+std::uint64_t pool_seed(std::uint64_t seed, std::string_view purpose) {
+    return RandomStream(seed, purpose).bits();
+}
+
 } // namespace
 
 void raise_to_zero(Values& H, int channels) {
@@ -243,17 +249,24 @@ Irradiance Field::gather_smooth(std::span<const SurfacePoint> x, std::size_t ray
     return gather_smooth(x, nullptr, rays, seed, purpose, execution);
 }
 
-Irradiance Field::gather_by_surfels(std::span<const SurfacePoint> x, const Values& means, std::size_t rays,
-                                    std::uint64_t seed, std::string_view purpose, const Execution& execution) const {
+Irradiance Field::gather_by_surfels(std::span<const SurfacePoint> x, const Values& means,
+                                    const ExactCorrection* correction, std::size_t rays, std::uint64_t seed,
+                                    std::string_view purpose, const Execution& execution) const {
     DIFUSA_REQUIRE(static_cast<std::size_t>(means.rows()) == parts_.system->discretisation().surfels->size() &&
                    means.cols() == parts_.smooth.cols());
-    return gather_smooth(x, &means, rays, seed, purpose, execution);
+    Irradiance result = gather_smooth(x, &means, rays, seed, purpose, execution);
+    if (correction != nullptr) {
+        const Irradiance change = correction->of(rays, pool_seed(seed, purpose), execution);
+        result.direct += change.direct;
+        result.indirect += change.indirect;
+        result.rays += change.rays;
+    }
+    return result;
 }
 
 Irradiance Field::gather_smooth(std::span<const SurfacePoint> x, const Values* means, std::size_t rays,
                                 std::uint64_t seed, std::string_view purpose, const Execution& execution) const {
-    // A different seed: the directions must not be those of the sites.
-    const std::uint64_t own_seed = RandomStream(seed, purpose).bits();
+    const std::uint64_t own_seed = pool_seed(seed, purpose);
     const DirectionPool pool(parts_.system->fresh_directions(), rays, own_seed);
     Irradiance result;
     result.direct.setZero(static_cast<Eigen::Index>(x.size()), parts_.smooth.cols());

@@ -15,6 +15,7 @@
 
 namespace difusa {
 
+class ExactCorrection;
 class RadiositySystem;
 
 /// The components of a field. Everything is shared, so that a field may outlive the bake that made it. Values have the
@@ -98,8 +99,10 @@ class Field {
     /// What `gather_smooth` gives, with the same rays and no bias, in less time: as if sum_i c_i phi_i were at each hit
     /// its mean over the surfel, `means` (#surfels by the channels of each set in turn, P c), plus `correction_stride`
     /// times the difference at the hits of one ray of so many. That varies little, and adds little to the noise.
-    Irradiance gather_by_surfels(std::span<const SurfacePoint> x, const Values& means, std::size_t rays,
-                                 std::uint64_t seed, std::string_view purpose, const Execution& execution) const;
+    /// `correction`: for these points; or null.
+    Irradiance gather_by_surfels(std::span<const SurfacePoint> x, const Values& means,
+                                 const ExactCorrection* correction, std::size_t rays, std::uint64_t seed,
+                                 std::string_view purpose, const Execution& execution) const;
     static constexpr std::size_t correction_stride = 8;
 
     /// H_sharp: #x by the channels of each set in turn. Adds the rays cast to `effort`.

@@ -26,7 +26,6 @@ class AnalyticFactors {
     AnalyticFactors(const Mesh& mesh, const Surfels& surfels, std::size_t rays, const Execution& execution);
 
     const SurfelTree& tree() const { return tree_; }
-    SurfelTree& tree() { return tree_; }
 
     /// A group of surfels and its form factor.
     using Factor = std::pair<Index, double>;

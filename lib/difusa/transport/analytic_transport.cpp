@@ -96,8 +96,8 @@ bool is_plausible(double hits, double expected) {
 class AnalyticRows {
   public:
     /// Keeps references.
-    AnalyticRows(const LightTransport& transport, const HitLists& lists, const AnalyticFactors& factors)
-        : lists_(lists), factors_(factors), rank_(transport.surfels, none) {
+    AnalyticRows(std::size_t surfels, const HitLists& lists, const AnalyticFactors& factors)
+        : lists_(lists), factors_(factors), rank_(surfels, none) {
         number_surfels();
     }
 
@@ -115,6 +115,11 @@ class AnalyticRows {
     /// What point j sees, at x.
     void look(std::size_t j, const SurfacePoint& x, Row& row) const {
         factors_.find(x, row.found, row.worker);
+        weigh(j, row);
+    }
+
+    /// What point j sees of the groups found.
+    void weigh(std::size_t j, Row& row) const {
         lists_.row(j, row.bins);
         row.exact = 0.0;
         for (const auto& [group, factor] : row.found) {
@@ -232,10 +237,21 @@ bool pays(const LightTransport& transport, const AnalyticRows& rows, std::span<c
     return exact >= least_share * from_surfaces;
 }
 
+/// The parts of an AnalyticTransport while its rows are set, in blocks.
+struct Refined {
+    Refined(std::size_t points, const HitLists& lists, std::size_t groups)
+        : rest(std::make_shared<HitLists>(points, lists.columns(), lists.rays(), lists.rows_per_block())),
+          exact(points, groups), scale(points, 1.0) {}
+
+    std::shared_ptr<HitLists> rest;
+    SparseRows exact;
+    std::vector<double> scale;
+};
+
 /// The row as two sparse ones, and what escapes.
-void put(AnalyticRows::Row& row, std::size_t j, std::size_t rays, SparseRows& factors, HitLists& rest,
-         LightTransport& transport) {
-    SparseRows::Row& exact = factors.row(j);
+void put(AnalyticRows::Row& row, std::size_t j, Refined& refined, LightTransport& transport) {
+    SparseRows::Row& exact = refined.exact.row(j);
+    const std::size_t rays = refined.rest->rays();
     exact.column.reserve(row.found.size());
     exact.value.reserve(row.found.size());
     for (const auto& [group, factor] : row.found) {
@@ -247,7 +263,28 @@ void put(AnalyticRows::Row& row, std::size_t j, std::size_t rays, SparseRows& fa
     const auto escaped = std::count_if(row.rest.begin(), row.rest.end(), [&](Index bin) { return bin >= first_sky; });
     transport.sky[j] = weight * static_cast<double>(escaped);
     transport.back[j] = weight * static_cast<double>(rays - row.bins.size());
-    rest.set(j, row.rest);
+    refined.rest->set(j, row.rest);
+    refined.scale[j] = row.scale;
+}
+
+/// The transport with rows that `set_row(j, row)` looks up.
+template <class SetRow>
+LightTransport refined(LightTransport transport, std::shared_ptr<const HitLists> lists, SurfelGroups groups,
+                       const SetRow& set_row, const Execution& execution) {
+    Refined parts(lists->rows(), *lists, groups.size());
+    parallel_for(lists->rows(), lists->rows_per_block(), execution, [&](std::size_t begin, std::size_t end, unsigned) {
+        AnalyticRows::Row row;
+        for (std::size_t j = begin; j < end; ++j) {
+            set_row(j, row);
+            put(row, j, parts, transport);
+        }
+        parts.rest->close_block(begin);
+    });
+    auto W = std::make_shared<AnalyticTransport>(std::move(lists), std::move(parts.rest), std::move(parts.scale),
+                                                 std::move(parts.exact), std::move(groups));
+    transport.bytes += W->bytes();
+    transport.W = std::move(W);
+    return transport;
 }
 
 } // namespace
@@ -262,31 +299,40 @@ LightTransport with_analytic_factors(LightTransport transport, const Mesh& mesh,
         return transport;
     }
     execution.phase("exact form factors");
-    const std::size_t n = points.size(), rays = lists->rays(), grain = lists->rows_per_block();
-    AnalyticFactors factors(mesh, surfels, rays, execution);
-    auto rest = std::make_shared<HitLists>(n, lists->columns(), rays, grain);
-    SparseRows exact(n, factors.tree().groups().size());
-    std::vector<double> scale(n, 1.0);
-    {
-        const AnalyticRows rows(transport, *lists, factors);
-        if (use == AnalyticUse::automatic && !pays(transport, rows, points, rays)) {
-            return transport;
-        }
-        parallel_for(n, grain, execution, [&](std::size_t begin, std::size_t end, unsigned) {
-            AnalyticRows::Row row;
-            for (std::size_t j = begin; j < end; ++j) {
-                rows.look(j, points[j], row);
-                put(row, j, rays, exact, *rest, transport);
-                scale[j] = row.scale;
-            }
-            rest->close_block(begin);
-        });
+    const AnalyticFactors factors(mesh, surfels, lists->rays(), execution);
+    const AnalyticRows rows(transport.surfels, *lists, factors);
+    if (use == AnalyticUse::automatic && !pays(transport, rows, points, lists->rays())) {
+        return transport;
     }
-    auto W = std::make_shared<AnalyticTransport>(lists, std::move(rest), std::move(scale), std::move(exact),
-                                                 factors.tree().take_groups());
-    transport.bytes += W->bytes();
-    transport.W = std::move(W);
-    return transport;
+    return refined(
+        std::move(transport), lists, factors.tree().groups(),
+        [&](std::size_t j, AnalyticRows::Row& row) { rows.look(j, points[j], row); }, execution);
+}
+
+FactorsOfPoints::FactorsOfPoints(const Mesh& mesh, std::span<const SurfacePoint> points, const Surfels& surfels,
+                                 std::size_t rays, const Execution& execution)
+    : factors_(std::make_unique<AnalyticFactors>(mesh, surfels, rays, execution)), found_(points.size()) {
+    parallel_for(points.size(), 16, execution, [&](std::size_t begin, std::size_t end, unsigned) {
+        AnalyticFactors::Worker worker;
+        for (std::size_t j = begin; j < end; ++j) {
+            factors_->find(points[j], found_[j], worker);
+        }
+    });
+}
+
+FactorsOfPoints::~FactorsOfPoints() = default;
+
+LightTransport FactorsOfPoints::refine(LightTransport transport, const Execution& execution) const {
+    auto lists = std::dynamic_pointer_cast<const HitLists>(transport.W);
+    DIFUSA_REQUIRE(lists && lists->rows() == found_.size());
+    const AnalyticRows rows(transport.surfels, *lists, *factors_);
+    return refined(
+        std::move(transport), lists, factors_->tree().groups(),
+        [&](std::size_t j, AnalyticRows::Row& row) {
+            row.found = found_[j];
+            rows.weigh(j, row);
+        },
+        execution);
 }
 
 } // namespace difusa

@@ -10,6 +10,7 @@
 
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace difusa {
@@ -57,5 +58,23 @@ enum class AnalyticUse {
 /// rows that are no HitLists, mirrors, symmetry planes or periods.
 LightTransport with_analytic_factors(LightTransport transport, const Mesh& mesh, std::span<const SurfacePoint> points,
                                      const Surfels& surfels, AnalyticUse use, const Execution& execution);
+
+class AnalyticFactors;
+
+/// The exact form factors of some points, found once, for any of their rays.
+class FactorsOfPoints {
+  public:
+    /// `rays`: as many as the errors of the means over groups are to be below the noise of. Keeps references.
+    FactorsOfPoints(const Mesh& mesh, std::span<const SurfacePoint> points, const Surfels& surfels, std::size_t rays,
+                    const Execution& execution);
+    ~FactorsOfPoints();
+
+    /// As `with_analytic_factors` (AnalyticUse::always): of a transport to these points with rows of HitLists.
+    LightTransport refine(LightTransport transport, const Execution& execution) const;
+
+  private:
+    std::unique_ptr<AnalyticFactors> factors_;
+    std::vector<std::vector<std::pair<Index, double>>> found_; ///< of each point: groups, and their form factors
+};
 
 } // namespace difusa

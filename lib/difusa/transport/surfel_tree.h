@@ -78,9 +78,6 @@ class SurfelTree {
         return std::span(edges_).subspan(node.begin, node.end - node.begin);
     }
 
-    /// Takes the groups out; what describes their shapes is needed no more.
-    SurfelGroups take_groups() { return std::move(groups_); }
-
   private:
     friend class SurfelTreeBuilder;
     SurfelGroups groups_;
