@@ -104,9 +104,9 @@ class Estimation {
             return std::move(result_);
         }
         evaluate_solution();
-        if (ExactCorrection::is_for(field_.parts())) {
-            exact_ = std::make_unique<ExactCorrection>(field_.parts(), result_.at.place, means_, solution_.light,
-                                                       rays_of_exact * rays, execution_);
+        if (field_.parts().sent) {
+            exact_ =
+                std::make_unique<ExactCorrection>(field_.parts(), result_.at.place, rays_of_exact * rays, execution_);
         }
         measure(rays, "error");
         result_.rays_per_gather = result_.rays / (2 * result_.points);
@@ -129,7 +129,7 @@ class Estimation {
     static constexpr double too_much = 2.0;  ///< of the upper end, over the estimate
     static constexpr double rounding = 1e-9; ///< of errors, over the light
     static constexpr std::size_t places_around = 64;
-    static constexpr std::size_t rays_of_exact = 16; ///< means over groups are as accurate as so many times the rays
+    static constexpr std::size_t rays_of_exact = 4; ///< means over groups are as accurate as so many times the rays
 
     /// `wanted`: FurtherRounds::limit.
     bool is_undecided(double wanted) const {

@@ -6,25 +6,15 @@
 
 namespace difusa {
 
-ExactCorrection::ExactCorrection(const FieldParts& field, std::span<const SurfacePoint> x, const Values& means,
-                                 const SurfelLight& light, std::size_t rays, const Execution& execution)
-    : field_(field), x_(x), b_(means.rows(), 2 * means.cols()),
-      factors_(field.scene->mesh, x, *field.system->discretisation().surfels, rays, execution) {
-    const Eigen::Index columns = means.cols(), channels = field.channels;
-    b_.leftCols(columns) = light.emission;
-    b_.rightCols(columns) = field.bright ? Values(means + light.direct) : means;
-    for (Eigen::Index c = 0; c < columns; ++c) {
-        b_.col(columns + c).array() *= light.reflectance.col(c % channels).array();
-    }
+ExactCorrection::ExactCorrection(const FieldParts& field, std::span<const SurfacePoint> x, std::size_t rays,
+                                 const Execution& execution)
+    : field_(field), x_(x), factors_(field.scene->mesh, x, *field.system->discretisation().surfels, rays, execution) {
     if (field.scene->has_sky()) {
+        const Eigen::Index channels = field.channels;
         const Values sky = sky_radiosity(*field.scene, field.channels);
-        sky_ = Values::Zero(sky.rows(), b_.cols());
+        sky_ = Values::Zero(sky.rows(), field.sent->cols());
         sky_.middleCols(static_cast<Eigen::Index>(field.direct->sets().sky) * channels, channels) = sky;
     }
-}
-
-bool ExactCorrection::is_for(const FieldParts& field) {
-    return dynamic_cast<const AnalyticTransport*>(field.system->transport().W.get()) != nullptr;
 }
 
 Irradiance ExactCorrection::of(std::size_t rays, std::uint64_t seed, const Execution& execution) const {
@@ -33,7 +23,7 @@ Irradiance ExactCorrection::of(std::size_t rays, std::uint64_t seed, const Execu
                                       rays, seed, execution);
     Irradiance result;
     result.rays = by_rays.rays;
-    const Values on_bins = by_rays.on_bins(b_, sky_, execution);
+    const Values on_bins = by_rays.on_bins(*field_.sent, sky_, execution);
     Values of_rays, refined;
     by_rays.W->apply(on_bins, of_rays, execution);
     factors_.refine(std::move(by_rays), execution).W->apply(on_bins, refined, execution);
@@ -41,6 +31,17 @@ Irradiance ExactCorrection::of(std::size_t rays, std::uint64_t seed, const Execu
     result.direct = refined.leftCols(refined.cols() / 2);
     result.indirect = refined.rightCols(refined.cols() / 2);
     return result;
+}
+
+Values light_sent(const SurfelLight& light, const Values& means, bool bright, int channels) {
+    const Eigen::Index columns = means.cols();
+    Values sent(means.rows(), 2 * columns);
+    sent.leftCols(columns) = light.emission;
+    sent.rightCols(columns) = bright ? Values(means + light.direct) : means;
+    for (Eigen::Index c = 0; c < columns; ++c) {
+        sent.col(columns + c).array() *= light.reflectance.col(c % channels).array();
+    }
+    return sent;
 }
 
 } // namespace difusa

@@ -17,13 +17,10 @@ namespace difusa {
 /// that of rays elsewhere, and of the light's variation within surfels.
 class ExactCorrection {
   public:
-    /// `means`: as of Field::gather_by_surfels; `light`: of the surfels; `rays`: means over groups of surfels are to be
-    /// as accurate as so many. Keeps references.
-    ExactCorrection(const FieldParts& field, std::span<const SurfacePoint> x, const Values& means,
-                    const SurfelLight& light, std::size_t rays, const Execution& execution);
-
-    /// The system's operator has exact form factors.
-    static bool is_for(const FieldParts& field);
+    /// For fields with FieldParts::sent. Means over groups of surfels are to be as accurate as `rays` rays. Keeps
+    /// references.
+    ExactCorrection(const FieldParts& field, std::span<const SurfacePoint> x, std::size_t rays,
+                    const Execution& execution);
 
     /// Of the gather from all points with so many rays and directions of this seed, which are cast again.
     Irradiance of(std::size_t rays, std::uint64_t seed, const Execution& execution) const;
@@ -31,9 +28,11 @@ class ExactCorrection {
   private:
     const FieldParts& field_;
     std::span<const SurfacePoint> x_;
-    Values b_;   ///< #surfels: what they send of direct and of indirect light, of each set
-    Values sky_; ///< likewise, of its parts; no rows: dark
+    Values sky_; ///< pi times the radiance of its parts, in the columns of FieldParts::sent; no rows: dark
     FactorsOfPoints factors_;
 };
+
+/// FieldParts::sent. `means`: of the smooth light over the surfels; `bright`: the light of sharp sources comes beside.
+Values light_sent(const SurfelLight& light, const Values& means, bool bright, int channels);
 
 } // namespace difusa

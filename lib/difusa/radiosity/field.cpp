@@ -193,11 +193,6 @@ class Gatherer {
     std::vector<Rgb> sharp_;
 };
 
-/// Of the directions of a gather, which must not be those of the sites.
-std::uint64_t pool_seed(std::uint64_t seed, std::string_view purpose) {
-    return RandomStream(seed, purpose).bits();
-}
-
 } // namespace
 
 void raise_to_zero(Values& H, int channels) {
@@ -246,7 +241,7 @@ Irradiance Field::evaluate(std::span<const SurfacePoint> x, std::uint64_t seed, 
 
 Irradiance Field::gather_smooth(std::span<const SurfacePoint> x, std::size_t rays, std::uint64_t seed,
                                 std::string_view purpose, const Execution& execution) const {
-    return gather_smooth(x, nullptr, rays, seed, purpose, execution);
+    return gather_smooth(x, nullptr, nullptr, rays, seed, purpose, execution);
 }
 
 Irradiance Field::gather_by_surfels(std::span<const SurfacePoint> x, const Values& means,
@@ -254,19 +249,14 @@ Irradiance Field::gather_by_surfels(std::span<const SurfacePoint> x, const Value
                                     std::string_view purpose, const Execution& execution) const {
     DIFUSA_REQUIRE(static_cast<std::size_t>(means.rows()) == parts_.system->discretisation().surfels->size() &&
                    means.cols() == parts_.smooth.cols());
-    Irradiance result = gather_smooth(x, &means, rays, seed, purpose, execution);
-    if (correction != nullptr) {
-        const Irradiance change = correction->of(rays, pool_seed(seed, purpose), execution);
-        result.direct += change.direct;
-        result.indirect += change.indirect;
-        result.rays += change.rays;
-    }
-    return result;
+    return gather_smooth(x, &means, correction, rays, seed, purpose, execution);
 }
 
-Irradiance Field::gather_smooth(std::span<const SurfacePoint> x, const Values* means, std::size_t rays,
-                                std::uint64_t seed, std::string_view purpose, const Execution& execution) const {
-    const std::uint64_t own_seed = pool_seed(seed, purpose);
+Irradiance Field::gather_smooth(std::span<const SurfacePoint> x, const Values* means, const ExactCorrection* correction,
+                                std::size_t rays, std::uint64_t seed, std::string_view purpose,
+                                const Execution& execution) const {
+    // A different seed: the directions must not be those of the sites.
+    const std::uint64_t own_seed = RandomStream(seed, purpose).bits();
     const DirectionPool pool(parts_.system->fresh_directions(), rays, own_seed);
     Irradiance result;
     result.direct.setZero(static_cast<Eigen::Index>(x.size()), parts_.smooth.cols());
@@ -291,14 +281,21 @@ Irradiance Field::gather_smooth(std::span<const SurfacePoint> x, const Values* m
     }
     result.segments = effort.segments;
     result.clear = effort.clear;
+    if (correction != nullptr) {
+        const Irradiance change = correction->of(rays, own_seed, execution);
+        result.direct += change.direct;
+        result.indirect += change.indirect;
+        result.rays += change.rays;
+    }
     return result;
 }
 
 Irradiance Field::gather(std::span<const SurfacePoint> x, std::size_t rays, std::uint64_t seed,
-                         std::string_view purpose, const Execution& execution) const {
+                         std::string_view purpose, const Execution& execution,
+                         const ExactCorrection* correction) const {
     DirectLight::Effort effort;
     const Values light = sharp(x, seed, purpose, execution, effort);
-    Irradiance result = gather_smooth(x, rays, seed, purpose, execution);
+    Irradiance result = gather_smooth(x, nullptr, correction, rays, seed, purpose, execution);
     result.direct += light;
     result.segments += effort.segments;
     result.clear += effort.clear;
@@ -325,8 +322,13 @@ PointValues Field::at(std::span<const SurfacePoint> x, std::size_t final_gather,
         H = evaluate(x, seed, purpose, execution, visit);
     } else {
         const std::size_t half = (final_gather + 1) / 2;
-        H = gather(x, half, seed, purpose + ", first", execution);
-        const Irradiance other = gather(x, half, seed, purpose + ", second", execution);
+        std::optional<ExactCorrection> correction;
+        if (parts_.sent) {
+            correction.emplace(parts_, x, final_gather, execution);
+        }
+        const ExactCorrection* const exact = correction ? &*correction : nullptr;
+        H = gather(x, half, seed, purpose + ", first", execution, exact);
+        const Irradiance other = gather(x, half, seed, purpose + ", second", execution, exact);
         const Values first = H.direct + H.indirect, second = other.direct + other.indirect;
         const auto noise = [&](const Values& difference) {
             return Values(0.5 / std::sqrt(channels()) * difference.rowwise().norm());

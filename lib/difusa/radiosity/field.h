@@ -29,6 +29,9 @@ struct FieldParts {
     Values
         soft_direct; ///< #S: coefficients of the direct light from the sky and from emitters that are not area lights
     Values smooth;   ///< #S: coefficients of h: all light except that of sharp sources
+    /// #surfels: what each sends, W/m², of direct and, after as many columns, of indirect light, for corrections of
+    /// gathers (exact_correction.h); null if the system has no exact form factors.
+    std::shared_ptr<const Values> sent = nullptr;
     int channels = 3;
     std::size_t shadow_rays_per_round = 64; ///< AreaLights::irradiance
     bool direct_in_basis = false;           ///< the coefficients represent the light of sharp sources too
@@ -86,9 +89,9 @@ class Field {
     /// h from `rays` rays from each point:
     ///     h(x) = sky + mean over the rays of E(y) + rho(y) (H_sharp(y) + sum_i c_i phi_i(y)).
     /// The mean error over the points is the error of `evaluate` reduced by one reflection (at most by the factor of
-    /// the reflectance), plus the noise of the rays.
+    /// the reflectance), plus the noise of the rays. `correction`: for these points, or null.
     Irradiance gather(std::span<const SurfacePoint> x, std::size_t rays, std::uint64_t seed, std::string_view purpose,
-                      const Execution& execution) const;
+                      const Execution& execution, const ExactCorrection* correction = nullptr) const;
 
     /// What `evaluate` and `gather` give without the light of sharp sources (except what the coefficients represent).
     Irradiance evaluate_smooth(std::span<const SurfacePoint> x, const Execution& execution, bool displayed = false,
@@ -99,7 +102,6 @@ class Field {
     /// What `gather_smooth` gives, with the same rays and no bias, in less time: as if sum_i c_i phi_i were at each hit
     /// its mean over the surfel, `means` (#surfels by the channels of each set in turn, P c), plus `correction_stride`
     /// times the difference at the hits of one ray of so many. That varies little, and adds little to the noise.
-    /// `correction`: for these points; or null.
     Irradiance gather_by_surfels(std::span<const SurfacePoint> x, const Values& means,
                                  const ExactCorrection* correction, std::size_t rays, std::uint64_t seed,
                                  std::string_view purpose, const Execution& execution) const;
@@ -114,13 +116,14 @@ class Field {
 
     /// Everything at points, with no sum of irradiances below 0, except of thermal scenes. `final_gather` rays from
     /// each (an even number), in two independent halves whose difference gives the noise; 0: the basis is evaluated,
-    /// and shown to `visit`.
+    /// and shown to `visit`. Gathers use exact form factors if the system does.
     PointValues at(std::span<const SurfacePoint> x, std::size_t final_gather, std::uint64_t seed,
                    const std::string& purpose, const Execution& execution, const RowVisitor& visit = {}) const;
 
   private:
-    Irradiance gather_smooth(std::span<const SurfacePoint> x, const Values* means, std::size_t rays, std::uint64_t seed,
-                             std::string_view purpose, const Execution& execution) const;
+    Irradiance gather_smooth(std::span<const SurfacePoint> x, const Values* means, const ExactCorrection* correction,
+                             std::size_t rays, std::uint64_t seed, std::string_view purpose,
+                             const Execution& execution) const;
 
     FieldParts parts_;
 };

@@ -6,6 +6,7 @@
 #include <difusa/core/parallel.h>
 #include <difusa/core/text.h>
 #include <difusa/lighting/glossy_light.h>
+#include <difusa/radiosity/exact_correction.h>
 #include <difusa/radiosity/reflected_transport.h>
 #include <difusa/radiosity/response.h>
 #include <difusa/scene/sky_parts.h>
@@ -367,6 +368,12 @@ class Solving {
         parts.bright = in_basis ? nullptr : bright_;
         parts.soft_direct = coefficients(in_basis ? Values(soft_ + sharp_) : soft_);
         parts.smooth = coefficients(result_.h);
+        if (dynamic_cast<const AnalyticTransport*>(transport_.W.get()) != nullptr) {
+            Values means;
+            discretisation_.averages->apply(parts.smooth, means, execution_);
+            parts.sent =
+                std::make_shared<const Values>(light_sent(result_.light, means, bool(parts.bright), channels_));
+        }
         parts.channels = channels_;
         parts.shadow_rays_per_round = options_.shadow_rays_per_round;
         parts.direct_in_basis = in_basis;
@@ -430,6 +437,7 @@ SolveSummary columns_of(const SolveSummary& all, Eigen::Index first, Eigen::Inde
 std::shared_ptr<const Field> Solution::field_of(const KeptIterate& iterate) const {
     FieldParts parts = field->parts();
     parts.smooth = iterate.smooth;
+    parts.sent = nullptr; // that of the solution
     return std::make_shared<Field>(std::move(parts));
 }
 

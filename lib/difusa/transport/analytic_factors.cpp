@@ -14,8 +14,13 @@ namespace difusa {
 
 namespace {
 
-/// Largest (A ΔK)² N / F of a group: the error is half of the noise of the rays.
+/// Largest (A ΔK)² N / F of a group: the error is half of the noise of N independent rays.
 constexpr double most_variation = 3.0;
+
+/// As many independent rays as have the noise of N even ones, whose variance falls as N to the power -1.5 (measured).
+double independent_rays(double N) {
+    return N * std::max(1.0, std::sqrt(N) / 8.0);
+}
 
 /// Fewer rays than this are not worth looking into what hides a part of a group: what is in sight has the mean light of
 /// all.
@@ -95,7 +100,7 @@ AnalyticFactors::AnalyticFactors(const Mesh& mesh, const Surfels& surfels, std::
 AnalyticFactors::AnalyticFactors(const Mesh& mesh, const Surfels& surfels, const std::vector<Exposure>& exposures,
                                  const std::vector<std::uint8_t>& overlaid, std::size_t rays)
     : mesh_(mesh), tree_(mesh, surfels, exposures, overlaid), shafts_(mesh, occluders(exposures)),
-      rays_(static_cast<double>(rays)), rounding_(plane_rounding(mesh)) {}
+      rays_(independent_rays(static_cast<double>(rays))), rounding_(plane_rounding(mesh)) {}
 
 void AnalyticFactors::find(const SurfacePoint& x, std::vector<Factor>& found, Worker& worker) const {
     found.clear();

@@ -19,7 +19,8 @@ namespace difusa {
 /// in sight is found (rays/visible_part.h). In place of the light of each surfel counts the mean over the group: groups
 /// are small enough for the error of this to be below the noise of the rays that they replace, whatever the light. With
 /// A the area, ΔK the range of the kernel over the group and sigma the deviation of the light within it, that error is
-/// at most about A ΔK sigma / sqrt(12), and the noise of N rays sigma sqrt(F/N).
+/// at most about A ΔK sigma / sqrt(12), and the noise of N independent rays sigma sqrt(F/N); even ones have that of
+/// sqrt(N)/8 times as many.
 class AnalyticFactors {
   public:
     /// `rays`: how many each point sends out. Keeps references.
@@ -63,7 +64,8 @@ class AnalyticFactors {
     const Mesh& mesh_;
     SurfelTree tree_;
     Shafts shafts_;
-    double rays_, rounding_;
+    double rays_; ///< independent ones that have the noise of those asked for
+    double rounding_;
 };
 
 } // namespace difusa
