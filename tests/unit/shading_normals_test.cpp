@@ -191,7 +191,25 @@ TEST(ShadingNormals, GoOnBeyondPeriods) {
     cell.repetition.planes = {{Vec3(0, 0, 0), Vec3(0, 1, 0)}, {Vec3(0, 1, 0), Vec3(0, -1, 0)}};
     settle_repetition(cell);
     expect_normals_of_the_whole(cell);
-    EXPECT_EQ(unfolded(cell).triangles.size(), cell.triangles.size() + 2 * 3 * 2 * 12); // three rows at either end
+    EXPECT_EQ(unfolded(cell).triangles.size(), cell.triangles.size() + 2 * 4 * 2 * 12); // four rows at either end
+}
+
+TEST(ShadingNormals, OfFacetsOfManyStripsGoOnBeyondAPlane) {
+    // Nine facets of a half cylinder in ten strips each; the plane x = 0 cuts the middle one, which turns at both ends,
+    // five strips away.
+    std::vector<Eigen::Vector2d> profile;
+    for (int k = 0; k <= 45; ++k) {
+        const auto corner = [](int facet) {
+            return Eigen::Vector2d(-std::cos(pi / 9 * facet), -std::sin(pi / 9 * facet));
+        };
+        const double along = 0.1 * (k % 10);
+        profile.emplace_back((1.0 - along) * corner(k / 10) +
+                             (k % 10 > 0 ? along * corner(k / 10 + 1) : Eigen::Vector2d(0, 0)));
+    }
+    Mesh half = strips(profile);
+    half.repetition.planes = {{Vec3::Zero(), Vec3(-1, 0, 0)}};
+    settle_repetition(half);
+    expect_normals_of_the_whole(half);
 }
 
 TEST(ShadingNormals, OfAFlatRoofBetweenPlanesAreItsOwn) {

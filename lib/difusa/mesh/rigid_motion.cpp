@@ -62,6 +62,7 @@ Mesh moved_mesh(const Mesh& mesh, std::span<const char> marked, const RigidMotio
             corner = moved[point];
         }
     }
+    result.repetition.walls.clear(); // those of before
     result.derive();
     settle_repetition(result);
     if (result.region != mesh.region) {

@@ -64,6 +64,9 @@ class Unfolding {
             number[p] = found(tree, image(mesh_.points[p]));
             touching[p] = static_cast<char>(number[p] != none && number[p] < mesh_.points.size());
         }
+        if (std::find(touching.begin(), touching.end(), 1) == touching.end()) {
+            return;
+        }
         const std::vector<char> chosen = choose(std::move(touching));
         for (Index t = 0; t < mesh_.triangles.size(); ++t) {
             if (chosen[t] != 0) {
@@ -88,7 +91,8 @@ class Unfolding {
             corners[k] = corner;
         }
         const auto [a, b, c] = corners;
-        const bool in_a_wall = std::max({a, b, c}) < mesh_.points.size(); // its image is its own back
+        const bool in_a_wall =
+            std::max({a, b, c}) < mesh_.points.size(); // or at the other end of a period: it is there already
         if (in_a_wall || a == b || b == c || c == a) {
             return;
         }
@@ -117,8 +121,16 @@ class Unfolding {
                 }
             }
         }
+        // Facets that go on across a wall, and those beyond them, which tell whether they are curved.
         complete_planes(chosen);
-        return chosen;
+        std::vector<char> wider = chosen;
+        for (std::size_t side = 0; side < mesh_.twin.size(); ++side) {
+            if (mesh_.twin[side] != none && chosen[side / 3] != 0) {
+                wider[mesh_.twin[side] / 3] = 1;
+            }
+        }
+        complete_planes(wider);
+        return wider;
     }
 
     void complete_planes(std::vector<char>& chosen) const {

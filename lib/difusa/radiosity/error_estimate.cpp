@@ -129,7 +129,7 @@ class Estimation {
     static constexpr double too_much = 2.0;  ///< of the upper end, over the estimate
     static constexpr double rounding = 1e-9; ///< of errors, over the light
     static constexpr std::size_t places_around = 64;
-    static constexpr std::size_t rays_of_exact = 4; ///< means over groups are as accurate as so many times the rays
+    static constexpr std::size_t rays_of_exact = 8; ///< over those of the first round: more than all rounds have
 
     /// `wanted`: FurtherRounds::limit.
     bool is_undecided(double wanted) const {

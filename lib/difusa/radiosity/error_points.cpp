@@ -49,6 +49,9 @@ void find_variances(const Solution& solution, ErrorSources& sources, const Execu
     sources.variance_of_fresh = (square - mean.cwiseAbs2()).cwiseMax(0.0);
     const RefinedTransport* const refined = refined_part(*system.transport().W);
     sources.variance = refined != nullptr ? refined->variance_of_rays(all, execution) : sources.variance_of_fresh;
+    if (parts.sent) {
+        sources.variance_of_fresh = sources.variance; // their rays are corrected likewise
+    }
 }
 
 /// The mixture's integral over each surfel; they sum to 1, or all are 0 if nothing reflects.

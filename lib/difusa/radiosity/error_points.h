@@ -15,7 +15,8 @@ struct ErrorPoints : SurfelPoints {
     /// transport without rays, and for fixed directions, whose errors are not noise (Directions::is_fixed).
     Values variance;
 
-    /// The same of what fresh rays meet there, without the exact form factors of transport/analytic_transport.h.
+    /// The same of what fresh rays meet there: without exact form factors, unless they are corrected by these
+    /// (radiosity/exact_correction.h).
     Values variance_of_fresh;
 
     static constexpr Index groups = 7; ///< odd

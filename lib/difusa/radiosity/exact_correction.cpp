@@ -2,13 +2,12 @@
 
 #include <difusa/radiosity/system.h>
 #include <difusa/scene/sky_parts.h>
-#include <difusa/transport/gathered.h>
 
 namespace difusa {
 
 ExactCorrection::ExactCorrection(const FieldParts& field, std::span<const SurfacePoint> x, std::size_t rays,
                                  const Execution& execution)
-    : field_(field), x_(x), factors_(field.scene->mesh, x, *field.system->discretisation().surfels, rays, execution) {
+    : field_(field), factors_(field.scene->mesh, x, *field.system->discretisation().surfels, rays, execution) {
     if (field.scene->has_sky()) {
         const Eigen::Index channels = field.channels;
         const Values sky = sky_radiosity(*field.scene, field.channels);
@@ -17,27 +16,23 @@ ExactCorrection::ExactCorrection(const FieldParts& field, std::span<const Surfac
     }
 }
 
-Irradiance ExactCorrection::of(std::size_t rays, std::uint64_t seed, const Execution& execution) const {
-    const RadiositySystem& system = *field_.system;
-    LightTransport by_rays = gathered(system.tracer(), x_, *system.discretisation().surfels, system.fresh_directions(),
-                                      rays, seed, execution);
-    Irradiance result;
-    result.rays = by_rays.rays;
+Irradiance ExactCorrection::of(LightTransport by_rays, const Execution& execution) const {
     const Values on_bins = by_rays.on_bins(*field_.sent, sky_, execution);
     Values of_rays, refined;
     by_rays.W->apply(on_bins, of_rays, execution);
     factors_.refine(std::move(by_rays), execution).W->apply(on_bins, refined, execution);
     refined -= of_rays;
+    Irradiance result;
     result.direct = refined.leftCols(refined.cols() / 2);
     result.indirect = refined.rightCols(refined.cols() / 2);
     return result;
 }
 
-Values light_sent(const SurfelLight& light, const Values& means, bool bright, int channels) {
+Values light_sent(const SurfelLight& light, const Values& means, bool sharp, int channels) {
     const Eigen::Index columns = means.cols();
     Values sent(means.rows(), 2 * columns);
     sent.leftCols(columns) = light.emission;
-    sent.rightCols(columns) = bright ? Values(means + light.direct) : means;
+    sent.rightCols(columns) = sharp ? Values(means + light.direct) : means;
     for (Eigen::Index c = 0; c < columns; ++c) {
         sent.col(columns + c).array() *= light.reflectance.col(c % channels).array();
     }

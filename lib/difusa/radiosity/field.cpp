@@ -6,6 +6,8 @@
 #include <difusa/mesh/surface_sampling.h>
 #include <difusa/radiosity/exact_correction.h>
 #include <difusa/radiosity/system.h>
+#include <difusa/scene/sky_parts.h>
+#include <difusa/transport/gathered_rows.h>
 
 #include <algorithm>
 #include <memory>
@@ -31,6 +33,10 @@ class Gatherer {
           around_(parts.system->tracer(), pool), sets_(parts.direct->sets()), seed_(seed), sharp_(sets_.count()) {}
 
     const BrightSurfels::Worker& light() const { return light_; }
+
+    /// The rays of the last point.
+    const Hemisphere& around() const { return around_; }
+    GatheredRows::Scratch& scratch() { return scratch_; }
 
     /// Adds what x receives directly from the sky and emitters to `direct`, and the rest to `indirect`.
     void add(const SurfacePoint& x, std::size_t number, Eigen::Ref<Eigen::RowVectorXd> direct,
@@ -191,6 +197,7 @@ class Gatherer {
     std::vector<BasisRow> rows_;          ///< there
     std::size_t first_corrected_ = 0;
     std::vector<Rgb> sharp_;
+    GatheredRows::Scratch scratch_;
 };
 
 } // namespace
@@ -264,6 +271,12 @@ Irradiance Field::gather_smooth(std::span<const SurfacePoint> x, const Values* m
     result.rays = x.size() * pool.count();
     std::vector<std::unique_ptr<Gatherer>> workers(execution.threads);
     const std::size_t grain = std::clamp<std::size_t>(4096 / pool.count(), 1, 16);
+    const SkyBins sky{SkyParts::count, SkyParts::at};
+    std::optional<GatheredRows> rows; // of the same rays
+    if (correction != nullptr) {
+        const RadiositySystem& system = *parts_.system;
+        rows.emplace(system.tracer(), x, *system.discretisation().surfels, sky, pool, grain);
+    }
     parallel_for(x.size(), grain, execution, [&](std::size_t begin, std::size_t end, unsigned number) {
         if (!workers[number]) {
             workers[number] = std::make_unique<Gatherer>(parts_, means, pool, own_seed);
@@ -271,6 +284,12 @@ Irradiance Field::gather_smooth(std::span<const SurfacePoint> x, const Values* m
         for (std::size_t i = begin; i < end; ++i) {
             const auto row = static_cast<Eigen::Index>(i);
             workers[number]->add(x[i], i, result.direct.row(row), result.indirect.row(row));
+            if (rows) {
+                rows->set(i, workers[number]->around(), workers[number]->scratch());
+            }
+        }
+        if (rows) {
+            rows->close_block(begin);
         }
     });
     DirectLight::Effort effort;
@@ -282,10 +301,9 @@ Irradiance Field::gather_smooth(std::span<const SurfacePoint> x, const Values* m
     result.segments = effort.segments;
     result.clear = effort.clear;
     if (correction != nullptr) {
-        const Irradiance change = correction->of(rays, own_seed, execution);
+        const Irradiance change = correction->of(rows->finish(), execution);
         result.direct += change.direct;
         result.indirect += change.indirect;
-        result.rays += change.rays;
     }
     return result;
 }
@@ -313,6 +331,37 @@ Values Field::radiosity(std::span<const SurfacePoint> x, const Values& H) const 
     return B;
 }
 
+void Field::gather_twice(std::span<const SurfacePoint> x, std::size_t rays, std::uint64_t seed,
+                         const std::string& purpose, const Execution& execution, Irradiance& first,
+                         Irradiance& second) const {
+    const std::size_t half = (rays + 1) / 2;
+    if (!parts_.sent) {
+        first = gather(x, half, seed, purpose + ", first", execution);
+        second = gather(x, half, seed, purpose + ", second", execution);
+        return;
+    }
+    constexpr std::size_t most = 16384; // points with their rays and form factors in memory
+    for (Irradiance* const both : {&first, &second}) {
+        both->direct.resize(static_cast<Eigen::Index>(x.size()), parts_.smooth.cols());
+        both->indirect = both->direct;
+    }
+    for (std::size_t begin = 0; begin < x.size(); begin += most) {
+        const std::span<const SurfacePoint> block = x.subspan(begin, std::min(most, x.size() - begin));
+        const std::string name = begin == 0 ? purpose : purpose + ", from " + std::to_string(begin);
+        const ExactCorrection correction(parts_, block, rays, execution);
+        const auto put = [&](const Irradiance& part, Irradiance& all) {
+            const auto row = static_cast<Eigen::Index>(begin);
+            all.direct.middleRows(row, part.direct.rows()) = part.direct;
+            all.indirect.middleRows(row, part.indirect.rows()) = part.indirect;
+            all.rays += part.rays;
+            all.segments += part.segments;
+            all.clear += part.clear;
+        };
+        put(gather(block, half, seed, name + ", first", execution, &correction), first);
+        put(gather(block, half, seed, name + ", second", execution, &correction), second);
+    }
+}
+
 PointValues Field::at(std::span<const SurfacePoint> x, std::size_t final_gather, std::uint64_t seed,
                       const std::string& purpose, const Execution& execution, const RowVisitor& visit) const {
     const Scene& scene = *parts_.scene;
@@ -321,14 +370,8 @@ PointValues Field::at(std::span<const SurfacePoint> x, std::size_t final_gather,
     if (final_gather == 0) {
         H = evaluate(x, seed, purpose, execution, visit);
     } else {
-        const std::size_t half = (final_gather + 1) / 2;
-        std::optional<ExactCorrection> correction;
-        if (parts_.sent) {
-            correction.emplace(parts_, x, final_gather, execution);
-        }
-        const ExactCorrection* const exact = correction ? &*correction : nullptr;
-        H = gather(x, half, seed, purpose + ", first", execution, exact);
-        const Irradiance other = gather(x, half, seed, purpose + ", second", execution, exact);
+        Irradiance other;
+        gather_twice(x, final_gather, seed, purpose, execution, H, other);
         const Values first = H.direct + H.indirect, second = other.direct + other.indirect;
         const auto noise = [&](const Values& difference) {
             return Values(0.5 / std::sqrt(channels()) * difference.rowwise().norm());

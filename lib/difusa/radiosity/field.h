@@ -30,7 +30,7 @@ struct FieldParts {
         soft_direct; ///< #S: coefficients of the direct light from the sky and from emitters that are not area lights
     Values smooth;   ///< #S: coefficients of h: all light except that of sharp sources
     /// #surfels: what each sends, W/m², of direct and, after as many columns, of indirect light, for corrections of
-    /// gathers (exact_correction.h); null if the system has no exact form factors.
+    /// gathers (exact_correction.h); null if the system has no exact form factors, or gloss besides.
     std::shared_ptr<const Values> sent = nullptr;
     int channels = 3;
     std::size_t shadow_rays_per_round = 64; ///< AreaLights::irradiance
@@ -116,11 +116,16 @@ class Field {
 
     /// Everything at points, with no sum of irradiances below 0, except of thermal scenes. `final_gather` rays from
     /// each (an even number), in two independent halves whose difference gives the noise; 0: the basis is evaluated,
-    /// and shown to `visit`. Gathers use exact form factors if the system does.
+    /// and shown to `visit`. Gathers use exact form factors where FieldParts::sent is
+    /// known.
     PointValues at(std::span<const SurfacePoint> x, std::size_t final_gather, std::uint64_t seed,
                    const std::string& purpose, const Execution& execution, const RowVisitor& visit = {}) const;
 
   private:
+    /// With half of the rays each, and exact form factors if the system has them.
+    void gather_twice(std::span<const SurfacePoint> x, std::size_t rays, std::uint64_t seed, const std::string& purpose,
+                      const Execution& execution, Irradiance& first, Irradiance& second) const;
+
     Irradiance gather_smooth(std::span<const SurfacePoint> x, const Values* means, const ExactCorrection* correction,
                              std::size_t rays, std::uint64_t seed, std::string_view purpose,
                              const Execution& execution) const;

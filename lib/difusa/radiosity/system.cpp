@@ -371,8 +371,8 @@ class Solving {
         if (dynamic_cast<const AnalyticTransport*>(transport_.W.get()) != nullptr) {
             Values means;
             discretisation_.averages->apply(parts.smooth, means, execution_);
-            parts.sent =
-                std::make_shared<const Values>(light_sent(result_.light, means, bool(parts.bright), channels_));
+            parts.sent = std::make_shared<const Values>(
+                light_sent(result_.light, means, parts.bright && parts.bright->places(1) == 0, channels_));
         }
         parts.channels = channels_;
         parts.shadow_rays_per_round = options_.shadow_rays_per_round;

@@ -64,7 +64,7 @@ class AnalyticFactors;
 /// The exact form factors of some points, found once, for any of their rays.
 class FactorsOfPoints {
   public:
-    /// `rays`: as many as the errors of the means over groups are to be below the noise of. Keeps references.
+    /// `rays`: the number whose noise the errors of means over groups are to stay below. Keeps references.
     FactorsOfPoints(const Mesh& mesh, std::span<const SurfacePoint> points, const Surfels& surfels, std::size_t rays,
                     const Execution& execution);
     ~FactorsOfPoints();
