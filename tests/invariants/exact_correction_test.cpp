@@ -1,6 +1,7 @@
 // Gathers by fresh rays that exact form factors correct.
 #include <difusa/bake.h>
 #include <difusa/mesh/surface_sampling.h>
+#include <difusa/radiosity/error_estimate.h>
 #include <difusa/radiosity/exact_correction.h>
 #include <difusa/rays/lambert.h>
 
@@ -14,6 +15,7 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <numeric>
 #include <vector>
 
 namespace difusa::exact_correction_test {
@@ -92,6 +94,32 @@ TEST(ExactCorrection, ConstantLightIsExact) {
         const double sky = lambert_form_factor(x[p].position, x[p].normal, opening);
         EXPECT_NEAR(gathered.H(static_cast<Eigen::Index>(p), 0), 2.0 * sky + rho * H * (1.0 - sky), 1e-9);
     }
+}
+
+/// Corrections take the noise of the rays that the estimate is made with, and no further rays.
+TEST(ExactCorrection, TheEstimateCountsItsRaysOnce) {
+    Scene scene = test::uniform_scene(tray(), 0.6, 0.0);
+    scene.sky = Rgb::Constant(2.0);
+    BakeOptions options;
+    options.spacing = 0.3;
+    options.rays = 64;
+    options.visibility = "cgal";
+    options.error_points = 0;
+    options.analytic = "always";
+    const BakeResult exact = test::baked(scene, options);
+    options.analytic = "never";
+    const BakeResult plain = test::baked(scene, options);
+    const auto estimate = [](const BakeResult& result) {
+        return estimate_error(result.solution, 210, 64, 1, FurtherRounds{0, 0.0}, Execution{});
+    };
+    const ErrorEstimate of_exact = estimate(exact), of_plain = estimate(plain);
+    EXPECT_EQ(of_exact.rays_per_gather, 64U);
+    EXPECT_EQ(of_plain.rays_per_gather, 64U);
+    const auto noise = [](const ErrorEstimate& from) {
+        return std::accumulate(from.spread.begin(), from.spread.end(), 0.0) / static_cast<double>(from.spread.size());
+    };
+    EXPECT_LT(noise(of_exact), 0.1 * noise(of_plain)); // as all but the light within surfels is exact
+    EXPECT_EQ(of_exact.at.variance, of_exact.at.variance_of_fresh);
 }
 
 /// Whatever the light, the correction is 0 on average.
