@@ -24,7 +24,7 @@ static_assert(pilot_shares[0] + pilot_shares[1] == pilot_sites);
 constexpr std::array<double, 2> known_shares{0.125, 1.0 / 3.0};
 
 constexpr double least_gain = 2.0;      ///< in the squared error at best, for which sites are graded
-constexpr double least_error = 0x1p-12; ///< of a pilot's light, for which sites are graded
+constexpr double negligible_error = 0x1p-12; ///< of a pilot's light, for which sites are graded
 constexpr double most_even = 0.75;      ///< of the wanted sites may be needed for one on each part of the surface
 constexpr double close_enough = 0.05;   ///< to the wanted number of sites
 constexpr int most_attempts = 3;        ///< at it
@@ -144,7 +144,7 @@ std::optional<Placed> place_adaptively(BakeResult& result, const Registry& regis
                                size ? placed_spacing(*sites, *size) : std::vector<double>(sites->size(), largest), own);
                        });
         }
-        const bool negligible = judged->relative < least_error;
+        const bool negligible = judged->relative < negligible_error;
         if (!judged->sites->graded && (negligible || gain_of_grading(judged->error) < least_gain)) {
             if (known_sites < known_shares.back() * all) {
                 execution.save({"graded sites",
