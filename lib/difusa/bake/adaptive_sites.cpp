@@ -23,11 +23,11 @@ static_assert(pilot_shares[0] + pilot_shares[1] == pilot_sites);
 /// Of the wanted sites: how many those of an earlier bake have to be to stand in for each of the pilots.
 constexpr std::array<double, 2> known_shares{0.125, 1.0 / 3.0};
 
-constexpr double least_gain = 2.0;      ///< in the squared error at best, for which sites are graded
+constexpr double least_gain = 2.0;           ///< in the squared error at best, for which sites are graded
 constexpr double negligible_error = 0x1p-12; ///< of a pilot's light, for which sites are graded
-constexpr double most_even = 0.75;      ///< of the wanted sites may be needed for one on each part of the surface
-constexpr double close_enough = 0.05;   ///< to the wanted number of sites
-constexpr int most_attempts = 3;        ///< at it
+constexpr double most_even = 0.75;           ///< of the wanted sites may be needed for one on each part of the surface
+constexpr double close_enough = 0.05;        ///< to the wanted number of sites
+constexpr int most_attempts = 3;             ///< at it
 
 /// What a pilot bakes: the scene with few rays and the default elements.
 BakeOptions pilot_options(const BakeOptions& options) {
