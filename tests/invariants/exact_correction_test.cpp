@@ -33,6 +33,17 @@ Mesh tray() {
     return mesh;
 }
 
+/// A lit tray, by 64 rays from each point; its error is not estimated.
+BakeResult baked_tray(const Scene& lit, double spacing, const char* analytic) {
+    BakeOptions options;
+    options.spacing = spacing;
+    options.rays = 64;
+    options.visibility = "cgal";
+    options.analytic = analytic;
+    options.error_points = 0;
+    return test::baked(lit, options);
+}
+
 TEST(ExactCorrection, RowsAreThoseOfTheTransport) {
     const test::Discretised made(test::uniform_scene(tray(), 0.5, 0.0), 0.4, "cgal", "shepard");
     const Discretisation& discretisation = made.discretisation;
@@ -56,13 +67,7 @@ TEST(ExactCorrection, ConstantLightIsExact) {
     constexpr double rho = 0.6, H = 0.75;
     Scene scene = test::uniform_scene(tray(), rho, 0.0);
     scene.sky = Rgb::Constant(2.0);
-    BakeOptions options;
-    options.spacing = 0.2;
-    options.rays = 64;
-    options.visibility = "cgal";
-    options.analytic = "always";
-    options.error_points = 0;
-    const BakeResult result = test::baked(scene, options);
+    const BakeResult result = baked_tray(scene, 0.2, "always");
     FieldParts parts = result.field().parts();
     ASSERT_NE(parts.sent, nullptr);
     parts.smooth.setConstant(H);
@@ -100,15 +105,7 @@ TEST(ExactCorrection, ConstantLightIsExact) {
 TEST(ExactCorrection, TheEstimateCountsItsRaysOnce) {
     Scene scene = test::uniform_scene(tray(), 0.6, 0.0);
     scene.sky = Rgb::Constant(2.0);
-    BakeOptions options;
-    options.spacing = 0.3;
-    options.rays = 64;
-    options.visibility = "cgal";
-    options.error_points = 0;
-    options.analytic = "always";
-    const BakeResult exact = test::baked(scene, options);
-    options.analytic = "never";
-    const BakeResult plain = test::baked(scene, options);
+    const BakeResult exact = baked_tray(scene, 0.3, "always"), plain = baked_tray(scene, 0.3, "never");
     const auto estimate = [](const BakeResult& result) {
         return estimate_error(result.solution, 210, 64, 1, FurtherRounds{0, 0.0}, Execution{});
     };
@@ -126,13 +123,7 @@ TEST(ExactCorrection, TheEstimateCountsItsRaysOnce) {
 TEST(ExactCorrection, IsUnbiased) {
     Scene scene = test::uniform_scene(tray(), 0.6, 0.0);
     scene.suns = {{Vec3(1, 0.5, 1).normalized(), Rgb::Constant(3.0)}};
-    BakeOptions options;
-    options.spacing = 0.3;
-    options.rays = 64;
-    options.visibility = "cgal";
-    options.analytic = "always";
-    options.error_points = 0;
-    const BakeResult result = test::baked(scene, options);
+    const BakeResult result = baked_tray(scene, 0.3, "always");
     const FieldParts& parts = result.field().parts();
     ASSERT_NE(parts.sent, nullptr);
     const std::vector<SurfacePoint> x = even_points(result.scene->mesh, 40, RandomStream(2, "points"));

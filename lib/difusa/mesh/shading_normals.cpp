@@ -43,13 +43,13 @@ Facets find_facets(const Mesh& mesh, const Twins& smooth) {
             const Index t = open.back();
             open.pop_back();
             facets.area.back() += mesh.areas[t];
-            for (std::size_t side = 3 * std::size_t{t}; side < 3 * std::size_t{t} + 3; ++side) {
-                const Index other = smooth[side] == none ? none : smooth[side] / 3;
-                if (other != none && facets.of_triangle[other] == none && in_one_plane(mesh, t, other)) {
-                    facets.of_triangle[other] = number;
-                    open.push_back(other);
+            continue_plane(mesh, smooth, t, open, [&](Index other) {
+                if (facets.of_triangle[other] != none) {
+                    return false;
                 }
-            }
+                facets.of_triangle[other] = number;
+                return true;
+            });
         }
     }
     return facets;

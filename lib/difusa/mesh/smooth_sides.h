@@ -26,11 +26,6 @@ inline Index point_at(const Mesh& mesh, std::size_t corner) {
 /// Normals at this distance or less are those of one plane: well above the rounding of coordinates.
 inline constexpr double same_normal = 1e-6;
 
-/// Of triangles that are joined.
-inline bool in_one_plane(const Mesh& mesh, Index triangle, Index other) {
-    return (mesh.normals[triangle] - mesh.normals[other]).norm() <= same_normal;
-}
-
 /// #sides: the side each is joined to, or none. Joined sides share an edge and run in opposite directions.
 using Twins = std::vector<Index>;
 
@@ -40,6 +35,18 @@ Twins join_smooth_sides(const Mesh& mesh, double crease_angle);
 
 /// Separates the sides across which the reflectance may jump: different materials or corner colours.
 Twins part_materials(const Mesh& mesh, Twins twin);
+
+/// Appends to `open` the triangles beside one, across joined sides, that continue it in one plane, if `enter(other)`
+/// tells that they are new.
+template <class Enter>
+void continue_plane(const Mesh& mesh, const Twins& twin, Index triangle, std::vector<Index>& open, const Enter& enter) {
+    for (std::size_t side = 3 * std::size_t{triangle}; side < 3 * std::size_t{triangle} + 3; ++side) {
+        const Index other = twin[side] == none ? none : twin[side] / 3;
+        if (other != none && (mesh.normals[triangle] - mesh.normals[other]).norm() <= same_normal && enter(other)) {
+            open.push_back(other);
+        }
+    }
+}
 
 /// The **fan** of each corner: all corners at its point that can be reached across joined sides. Returns the number of
 /// each corner's fan, in the order of their first corners, and how many there are.

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace difusa {
 
@@ -91,8 +92,8 @@ class Unfolding {
             corners[k] = corner;
         }
         const auto [a, b, c] = corners;
-        const bool in_a_wall =
-            std::max({a, b, c}) < mesh_.points.size(); // or at the other end of a period: it is there already
+        // In a wall, or at the other end of a period: it is there already.
+        const bool in_a_wall = std::max({a, b, c}) < mesh_.points.size();
         if (in_a_wall || a == b || b == c || c == a) {
             return;
         }
@@ -141,15 +142,10 @@ class Unfolding {
             }
         }
         while (!open.empty()) {
-            const std::size_t t = open.back();
+            const Index t = open.back();
             open.pop_back();
-            for (std::size_t side = 3 * t; side < 3 * t + 3; ++side) {
-                const Index other = mesh_.twin[side] == none ? none : mesh_.twin[side] / 3;
-                if (other != none && chosen[other] == 0 && in_one_plane(mesh_, static_cast<Index>(t), other)) {
-                    chosen[other] = 1;
-                    open.push_back(other);
-                }
-            }
+            continue_plane(mesh_, mesh_.twin, t, open,
+                           [&](Index other) { return std::exchange(chosen[other], static_cast<char>(1)) == 0; });
         }
     }
 

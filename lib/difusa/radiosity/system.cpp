@@ -10,6 +10,7 @@
 #include <difusa/radiosity/reflected_transport.h>
 #include <difusa/radiosity/response.h>
 #include <difusa/scene/sky_parts.h>
+#include <difusa/transport/analytic_transport.h>
 #include <difusa/transport/glossy_transport.h>
 #include <difusa/transport/mirrored.h>
 

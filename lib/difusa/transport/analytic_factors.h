@@ -19,8 +19,8 @@ namespace difusa {
 /// in sight is found (rays/visible_part.h). In place of the light of each surfel counts the mean over the group: groups
 /// are small enough for the error of this to be below the noise of the rays that they replace, whatever the light. With
 /// A the area, ΔK the range of the kernel over the group and sigma the deviation of the light within it, that error is
-/// at most about A ΔK sigma / sqrt(12), and the noise of N independent rays sigma sqrt(F/N); 64 or more
-/// even ones have that of sqrt(N)/8 times as many.
+/// at most about A ΔK sigma / sqrt(12), and the noise of N independent rays sigma sqrt(F/N); 64 or more even
+/// ones have that of sqrt(N)/8 times as many.
 class AnalyticFactors {
   public:
     /// `rays`: how many each point sends out. Keeps references.
