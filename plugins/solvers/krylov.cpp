@@ -205,16 +205,18 @@ class Krylov final : public difusa::Solver {
         for (Eigen::Index c = 0; c < problem.g.cols(); ++c) {
             columns.emplace_back(problem.g.col(c), options, restart_, execution);
         }
-        Values x = Values::Zero(problem.g.rows(), problem.g.cols()), Tx;
+        Values x, Tx;
         std::vector<Vector> Ax(columns.size());
-        // For each column that is not done, some rows of all of them at a time: these fit in a cache.
+        std::vector<std::size_t> applied; // columns that T is applied to
+        // For each of these that is not done, and its place among them, some rows of all at a time: these fit in a
+        // cache.
         const auto for_columns = [&](const auto& act) {
             difusa::parallel_for(
                 static_cast<std::size_t>(x.rows()), 256, execution.silent(),
                 [&](std::size_t begin, std::size_t end, unsigned) {
-                    for (std::size_t c = 0; c < columns.size(); ++c) {
-                        if (!columns[c].done()) {
-                            act(columns[c], static_cast<Eigen::Index>(c),
+                    for (std::size_t k = 0; k < applied.size(); ++k) {
+                        if (!columns[applied[k]].done()) {
+                            act(applied[k], static_cast<Eigen::Index>(k),
                                 Eigen::seqN(static_cast<Eigen::Index>(begin), static_cast<Eigen::Index>(end - begin)));
                         }
                     }
@@ -224,17 +226,21 @@ class Krylov final : public difusa::Solver {
         SolveSummary summary;
         while (!std::all_of(columns.begin(), columns.end(), [](const Column& column) { return column.done(); })) {
             execution.check();
-            for_columns(
-                [&](const Column& column, Eigen::Index c, const auto& rows) { x(rows, c) = column.operand()(rows); });
-            problem.T->apply(x, Tx, execution);
-            summary.entries_touched += problem.T->entry_count() * static_cast<std::size_t>(x.cols());
-            for (Vector& each : Ax) {
-                each.resize(x.rows());
+            if (const std::vector<std::size_t> wanted = unfinished(columns, problem.T->column_period());
+                wanted.size() != applied.size()) {
+                applied = wanted;
+                x.setZero(problem.g.rows(), static_cast<Eigen::Index>(applied.size()));
             }
-            for_columns([&](const Column&, Eigen::Index c, const auto& rows) {
-                Ax[static_cast<std::size_t>(c)](rows) = x(rows, c) - Tx(rows, c);
-            });
-            for (std::size_t c = 0; c < columns.size(); ++c) {
+            for_columns(
+                [&](std::size_t c, Eigen::Index at, const auto& rows) { x(rows, at) = columns[c].operand()(rows); });
+            problem.T->apply(x, Tx, execution);
+            summary.entries_touched += problem.T->entry_count() * applied.size();
+            for (const std::size_t c : applied) {
+                Ax[c].resize(x.rows());
+            }
+            for_columns(
+                [&](std::size_t c, Eigen::Index at, const auto& rows) { Ax[c](rows) = x(rows, at) - Tx(rows, at); });
+            for (const std::size_t c : applied) {
                 if (!columns[c].done()) {
                     columns[c].take(std::move(Ax[c]));
                 }
@@ -262,6 +268,23 @@ class Krylov final : public difusa::Solver {
     }
 
   private:
+    /// The columns of those sets of `period` of which one or more is not done; if it is 0, all columns.
+    static std::vector<std::size_t> unfinished(const std::vector<Column>& columns, Eigen::Index period) {
+        const std::size_t size = period > 0 ? static_cast<std::size_t>(period) : columns.size();
+        std::vector<std::size_t> wanted;
+        for (std::size_t first = 0; first < columns.size(); first += size) {
+            const std::size_t end = std::min(columns.size(), first + size);
+            if (!std::all_of(columns.begin() + static_cast<std::ptrdiff_t>(first),
+                             columns.begin() + static_cast<std::ptrdiff_t>(end),
+                             [](const Column& column) { return column.done(); })) {
+                for (std::size_t c = first; c < end; ++c) {
+                    wanted.push_back(c);
+                }
+            }
+        }
+        return wanted;
+    }
+
     /// The estimates of all columns, if that is due.
     static void show(const std::vector<Column>& columns, std::size_t entries, difusa::Showing& showing) {
         std::size_t relaxations = 0;

@@ -224,7 +224,7 @@ struct Rows {
 };
 
 /// Divides columns 0 ... width - 1 into panels of these sizes, as many as fit of each in turn, and calls
-/// `act(size, first column)` for each panel; the size is a constant. The last size is 1.
+/// `act(size, first column)` for each panel; the size is a constant. If the last size is 1, no column is left over.
 template <int... sizes, class Act> void for_panels(Eigen::Index width, const Act& act) {
     Eigen::Index first = 0;
     const auto take = [&](auto size) {
@@ -238,8 +238,8 @@ template <int... sizes, class Act> void for_panels(Eigen::Index width, const Act
 constexpr int line = 8; ///< of a cache, in numbers
 
 /// Asks for `count` numbers.
-template <int count> void fetch(const double* numbers) {
-    for (int c = 0; c < count; c += line) {
+template <class Count> void fetch(const Count& count, const double* numbers) {
+    for (Eigen::Index c = 0; c < count; c += line) {
         __builtin_prefetch(numbers + c);
     }
 }
@@ -252,7 +252,7 @@ void sum_columns(std::span<const Index> bins, const double* from, Eigen::Index w
     double sum[count] = {};
     for (std::size_t i = 0; i < bins.size(); ++i) {
         if (i + ahead < bins.size()) {
-            fetch<count>(from + static_cast<Eigen::Index>(bins[i + ahead]) * width);
+            fetch(std::integral_constant<int, count>(), from + static_cast<Eigen::Index>(bins[i + ahead]) * width);
         }
         const double* const source = from + static_cast<Eigen::Index>(bins[i]) * width;
         for (int c = 0; c < count; ++c) {
@@ -295,9 +295,14 @@ class BlockProduct {
     }
 
     void multiply(const double* from, Eigen::Index width, double share, double* to) {
-        for_panels<192, 96, 24, 3, 1>(width, [&](auto count, Eigen::Index c) {
-            with_wide_vectors([&] { multiply_part<count>(from + c, width, share, to + c); });
+        Eigen::Index rest = 0; // the first column that is in no panel
+        for_panels<192, 96>(width, [&](auto count, Eigen::Index c) {
+            with_wide_vectors([&] { multiply_part(count, from + c, width, share, to + c); });
+            rest = c + count;
         });
+        if (rest < width) {
+            with_wide_vectors([&] { multiply_part(width - rest, from + rest, width, share, to + rest); });
+        }
     }
 
   private:
@@ -305,23 +310,27 @@ class BlockProduct {
     struct Entry {
         Index bin, row;
     };
-    template <int count> void multiply_part(const double* from, Eigen::Index width, double share, double* to) {
+
+    /// Columns 0 ... count - 1; best if the count is a constant.
+    template <class Count>
+    void multiply_part(const Count& count, const double* from, Eigen::Index width, double share, double* to) {
         constexpr std::size_t ahead = 16;
-        sums_.assign(rows_ * count, 0.0);
+        const auto size = static_cast<std::size_t>(count);
+        sums_.assign(rows_ * size, 0.0);
         for (std::size_t h = 0; h < sorted_.size(); ++h) {
             if (h + ahead < sorted_.size()) {
-                fetch<count>(from + static_cast<Eigen::Index>(sorted_[h + ahead].bin) * width);
+                fetch(count, from + static_cast<Eigen::Index>(sorted_[h + ahead].bin) * width);
             }
             const double* const source = from + static_cast<Eigen::Index>(sorted_[h].bin) * width;
-            double* const sum = sums_.data() + static_cast<std::size_t>(sorted_[h].row) * count;
-            for (int c = 0; c < count; ++c) {
+            double* const sum = sums_.data() + static_cast<std::size_t>(sorted_[h].row) * size;
+            for (Eigen::Index c = 0; c < count; ++c) {
                 sum[c] += source[c];
             }
         }
         for (std::size_t row = 0; row < rows_; ++row) {
-            const double* const sum = sums_.data() + row * count;
+            const double* const sum = sums_.data() + row * size;
             double* const out = to + static_cast<Eigen::Index>(row) * width;
-            for (int c = 0; c < count; ++c) {
+            for (Eigen::Index c = 0; c < count; ++c) {
                 out[c] = share * sum[c];
             }
         }
@@ -502,8 +511,8 @@ void HitLists::apply(const Values& x, Values& y, const Execution& execution) con
         const Rows rows(codes, begin, end);
         for (std::size_t j = begin; j < end; ++j) {
             double* const out = y.data() + static_cast<Eigen::Index>(j) * width;
-            for_panels<24, 9, 3, 1>(width, [&](auto count, Eigen::Index c) {
-                sum_columns<count>(rows[j - begin], from + c, width, share, out + c);
+            for_panels<24, 21, 9, 7, 3, 1>(width, [&](auto count, Eigen::Index c) {
+                with_wide_vectors([&] { sum_columns<count>(rows[j - begin], from + c, width, share, out + c); });
             });
         }
     });

@@ -25,6 +25,10 @@ class LinearOperator {
     /// y = Aᵀ x for each column of x (#rows by any number), likewise.
     virtual void apply_transpose(const Values& x, Values& y, const Execution& execution) const = 0;
 
+    /// 0, or p: what becomes of column c of x depends on c modulo p alone, so that whole sets of p columns may be left
+    /// out.
+    virtual Eigen::Index column_period() const { return 0; }
+
     /// The entries, for callers that need rows or columns; null if they are compressed, composed or elsewhere.
     virtual const SparseRows* entries() const { return nullptr; }
 

@@ -307,6 +307,25 @@ std::optional<std::array<Index, 2>> Surfels::square(Index s) const {
     return {{square.slab, square.row}};
 }
 
+/// A square that the triangle's sides leave whole, as most are; empty if they may cut it.
+ConvexPolygon Surfels::whole_square(const Grid& grid, Index slab, Index row) {
+    constexpr double rounding = 1e-12;
+    const double determinant = grid.x[1] * grid.y[2] - grid.x[2] * grid.y[1];
+    ConvexPolygon square;
+    for (const auto& [right, up] :
+         {std::pair(0.0, 0.0), std::pair(1.0, 0.0), std::pair(1.0, 1.0), std::pair(0.0, 1.0)}) {
+        const double x = static_cast<double>(slab) + right - grid.x[0], y = static_cast<double>(row) + up - grid.y[0];
+        const Eigen::Vector2d uv((grid.y[2] * x - grid.x[2] * y) / determinant,
+                                 (grid.x[1] * y - grid.y[1] * x) / determinant);
+        if (!(std::min({uv[0], uv[1], 1.0 - uv.sum()}) >= -rounding)) {
+            return {};
+        }
+        const Eigen::Vector2d inside = uv.cwiseMax(0.0);
+        square.add(inside / std::max(1.0, inside.sum()));
+    }
+    return square;
+}
+
 void Surfels::cell_pieces(Index cell, std::vector<Piece>& pieces) const {
     pieces.clear();
     if (cell >= clusters_) {
@@ -319,6 +338,10 @@ void Surfels::cell_pieces(Index cell, std::vector<Piece>& pieces) const {
     const Square square = square_of(cell);
     const Grid& grid = *square.grid;
     const Index slab = square.slab, row = square.row, rows = square.rows;
+    if (const ConvexPolygon whole = whole_square(grid, slab, row); whole.count > 0) {
+        pieces.push_back({grid.triangle, whole, 2.0 * mesh_->areas[grid.triangle] * whole.area()});
+        return;
+    }
     ConvexPolygon polygon = whole_triangle();
     const Eigen::Vector2d along_x(grid.x[1], grid.x[2]), along_y(grid.y[1], grid.y[2]);
     if (slab > 0) {

@@ -110,6 +110,7 @@ class Surfels {
         Index slab, row, rows; ///< rows: of the slab
     };
     Square square_of(Index cell) const;
+    static ConvexPolygon whole_square(const Grid& grid, Index slab, Index row);
     void cell_pieces(Index base, std::vector<Piece>& pieces) const;
     std::vector<Part> parts_of(const Split& split, const std::vector<Piece>& pieces) const;
     void cut_pieces(const Plane& plane, bool above, std::vector<Piece>& pieces) const;

@@ -21,6 +21,7 @@ class ReflectedTransport final : public LinearOperator {
     std::size_t columns() const override { return transport_.points(); }
     void apply(const Values& h, Values& y, const Execution& execution) const override;
     void apply_transpose(const Values& x, Values& y, const Execution& execution) const override;
+    Eigen::Index column_period() const override { return reflectance_.cols(); }
     std::size_t entry_count() const override;
 
     /// A is D, or the form factors between pairs; Q the rest, diag(rho) P Π or M diag(rho) P Π. Null if the projection

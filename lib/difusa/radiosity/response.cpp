@@ -16,6 +16,7 @@ class Transposed final : public LinearOperator {
     explicit Transposed(const LinearOperator& T) : T_(T) {}
     std::size_t rows() const override { return T_.columns(); }
     std::size_t columns() const override { return T_.rows(); }
+    Eigen::Index column_period() const override { return T_.column_period(); }
     std::size_t entry_count() const override { return T_.entry_count(); }
     void apply(const Values& x, Values& y, const Execution& execution) const override {
         T_.apply_transpose(x, y, execution);
