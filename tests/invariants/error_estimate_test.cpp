@@ -16,6 +16,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <numeric>
 #include <tuple>
 
 namespace difusa::error_estimate_test {
@@ -126,24 +127,43 @@ TEST(ErrorEstimate, SurfelsStandForTheLightAtHitsWithoutBias) {
     EXPECT_LT(std::abs(mean), 4.9 * deviation); // one in a million
 }
 
-/// How often the error is measured, from the number of rays: each round has twice as many as the one before.
-TEST(ErrorEstimate, MeasuresAgainWhereThatMayHelp) {
+/// With a limit, how often the error is measured, from the number of rays: each round has twice as many as the one
+/// before.
+TEST(ErrorEstimate, MeasuresAgainWhereThatMayReachTheLimit) {
     const BakeResult result = lit_from_one_side();
     const auto estimate = [&](const FurtherRounds& further) {
         return estimate_error(result.solution, 30, 8, 1, further, Execution{});
     };
     const ErrorEstimate once = estimate({0, 0.0});
-    const auto rays = [&](const FurtherRounds& further) { return estimate(further).rays / once.rays; };
-    EXPECT_EQ(once.rays, 2 * once.points * once.rays_per_gather);
-    ASSERT_GT(once.total.high, 2.0 * once.total.rms); // few rays from few points leave much doubt
-    EXPECT_EQ(rays({1, 0.0}), 3U);
-    EXPECT_GE(rays({2, 0.0}), 3U);
-
+    const auto rays = [&](double limit) { return estimate({1, limit / once.reflected}).rays / once.rays; };
+    EXPECT_EQ(once.rays, 2 * once.points * once.rays_per_gather.front());
     const double middle = 0.5 * (once.total.rms + once.total.high);
-    EXPECT_EQ(rays({1, 1.01 * once.total.high / once.reflected}), 1U); // below the limit already
-    EXPECT_EQ(rays({1, 0.99 * once.total.high / once.reflected}), 3U);
-    EXPECT_EQ(rays({1, 1.01 * middle / once.reflected}), 3U);
-    EXPECT_EQ(rays({1, 0.99 * middle / once.reflected}), 1U); // too far above it
+    EXPECT_EQ(rays(1.01 * once.total.high), 1U); // below the limit already
+    EXPECT_EQ(rays(0.99 * once.total.high), 3U);
+    EXPECT_EQ(rays(1.01 * middle), 3U);
+    EXPECT_EQ(rays(0.99 * middle), 1U); // too far above it
+}
+
+/// Where noise prevails, fewer points have more rays each, no more in all than the points asked for would have, until
+/// the upper end is twice the estimate; otherwise all points are measured, 140 of them beforehand.
+TEST(ErrorEstimate, BalancesPointsAndRays) {
+    const BakeResult result = lit_from_one_side();
+    const auto estimate = [&](std::size_t rays, std::size_t rounds) {
+        return estimate_error(result.solution, 1400, rays, 1, {rounds, 0.0}, Execution{});
+    };
+    const ErrorEstimate quiet = estimate(4096, 1);
+    EXPECT_EQ(quiet.points, 1400U);
+    EXPECT_EQ(quiet.rays, 2 * 4096 * (1400 + 140));
+    const ErrorEstimate noisy = estimate(8, 1);
+    EXPECT_LT(noisy.points, 700U);
+    EXPECT_GE(noisy.rays / noisy.points, 2 * 2 * 8U);
+    EXPECT_EQ(noisy.spread.size(), noisy.points);
+    EXPECT_EQ(noisy.rays_per_gather.size(), noisy.points);
+    EXPECT_EQ(noisy.at.size(), noisy.points);
+    EXPECT_NEAR(std::accumulate(noisy.at.weight.begin(), noisy.at.weight.end(), 0.0), result.scene->mesh.area, 1e-9);
+    ASSERT_LT(noisy.total.high, 2.0 * noisy.total.rms) << "else they are measured again";
+    // Rays and points are whole: half a ray of 16 or more, and 6 of 600 points.
+    EXPECT_LE(static_cast<double>(noisy.rays), 2.0 * 8.0 * (1400.0 * (1.0 + 0.5 / 16.0 + 6.0 / 600.0) + 140.0));
 }
 
 /// The light of emitters that the coefficients represent is the response to their emission.
@@ -178,10 +198,18 @@ TEST(ErrorEstimate, ItsPointsIntegrateAnythingThatIsReflected) {
     }
     std::vector<double> sums;
     double largest = 0.0; // weight, over the mean
+    double of_fewer = 0.0;
     for (std::uint64_t seed = 1; seed <= 64; ++seed) {
         const ErrorPoints points = draw_error_points(result.solution, 1200, seed, Execution{});
         ASSERT_EQ(points.size(), 1204U);
         double sum = 0.0, area = 0.0;
+        RandomStream stream(seed, "fewer");
+        const ErrorPoints fewer = fewer_points(points, 300, stream);
+        ASSERT_EQ(fewer.size(), 301U);
+        for (std::size_t p = 0; p < fewer.size(); ++p) {
+            of_fewer += fewer.weight[p] * f(fewer.place[p]) / 64.0;
+        }
+        EXPECT_NEAR(std::accumulate(fewer.weight.begin(), fewer.weight.end(), 0.0), 5.0, 1e-12);
         for (std::size_t p = 0; p < points.size(); ++p) {
             const SurfacePoint& x = points.place[p];
             ASSERT_NE(scene.mesh.material[x.face], 2U);
@@ -207,6 +235,7 @@ TEST(ErrorEstimate, ItsPointsIntegrateAnythingThatIsReflected) {
     constexpr double most = 4.0 * 20.0;
     EXPECT_LT(largest, most);
     EXPECT_NEAR(mean, exact, (4.5 / 8.0 + std::sqrt(most / 1200.0)) * deviation);
+    EXPECT_NEAR(of_fewer, exact, (4.5 / 8.0 + std::sqrt(most / 300.0)) * 2.0 * deviation);
 }
 
 /// Where light, variation and noise do not differ, points are as dense as what they face is near, and what each stands

@@ -110,8 +110,8 @@ TEST(ExactCorrection, TheEstimateCountsItsRaysOnce) {
         return estimate_error(result.solution, 210, 64, 1, FurtherRounds{0, 0.0}, Execution{});
     };
     const ErrorEstimate of_exact = estimate(exact), of_plain = estimate(plain);
-    EXPECT_EQ(of_exact.rays_per_gather, 64U);
-    EXPECT_EQ(of_plain.rays_per_gather, 64U);
+    EXPECT_EQ(of_exact.rays_per_gather.front(), 64U);
+    EXPECT_EQ(of_plain.rays_per_gather.front(), 64U);
     const auto noise = [](const ErrorEstimate& from) {
         return std::accumulate(from.spread.begin(), from.spread.end(), 0.0) / static_cast<double>(from.spread.size());
     };

@@ -26,6 +26,7 @@ class DenseOperator final : public LinearOperator {
     void apply_transpose(const Values& x, Values& y, const Execution& /*execution*/) const override {
         y = reflected(K_.transpose() * x);
     }
+    Eigen::Index column_period() const override { return rho_.cols(); }
     std::size_t entry_count() const override { return static_cast<std::size_t>(K_.size()); }
 
     /// A = K, Q = diag(rho); each unknown stands for an area of 1.

@@ -113,7 +113,7 @@ TEST(HitLists, MultiplyLikeADenseMatrixWithTheSameBitsForAnyThreads) {
             dense(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(bin)) += 1.0 / rays;
         }
     }
-    for (const Eigen::Index width : {1, 2, 3, 9, 24, 61, 148, 340}) {
+    for (const Eigen::Index width : {1, 2, 3, 7, 9, 21, 24, 46, 61, 148, 340}) {
         const Values x = random_values(columns, width, random), y = random_values(count, width, random);
         Values Wx, Wty;
         W.apply(x, Wx, Execution{});

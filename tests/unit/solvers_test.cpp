@@ -316,6 +316,29 @@ TEST(Solvers, ColumnsAreSolvedAsEachWouldBeAlone) {
     }
 }
 
+/// Sets of columns that have converged take no further products, and the others keep their bits.
+TEST(Solvers, KrylovLeavesOutSetsOfColumnsThatHaveConverged) {
+    constexpr Eigen::Index n = 60, channels = 3;
+    const Problem p(n, 1.0, 0.9, 13, channels);
+    SolveOptions options;
+    options.tolerance = 1e-10;
+    Values g(n, 3 * channels);
+    RandomStream random(14, "light of sets");
+    for (double& each : g.reshaped()) {
+        each = random.uniform();
+    }
+    g.middleCols(channels, channels).setZero();
+    const SolveSummary all = solve("krylov", {&p.T, g}, options);
+    Values others(n, 2 * channels);
+    others << g.leftCols(channels), g.rightCols(channels);
+    const SolveSummary two = solve("krylov", {&p.T, others}, options);
+    ASSERT_TRUE(all.converged());
+    EXPECT_EQ(all.entries_touched, two.entries_touched);
+    EXPECT_EQ(all.h.leftCols(channels), two.h.leftCols(channels));
+    EXPECT_EQ(all.h.rightCols(channels), two.h.rightCols(channels));
+    EXPECT_EQ(all.h.middleCols(channels, channels).cwiseAbs().maxCoeff(), 0.0);
+}
+
 class Cancelled : public Progress {
     bool cancelled() const override { return true; }
 };
