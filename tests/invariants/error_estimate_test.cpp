@@ -144,8 +144,7 @@ TEST(ErrorEstimate, MeasuresAgainWhereThatMayReachTheLimit) {
     EXPECT_EQ(rays(0.99 * middle), 1U); // too far above it
 }
 
-/// Where noise prevails, fewer points have more rays each, no more in all than the points asked for would have, until
-/// the upper end is twice the estimate; otherwise all points are measured, 140 of them beforehand.
+/// Where noise prevails, fewer points have more rays each; otherwise all points are measured, 140 of them beforehand.
 TEST(ErrorEstimate, BalancesPointsAndRays) {
     const BakeResult result = lit_from_one_side();
     const auto estimate = [&](std::size_t rays, std::size_t rounds) {
@@ -161,9 +160,6 @@ TEST(ErrorEstimate, BalancesPointsAndRays) {
     EXPECT_EQ(noisy.rays_per_gather.size(), noisy.points);
     EXPECT_EQ(noisy.at.size(), noisy.points);
     EXPECT_NEAR(std::accumulate(noisy.at.weight.begin(), noisy.at.weight.end(), 0.0), result.scene->mesh.area, 1e-9);
-    ASSERT_LT(noisy.total.high, 2.0 * noisy.total.rms) << "else they are measured again";
-    // Rays and points are whole: half a ray of 16 or more, and 6 of 600 points.
-    EXPECT_LE(static_cast<double>(noisy.rays), 2.0 * 8.0 * (1400.0 * (1.0 + 0.5 / 16.0 + 6.0 / 600.0) + 140.0));
 }
 
 /// The light of emitters that the coefficients represent is the response to their emission.

@@ -123,7 +123,7 @@ std::size_t most_output_triangles(const BakeOptions& options) {
 }
 
 std::size_t error_points(const BakeOptions& options, std::size_t sites) {
-    const std::size_t wanted = options.error_points.value_or(std::clamp<std::size_t>(sites / 8, 128, 4096));
+    const std::size_t wanted = options.error_points.value_or(std::clamp<std::size_t>(sites / 8, 400, 4096));
     return (wanted + ErrorPoints::groups - 1) / ErrorPoints::groups * ErrorPoints::groups;
 }
 

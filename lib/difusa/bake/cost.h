@@ -10,7 +10,7 @@ namespace difusa {
 /// Points where light is gathered.
 std::size_t gather_points(const ProjectionChoice& projection, std::size_t sites);
 
-/// Points where the error is estimated: BakeOptions::error_points, or an eighth of the sites, 128 to 4096; rounded up
+/// Points where the error is estimated: BakeOptions::error_points, or an eighth of the sites, 400 to 4096; rounded up
 /// to a multiple of ErrorPoints::groups.
 std::size_t error_points(const BakeOptions& options, std::size_t sites);
 

@@ -11,66 +11,15 @@
 #include <limits>
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <string>
+#include <utility>
 
 namespace difusa {
 
 namespace {
 
 constexpr auto groups = static_cast<Eigen::Index>(ErrorPoints::groups); ///< p is known from each by itself
-
-/// The mean of `values` over the area, its standard error, how many points of equal values would leave as much doubt
-/// (Kish 1965), and by how much a point raises the mean at most.
-struct Mean {
-    double value = 0.0, deviation = 0.0, effective = 1.0, largest = 0.0;
-};
-
-/// The weights sum to a known area, so that only the deviations from the mean leave doubt.
-Mean mean_over(const ErrorPoints& at, double area, const std::vector<double>& values) {
-    const auto n = static_cast<double>(at.size());
-    double weights = 0.0, sum = 0.0;
-    for (std::size_t p = 0; p < at.size(); ++p) {
-        weights += at.weight[p];
-        sum += at.weight[p] * values[p];
-    }
-    Mean mean;
-    mean.value = sum / area;
-    double squares = 0.0, deviations = 0.0;
-    for (std::size_t p = 0; p < at.size(); ++p) {
-        const double share = at.weight[p] / area * values[p];
-        const double deviation = at.weight[p] / area * (values[p] - sum / weights);
-        squares += share * share;
-        deviations += deviation * deviation;
-        mean.largest = std::max(mean.largest, deviation);
-    }
-    mean.deviation = std::sqrt(deviations * n / std::max(1.0, n - 1.0));
-    mean.effective = squares > 0.0 ? mean.value * mean.value / squares : n;
-    return mean;
-}
-
-/// The 97.5 % quantile of Student's t, to 1 % for 4 degrees of freedom and more (Fisher and Cornish 1960).
-double quantile(double freedom) {
-    freedom = std::max(freedom, 4.0);
-    return 1.95996 + 2.37227 / freedom + 2.82250 / (freedom * freedom) + 2.5556 / (freedom * freedom * freedom);
-}
-
-/// With a confidence of 97.5 %, no more than this many of n points would fall where none has (e^-3.69 = 2.5 %).
-constexpr double unseen_points = 3.69;
-
-/// The root of a mean of squares. Where the mean is known well enough, the interval is one of its logarithm: a few
-/// large values make the distribution of means a skew one. Squared errors have heavy tails, of which the points may
-/// have missed a part; the upper end allows for as many points as may have been missed, with the largest share that was
-/// seen.
-RmsEstimate root_of(const Mean& mean) {
-    const auto root = [](double square) { return std::sqrt(std::max(0.0, square)); };
-    const double reach = quantile(mean.effective - 1.0) * mean.deviation;
-    const double unseen = unseen_points * mean.largest;
-    if (mean.value > 3.0 * mean.deviation) {
-        const double factor = std::exp(reach / mean.value);
-        return {root(mean.value), root(mean.value / factor), root(mean.value * factor + unseen)};
-    }
-    return {root(mean.value), root(mean.value - reach), root(mean.value + reach + unseen)};
-}
 
 /// Irradiance at the error points that the solution has, and twice what it should be according to fresh rays: columns
 /// are channels.
@@ -81,12 +30,50 @@ struct Measured {
     Values residual(const Values& fresh, const Values& weight) const { return (fresh - own).cwiseProduct(weight); }
 };
 
+/// The noise of light that is evaluated directly where it is displayed: it is independent of all else, takes few rays,
+/// and is large in few places, penumbras. So it is measured at more points than the rest.
+class NoiseOfDirect {
+  public:
+    NoiseOfDirect(const Solution& solution, const ErrorPoints& at, std::uint64_t seed, const Execution& execution)
+        : at_(at) {
+        const Field& field = *solution.field;
+        if (field.parts().direct_in_basis || !field.parts().direct->any()) {
+            return;
+        }
+        DirectLight::Effort effort;
+        const auto once = [&](const char* purpose) {
+            return sum_of_parts(field.sharp(at_.place, seed, purpose, execution, effort), field.channels());
+        };
+        const Values own = once("error of direct light, own");
+        const Values first = once("error of direct light, first") - own,
+                     second = once("error of direct light, second") - own;
+        segments_ = effort.segments;
+        for (std::size_t p = 0; p < at_.size(); ++p) {
+            const auto row = static_cast<Eigen::Index>(p);
+            const Eigen::RowVectorXd weights =
+                judged_weight(*field.parts().scene, at_.place[p]).head(field.channels()).square().matrix().transpose();
+            squares_.push_back(weights.dot(first.row(row).cwiseProduct(second.row(row))));
+        }
+    }
+
+    std::size_t segments() const { return segments_; }
+
+    /// The mean square over the area, W²/m⁴.
+    AreaMean mean(double area) const { return squares_.empty() ? AreaMean{} : mean_over(area, at_.weight, squares_); }
+
+  private:
+    const ErrorPoints& at_;
+    std::vector<double> squares_; ///< #points; empty if there is no such light
+    std::size_t segments_ = 0;
+};
+
 class Estimation {
   public:
-    Estimation(const Solution& solution, std::size_t points, std::uint64_t seed, const Execution& execution)
+    Estimation(const Solution& solution, ErrorPoints points, std::uint64_t seed, std::string purpose,
+               const Execution& execution)
         : solution_(solution), field_(*solution.field), scene_(*field_.parts().scene), seed_(seed),
-          execution_(execution) {
-        result_.at = draw_error_points(solution, points, seed, execution);
+          purpose_(std::move(purpose)), execution_(execution) {
+        result_.at = std::move(points);
         result_.points = result_.at.size();
         result_.largest_reflectance = largest_reflectance(scene_, field_.channels());
         rho_.resize(static_cast<Eigen::Index>(result_.points), field_.channels());
@@ -99,37 +86,75 @@ class Estimation {
         }
     }
 
-    ErrorEstimate run(std::size_t rays, const FurtherRounds& further) {
-        if (result_.points == 0) {
-            return std::move(result_);
+    /// Adds two measurements with so many rays each to those there are.
+    void measure(std::size_t rays) {
+        if (measured_rays_ == 0.0) {
+            evaluate_solution();
         }
-        evaluate_solution();
-        if (field_.parts().sent) {
+        if (field_.parts().sent && !exact_) {
             exact_ =
                 std::make_unique<ExactCorrection>(field_.parts(), result_.at.place, rays_of_exact * rays, execution_);
         }
-        measure(rays, "error");
-        result_.rays_per_gather = result_.rays / (2 * result_.points);
-        for (std::size_t p = 0; p < result_.points; ++p) {
-            const auto row = static_cast<Eigen::Index>(p);
-            result_.spread.push_back(0.5 * (smooth_.first.row(row) - smooth_.second.row(row)).squaredNorm());
+        measure_once(rays, purpose_ + ", first", &Measured::first);
+        measure_once(rays, purpose_ + ", second", &Measured::second);
+        if (measured_rays_ == 0.0) {
+            result_.rays_per_gather.assign(result_.points, result_.rays / (2 * result_.points));
+            for (Eigen::Index row = 0; row < smooth_.own.rows(); ++row) {
+                result_.spread.push_back(0.5 * (smooth_.first.row(row) - smooth_.second.row(row)).squaredNorm());
+            }
         }
-        carry();
-        judge();
-        for (std::size_t round = 1; round <= further.most && is_undecided(further.limit); ++round) {
-            rays *= 2;
-            measure(rays, "error, round " + std::to_string(round));
-            carry();
-            judge();
-        }
-        return std::move(result_);
+        measured_rays_ += static_cast<double>(rays);
+        purpose_ += ", more";
     }
 
-  private:
-    static constexpr double too_much = 2.0;  ///< of the upper end, over the estimate
-    static constexpr double rounding = 1e-9; ///< of errors, over the light
-    static constexpr std::size_t places_around = 64;
-    static constexpr std::size_t rays_of_exact = 8; ///< over those of the first round: more than all rounds have
+    /// Adds other points, measured with as many rays.
+    void join(const Estimation& other) {
+        DIFUSA_REQUIRE(other.measured_rays_ == measured_rays_);
+        const auto own = static_cast<double>(result_.points), others = static_cast<double>(other.result_.points);
+        const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+        append(result_.at.place, other.result_.at.place);
+        append(result_.at.weight, other.result_.at.weight);
+        append(result_.at.surfel, other.result_.at.surfel);
+        append(result_.at.group, other.result_.at.group);
+        for (std::size_t p = 0; p < result_.at.size(); ++p) {
+            result_.at.weight[p] *= (p < result_.points ? own : others) / (own + others);
+        }
+        append(result_.spread, other.result_.spread);
+        append(result_.rays_per_gather, other.result_.rays_per_gather);
+        result_.points += other.result_.points;
+        result_.rays += other.result_.rays;
+        result_.segments += other.result_.segments;
+        const auto stack = [](Values& upper, const Values& lower) {
+            Values both(upper.rows() + lower.rows(), upper.cols());
+            both << upper, lower;
+            upper = std::move(both);
+        };
+        stack(rho_, other.rho_);
+        stack(weight_, other.weight_);
+        for (Measured Estimation::*const each :
+             {&Estimation::indirect_, &Estimation::smooth_, &Estimation::shown_, &Estimation::total_}) {
+            for (Values Measured::*const which : {&Measured::own, &Measured::first, &Measured::second}) {
+                stack(this->*each.*which, other.*each.*which);
+            }
+        }
+        exact_.reset();
+    }
+
+    /// The mean square of the noise of r over that of r; infinite where r cannot be told from 0.
+    double noise_over_residual() const {
+        const double noise = rms_of(0.5 * (shown_.first - shown_.second).cwiseProduct(weight_));
+        if (noise <= rounding * rms_of(total_.own.cwiseProduct(weight_))) {
+            return 0.0;
+        }
+        const double residual = mean_over(scene_.mesh.area, result_.at.weight, squares(shown_, false)).value;
+        return residual > 0.0 ? noise * noise / residual : std::numeric_limits<double>::infinity();
+    }
+
+    /// Estimates the error from all measurements.
+    void conclude(const NoiseOfDirect& direct) {
+        carry();
+        judge(direct.mean(scene_.mesh.area));
+    }
 
     /// `wanted`: FurtherRounds::limit.
     bool is_undecided(double wanted) const {
@@ -140,7 +165,26 @@ class Estimation {
         const auto is_wide = [&](const RmsEstimate& error) {
             return error.high > std::max(too_much * error.rms, rounding * result_.reflected);
         };
-        return is_wide(result_.total) || is_wide(result_.indirect);
+        const bool matters = result_.indirect.high > part_of_total * result_.total.rms;
+        return is_wide(result_.total) || (matters && is_wide(result_.indirect));
+    }
+
+    const ErrorEstimate& result() const { return result_; }
+
+  private:
+    static constexpr double too_much = 2.1;      ///< of the upper end, over the estimate
+    static constexpr double part_of_total = 0.5; ///< of the indirect error, below which it need not be told closer
+    static constexpr double rounding = 1e-9;     ///< of errors, over the light
+    static constexpr std::size_t places_around = 64;
+    static constexpr std::size_t rays_of_exact = 8; ///< over those of the first measurement: about what all have
+
+    /// The root of the mean over the area of the squares of all channels.
+    double rms_of(const Values& values) const {
+        double sum = 0.0;
+        for (std::size_t p = 0; p < result_.points; ++p) {
+            sum += result_.at.weight[p] * values.row(static_cast<Eigen::Index>(p)).squaredNorm();
+        }
+        return std::sqrt(sum / scene_.mesh.area);
     }
 
     Values sum(const Values& H) const { return sum_of_parts(H, field_.channels()); }
@@ -151,7 +195,8 @@ class Estimation {
         const Irradiance shown = field_.evaluate_smooth(x, execution_, true); // what is judged
         indirect_.own = sum(shown.indirect);
         smooth_.own = sum(own.direct) + sum(own.indirect);
-        total_.own = sum(shown.direct) + sum(shown.indirect);
+        shown_.own = sum(shown.direct) + sum(shown.indirect);
+        total_.own = shown_.own;
         if (!field_.parts().direct_in_basis) {
             DirectLight::Effort effort;
             total_.own += sum(field_.sharp(x, seed_, "error, own", execution_, effort));
@@ -159,13 +204,6 @@ class Estimation {
         }
         const RadiositySystem& system = *field_.parts().system;
         system.discretisation().averages->apply(field_.parts().smooth, means_, execution_);
-    }
-
-    /// Adds two measurements to those there are.
-    void measure(std::size_t rays, const std::string& purpose) {
-        measure_once(rays, purpose + ", first", &Measured::first);
-        measure_once(rays, purpose + ", second", &Measured::second);
-        measured_rays_ += static_cast<double>(rays);
     }
 
     void measure_once(std::size_t rays, const std::string& purpose, Values Measured::*which) {
@@ -183,6 +221,7 @@ class Estimation {
         const Values indirect = sum(fresh.indirect), smooth = indirect + sum(fresh.direct), total = smooth + sharp;
         add(indirect_, indirect);
         add(smooth_, field_.parts().direct_in_basis ? total : smooth);
+        add(shown_, field_.parts().direct_in_basis ? total : smooth);
         add(total_, total);
     }
 
@@ -292,7 +331,7 @@ class Estimation {
 
     /// Adds to the standard error of the mean of |r + p|² that of p, which all points share: of 2 <r + p, p>, from the
     /// differences between the groups, each at the points of the others. Without `measured`, r = 0.
-    Mean with_doubt_of_carried(Mean mean, const Measured* measured) const {
+    AreaMean with_doubt_of_carried(AreaMean mean, const Measured* measured) const {
         std::array<double, ErrorPoints::groups> overlap{};
         const Values r = measured == nullptr ? Values(Values::Zero(rho_.rows(), rho_.cols()))
                                              : Values(0.5 * (measured->residual(measured->first, weight_) +
@@ -319,20 +358,22 @@ class Estimation {
         return mean;
     }
 
-    void judge() {
+    void judge(const AreaMean& noise_of_direct) {
         const double area = scene_.mesh.area;
         const ErrorPoints& at = result_.at;
         result_.squared = squares(total_, false);
-        result_.residual = root_of(mean_over(at, area, result_.squared));
-        result_.total = root_of(with_doubt_of_carried(mean_over(at, area, squares(total_, true)), &total_));
-        result_.indirect = root_of(with_doubt_of_carried(mean_over(at, area, squares(indirect_, true)), &indirect_));
-        result_.carried_rms = root_of(with_doubt_of_carried(mean_over(at, area, carried_squares()), nullptr));
+        const auto displayed = [&](const AreaMean& smooth) { return root_of(sum_of(smooth, noise_of_direct)); };
+        result_.residual = displayed(mean_over(area, at.weight, squares(shown_, false)));
+        result_.total = displayed(with_doubt_of_carried(mean_over(area, at.weight, squares(shown_, true)), &shown_));
+        result_.indirect =
+            root_of(with_doubt_of_carried(mean_over(area, at.weight, squares(indirect_, true)), &indirect_));
+        result_.carried_rms = root_of(with_doubt_of_carried(mean_over(area, at.weight, carried_squares()), nullptr));
         std::vector<double> reflected(result_.points);
         for (std::size_t p = 0; p < result_.points; ++p) {
             const auto row = static_cast<Eigen::Index>(p);
             reflected[p] = total_.own.row(row).cwiseProduct(weight_.row(row)).squaredNorm();
         }
-        result_.reflected = std::sqrt(mean_over(at, area, reflected).value);
+        result_.reflected = std::sqrt(mean_over(area, at.weight, reflected).value);
         const double rho = result_.largest_reflectance;
         result_.bound = result_.residual.high == 0.0 ? 0.0
                         : rho < 1.0                  ? result_.residual.high / (1.0 - rho)
@@ -349,14 +390,109 @@ class Estimation {
     const Field& field_;
     const Scene& scene_;
     std::uint64_t seed_;
+    std::string purpose_; ///< of the next rays: each has random numbers of its own
     const Execution& execution_;
     Values rho_, weight_;                          ///< #points by #channels, as all below; weight_: judged_weight
     std::unique_ptr<const ExactCorrection> exact_; ///< null: there are no exact form factors
     Values means_; ///< #surfels by the channels of each set in turn: Field::gather_by_surfels
-    Measured indirect_, smooth_, total_;
+    /// Indirect light; that of which the residuals are carried on; that which the basis displays; and all light.
+    Measured indirect_, smooth_, shown_, total_;
     double measured_rays_ = 0.0; ///< in each measurement, for each point
     Values carried_;             ///< #points by #groups #channels: p / rho
     ErrorEstimate result_;
+};
+
+/// Chooses how many points are measured with how many rays.
+class Measurements {
+  public:
+    Measurements(const Solution& solution, std::uint64_t seed, const Execution& execution)
+        : solution_(solution), seed_(seed), execution_(execution) {}
+
+    ErrorEstimate run(std::size_t points, std::size_t rays, const FurtherRounds& further) {
+        ErrorPoints drawn = draw_error_points(solution_, points, seed_, execution_);
+        if (drawn.size() == 0) {
+            return Estimation(solution_, std::move(drawn), seed_, "", execution_).result();
+        }
+        const bool may_choose = further.most > 0 && further.limit == 0.0;
+        const NoiseOfDirect direct(solution_, drawn, seed_, execution_);
+        Estimation estimation = may_choose ? balanced(drawn, rays) : measured(drawn, rays, "error");
+        estimation.conclude(direct);
+        for (std::size_t round = 1; round <= further.most && estimation.is_undecided(further.limit); ++round) {
+            if (further.limit > 0.0 || estimation.noise_over_residual() > balanced_noise) {
+                rays *= 2;
+                add_rays(estimation, rays);
+            } else {
+                const std::string purpose = "error, round " + std::to_string(round);
+                const std::uint64_t seed = RandomStream(seed_, purpose).bits();
+                estimation.join(measured(draw_error_points(solution_, estimation.result().points, seed, execution_),
+                                         all_rays_, purpose));
+            }
+            estimation.conclude(direct);
+        }
+        ErrorEstimate result = estimation.result();
+        result.rays += replaced_rays_;
+        result.segments += replaced_segments_ + direct.segments();
+        return result;
+    }
+
+  private:
+    static constexpr std::size_t fewest_points = 20 * ErrorPoints::groups;
+    /// The mean square of noise, over that of the residual, that leaves as much doubt as the number of points. The
+    /// relative variance of a mean of n products is (2 k + 4 q + 4 q²) / n with this ratio q, where k is 1 if residuals
+    /// are normally distributed, and about 2 with their heavy tails.
+    static constexpr double balanced_noise = 0.6;
+    static constexpr double most_rays = 8.0; ///< over those of a measurement by itself
+    static constexpr double of_noise = 1.5;  ///< squared noise: rays to this power, inverted
+
+    static std::size_t scaled(std::size_t count, double factor) {
+        return static_cast<std::size_t>(std::llround(static_cast<double>(count) * factor));
+    }
+
+    /// By how many times as many rays the noise is balanced.
+    static double more_rays(const Estimation& estimation) {
+        return std::clamp(std::pow(estimation.noise_over_residual() / balanced_noise, 1.0 / of_noise), 1.0, most_rays);
+    }
+
+    /// Measures some points first. Where their noise is much larger than their residuals, fewer points with more rays
+    /// each tell more: the doubt that noise leaves falls with the rays to the power 1.5, that of the points with the
+    /// root of their number. `rays`: then those of each point.
+    Estimation balanced(const ErrorPoints& drawn, std::size_t& rays) {
+        RandomStream stream(seed_, "fewer error points");
+        std::optional<Estimation> chosen(measured(fewer_points(drawn, fewest_points, stream), rays, "error"));
+        const double more = more_rays(*chosen);
+        const std::size_t of_each = scaled(rays, more), points = scaled(drawn.size(), 1.0 / more);
+        if (points > chosen->result().points) {
+            replaced_rays_ = chosen->result().rays;
+            replaced_segments_ = chosen->result().segments;
+            chosen.emplace(measured(fewer_points(drawn, points, stream), of_each, "error, all"));
+        } else if (of_each > rays) {
+            add_rays(*chosen, of_each - rays);
+        }
+        // Large residuals by chance, which hide the noise, would otherwise be believed.
+        for (int check = 0; check < 2 && chosen->noise_over_residual() > balanced_noise; ++check) {
+            add_rays(*chosen, scaled(all_rays_, std::max(0.25, more_rays(*chosen) - 1.0)));
+        }
+        rays = all_rays_;
+        return std::move(*chosen);
+    }
+
+    void add_rays(Estimation& estimation, std::size_t rays) {
+        estimation.measure(rays);
+        all_rays_ += rays;
+    }
+
+    Estimation measured(ErrorPoints points, std::size_t rays, const std::string& purpose) {
+        Estimation estimation(solution_, std::move(points), seed_, purpose, execution_);
+        estimation.measure(rays);
+        all_rays_ = rays;
+        return estimation;
+    }
+
+    const Solution& solution_;
+    std::uint64_t seed_;
+    const Execution& execution_;
+    std::size_t all_rays_ = 0;                              ///< of each measurement of each point
+    std::size_t replaced_rays_ = 0, replaced_segments_ = 0; ///< cast for points that have been replaced
 };
 
 } // namespace
@@ -385,7 +521,7 @@ double largest_reflectance(const Scene& scene, int channels) {
 
 ErrorEstimate estimate_error(const Solution& solution, std::size_t points, std::size_t rays, std::uint64_t seed,
                              const FurtherRounds& further, const Execution& execution) {
-    return Estimation(solution, points, seed, execution).run(rays, further);
+    return Measurements(solution, seed, execution).run(points, rays, further);
 }
 
 void judge_gathered(ErrorEstimate& estimate, double noise) {

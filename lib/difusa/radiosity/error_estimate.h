@@ -14,16 +14,11 @@
 #pragma once
 
 #include <difusa/radiosity/error_points.h>
+#include <difusa/radiosity/rms_interval.h>
 
 #include <vector>
 
 namespace difusa {
-
-/// The root of the mean over the area of the sum of the squares of all channels, W/m²: estimate, and ends of the 95 %
-/// confidence interval.
-struct RmsEstimate {
-    double rms = 0.0, low = 0.0, high = 0.0;
-};
 
 struct ErrorEstimate {
     std::size_t points = 0, rays = 0, segments = 0; ///< surface points; rays and segments cast in all
@@ -45,21 +40,25 @@ struct ErrorEstimate {
     std::vector<double> squared; ///< unbiased estimates of |r|², may be negative; W²/m⁴
     std::vector<double> spread; ///< of the variance of one gather of h by surfels there (Field::gather_by_surfels) with
                                 ///< `rays_per_gather` rays, all channels; W²/m⁴
-    std::size_t rays_per_gather = 0;
-    Values carried; ///< #S by #channels: coefficients of p / rho, W/m²
+    std::vector<std::size_t> rays_per_gather; ///< #points
+    Values carried;                           ///< #S by #channels: coefficients of p / rho, W/m²
 };
 
-/// When an error is measured again, each time with twice as many rays as before, of which all count.
+/// When an error is measured again.
 struct FurtherRounds {
-    std::size_t most = 2; ///< 0: never
+    /// Each with twice as many rays as the one before, of which all count, or, where noise is not what leaves most of
+    /// the doubt, with as many other points; 0: never.
+    std::size_t most = 2;
     /// A limit for the upper end, over `reflected`; 0: none. Without one, errors are measured again while the upper end
-    /// is far above the estimate; with one, while it is above the limit and half of the doubt less would bring it
-    /// below. Who stops at the first upper end below a limit has up to three chances, so that it holds a little less
-    /// often than in 97.5 % of cases.
+    /// is far above the estimate. With one, they are while it is above the limit and half of the doubt less would bring
+    /// it below, always with more rays. Who stops at the first upper end below a limit has up to three chances, so that
+    /// it holds a little less often than in 97.5 % of cases.
     double limit = 0.0;
 };
 
-/// Measures at about `points` points with twice `rays` rays each, and solves once; then again, if need be.
+/// Measures at about `points` points with twice `rays` rays each, and solves once; then again, if need be. Without a
+/// limit, and unless errors are never measured again, some points are measured beforehand: where the noise of so few
+/// rays is large beside the residuals, fewer points with more rays each, as many in all, leave less doubt.
 ErrorEstimate estimate_error(const Solution& solution, std::size_t points, std::size_t rays, std::uint64_t seed,
                              const FurtherRounds& further, const Execution& execution);
 

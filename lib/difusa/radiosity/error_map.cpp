@@ -37,6 +37,9 @@ ErrorMap::ErrorMap(const Solution& solution, const ErrorEstimate& estimate, cons
     noise_ = estimate.at.variance.topRows(static_cast<Eigen::Index>(discretisation.sites->size()));
     std::vector<BasisRow> rows(estimate.at.size());
     discretisation.basis->evaluate(estimate.at.place, rows);
+    const LightTransport& transport = solution.field->parts().system->transport();
+    const double rays =
+        static_cast<double>(transport.rays) / static_cast<double>(std::max<std::size_t>(1, transport.points()));
     double measured = 0.0, expected = 0.0;
     for (std::size_t p = 0; p < rows.size(); ++p) {
         double here = 0.0;
@@ -44,14 +47,11 @@ ErrorMap::ErrorMap(const Solution& solution, const ErrorEstimate& estimate, cons
             const auto site = static_cast<Eigen::Index>(rows[p].element[k]);
             here += rows[p].weight[k] * estimate.at.variance_of_fresh.row(site).sum();
         }
-        measured += estimate.at.weight[p] * estimate.spread[p];
+        const auto gathered = static_cast<double>(std::max<std::size_t>(1, estimate.rays_per_gather[p]));
+        measured += estimate.at.weight[p] * estimate.spread[p] * std::pow(rays / gathered, decline);
         expected += estimate.at.weight[p] * std::max(0.0, here);
     }
-    const LightTransport& transport = solution.field->parts().system->transport();
-    const double rays =
-        static_cast<double>(transport.rays) / static_cast<double>(std::max<std::size_t>(1, transport.points()));
-    const double gathered = static_cast<double>(std::max<std::size_t>(1, estimate.rays_per_gather));
-    const double of_rays = expected > 0.0 ? measured / expected * std::pow(rays / gathered, decline) : 0.0;
+    const double of_rays = expected > 0.0 ? measured / expected : 0.0;
     noise_ *= of_rays * passed_on(rows, execution);
     fit(rows);
 }

@@ -19,7 +19,7 @@ namespace difusa {
 namespace {
 
 constexpr double rounding = 1e-12;                             ///< of a variance, relative to the square of the mean
-constexpr std::size_t candidates_per_point = 32;               ///< from which it is chosen
+constexpr std::size_t candidates_per_point = 16;               ///< from which it is chosen
 constexpr double nearest_facing = 0.05, farthest_facing = 1.0; ///< distances told apart, over the spacing
 
 /// ErrorPoints::variance and variance_of_fresh. `sources`: with the light of all sets together.
@@ -100,6 +100,14 @@ std::vector<double> chances(const SurfelPoints& points, const FacingDistance& fa
     return chance;
 }
 
+/// So that constants are integrated exactly.
+void fit_weights(ErrorPoints& points, double area) {
+    const double weights = std::accumulate(points.weight.begin(), points.weight.end(), 0.0);
+    for (double& weight : points.weight) {
+        weight *= area / weights;
+    }
+}
+
 } // namespace
 
 Values judged_weights(const Solution& solution) {
@@ -143,11 +151,20 @@ ErrorPoints draw_error_points(const Solution& solution, std::size_t count, std::
     for (Index s = 0; s < surfels.size(); ++s) {
         area += density[s] > 0.0 ? surfels.area(s) : 0.0;
     }
-    const double weights = std::accumulate(points.weight.begin(), points.weight.end(), 0.0);
-    for (double& weight : points.weight) {
-        weight *= area / weights; // so that constants are integrated exactly
-    }
+    fit_weights(points, area);
     return points;
+}
+
+ErrorPoints fewer_points(const ErrorPoints& points, std::size_t count, RandomStream& stream) {
+    const std::size_t shares = (count + ErrorPoints::groups - 1) / ErrorPoints::groups;
+    if (shares * ErrorPoints::groups >= points.size()) {
+        return points;
+    }
+    const std::vector<double> chance(points.size(), 1.0);
+    ErrorPoints fewer{choose_points(points, chance, shares, ErrorPoints::groups, stream), points.variance,
+                      points.variance_of_fresh};
+    fit_weights(fewer, std::accumulate(points.weight.begin(), points.weight.end(), 0.0));
+    return fewer;
 }
 
 } // namespace difusa

@@ -47,8 +47,12 @@ ErrorSources error_sources(const Solution& solution, const Execution& execution)
 /// times the square of ErrorSources::light, times its variation, and times its noise. The distance is that to what the
 /// point faces (discretisation/facing_distance.h), but at least a twentieth of the spacing and at most all of it: where
 /// walls meet floors, errors are large in strips narrower than any element, which the coefficients do not tell of. The
-/// distance is computed at 32 candidates for each point, from which the points are chosen. None if nothing reflects.
+/// distance is computed at 16 candidates for each point, from which the points are chosen. None if nothing reflects.
 ErrorPoints draw_error_points(const Solution& solution, std::size_t count, std::uint64_t seed,
                               const Execution& execution);
+
+/// About `count` of the points, as many of each group: one from each of equal shares of them; all if there are no more.
+/// The weights sum to the same area.
+ErrorPoints fewer_points(const ErrorPoints& points, std::size_t count, RandomStream& stream);
 
 } // namespace difusa
