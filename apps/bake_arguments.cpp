@@ -371,9 +371,8 @@ void add_result_arguments(CLI::App& app, BakeArguments& arguments, const std::st
         ->type_name("N");
     add_parsed(
         app, "--error-points", options.error_points,
-        "surface points at which the error is estimated (default: an eighth of the sites, 400 to 4096; 0: no "
-        "estimate); "
-        "fewer with more rays each where noise prevails, more where much doubt is left",
+        "surface points at which the error is estimated, about (default: an eighth of the sites, 400 to 4096; 0: no "
+        "estimate); where ray noise prevails, fewer with more rays each",
         [](const std::string& option, const std::string& text) { return parse_whole<std::size_t>(option, text, 0); })
         ->group(output)
         ->type_name("N");

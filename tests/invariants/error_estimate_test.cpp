@@ -162,6 +162,38 @@ TEST(ErrorEstimate, BalancesPointsAndRays) {
     EXPECT_NEAR(std::accumulate(noisy.at.weight.begin(), noisy.at.weight.end(), 0.0), result.scene->mesh.area, 1e-9);
 }
 
+/// Few points without noise leave doubt that more rays cannot remove: as many others join them.
+TEST(ErrorEstimate, MeasuresAtOtherPointsWhereThatMayHelp) {
+    const BakeResult result = lit_from_one_side();
+    int joined = 0;
+    for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+        const auto estimate = [&](std::size_t rounds) {
+            return estimate_error(result.solution, 28, 2048, seed, {rounds, 0.0}, Execution{});
+        };
+        const ErrorEstimate more = estimate(1);
+        if (more.points == 28) {
+            continue;
+        }
+        ++joined;
+        EXPECT_EQ(more.points, 56U);
+        EXPECT_EQ(more.at.size(), 56U);
+        EXPECT_EQ(more.squared.size(), 56U);
+        EXPECT_EQ(more.spread.size(), 56U);
+        EXPECT_EQ(more.rays_per_gather.size(), 56U);
+        EXPECT_NEAR(std::accumulate(more.at.weight.begin(), more.at.weight.end(), 0.0), result.scene->mesh.area, 1e-9);
+        std::array<int, ErrorPoints::groups> of_group{};
+        for (const Index g : more.at.group) {
+            ++of_group[g];
+        }
+        EXPECT_EQ(*std::min_element(of_group.begin(), of_group.end()), 8);
+        // Half of what counts is what was measured first.
+        const ErrorEstimate once = estimate(0);
+        EXPECT_EQ(more.squared.front(), once.squared.front());
+        EXPECT_NEAR(more.at.weight.front(), 0.5 * once.at.weight.front(), 1e-12);
+    }
+    EXPECT_GT(joined, 0);
+}
+
 /// The light of emitters that the coefficients represent is the response to their emission.
 TEST(ErrorEstimate, AResponseIsTheSolutionForTheseEmitters) {
     Scene scene = furnace(0.5, 0.0);
@@ -260,8 +292,8 @@ TEST(ErrorEstimate, NoiseIsNotCountedAsError) {
     Scene scene = furnace(0.5, 0.0);
     scene.materials[4].emission = Rgb::Constant(1.0);
     const BakeResult result = baked(scene, coarse(0.2, 512));
-    const ErrorEstimate few = estimate_error(result.solution, 4000, 8, 1, {}, Execution{});
-    const ErrorEstimate many = estimate_error(result.solution, 1000, 512, 2, {}, Execution{});
+    const ErrorEstimate few = estimate_error(result.solution, 4000, 8, 1, {0, 0.0}, Execution{});
+    const ErrorEstimate many = estimate_error(result.solution, 1000, 512, 2, {0, 0.0}, Execution{});
     const std::vector<SurfacePoint> x = even_points(scene.mesh, 1000, RandomStream(3, "x"));
     const Irradiance a = result.field().gather(x, 8, 1, "one", Execution{}),
                      b = result.field().gather(x, 8, 1, "other", Execution{});

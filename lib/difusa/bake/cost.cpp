@@ -7,7 +7,7 @@
 #include <difusa/discretisation/discretisation.h>
 #include <difusa/lighting/surfel_light.h>
 #include <difusa/mesh/output_mesh.h>
-#include <difusa/radiosity/error_points.h>
+#include <difusa/radiosity/error_estimate.h>
 #include <difusa/rays/tracer.h>
 #include <difusa/scene/sky_parts.h>
 #include <difusa/transport/glossy_rays.h>
@@ -175,8 +175,10 @@ double expected_surfels(const BakeResult& result) {
 
 void count_further_rays(BakeEstimate& estimate, const BakeResult& result, const Execution& execution) {
     const BakeOptions& options = result.options;
-    estimate.further_rays = 2 * error_rays(options) *
-                            (error_points(options, estimate.sites) + options.goals.size() * options.goal_samples / 2);
+    const std::size_t points = error_points(options, estimate.sites);
+    const std::size_t first = points < 2 * few_error_points ? 0 : few_error_points; // those that others replace
+    estimate.further_rays =
+        2 * error_rays(options) * (points + first + options.goals.size() * options.goal_samples / 2);
     if (options.final_gather > 0) {
         const OutputMesh output =
             refine(result.scene->mesh, options.output_spacing, most_output_triangles(options), execution);

@@ -317,7 +317,7 @@ ConvexPolygon Surfels::whole_square(const Grid& grid, Index slab, Index row) {
         const double x = static_cast<double>(slab) + right - grid.x[0], y = static_cast<double>(row) + up - grid.y[0];
         const Eigen::Vector2d uv((grid.y[2] * x - grid.x[2] * y) / determinant,
                                  (grid.x[1] * y - grid.y[1] * x) / determinant);
-        if (!(std::min({uv[0], uv[1], 1.0 - uv.sum()}) >= -rounding)) {
+        if (!(uv[0] >= -rounding && uv[1] >= -rounding && uv.sum() <= 1.0 + rounding)) {
             return {};
         }
         const Eigen::Vector2d inside = uv.cwiseMax(0.0);

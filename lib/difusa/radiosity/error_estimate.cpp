@@ -34,36 +34,53 @@ struct Measured {
 /// and is large in few places, penumbras. So it is measured at more points than the rest.
 class NoiseOfDirect {
   public:
-    NoiseOfDirect(const Solution& solution, const ErrorPoints& at, std::uint64_t seed, const Execution& execution)
-        : at_(at) {
-        const Field& field = *solution.field;
-        if (field.parts().direct_in_basis || !field.parts().direct->any()) {
+    NoiseOfDirect(const Solution& solution, std::uint64_t seed, const Execution& execution)
+        : solution_(solution), seed_(seed), execution_(execution) {}
+
+    bool any() const {
+        const FieldParts& field = solution_.field->parts();
+        return !field.direct_in_basis && field.direct->any();
+    }
+
+    /// Measures at points that are independent of those so far, drawn likewise.
+    void add(const ErrorPoints& at) {
+        if (!any()) {
             return;
         }
+        const Field& field = *solution_.field;
+        const std::string purpose = "error of direct light, from " + std::to_string(squares_.size());
         DirectLight::Effort effort;
-        const auto once = [&](const char* purpose) {
-            return sum_of_parts(field.sharp(at_.place, seed, purpose, execution, effort), field.channels());
+        const auto once = [&](const char* which) {
+            return sum_of_parts(field.sharp(at.place, seed_, purpose + which, execution_, effort), field.channels());
         };
-        const Values own = once("error of direct light, own");
-        const Values first = once("error of direct light, first") - own,
-                     second = once("error of direct light, second") - own;
-        segments_ = effort.segments;
-        for (std::size_t p = 0; p < at_.size(); ++p) {
+        const Values own = once(", own"), first = once(", first") - own, second = once(", second") - own;
+        segments_ += effort.segments;
+        const double before = static_cast<double>(squares_.size()), added = static_cast<double>(at.size());
+        for (double& weight : weight_) {
+            weight *= before / (before + added);
+        }
+        for (std::size_t p = 0; p < at.size(); ++p) {
             const auto row = static_cast<Eigen::Index>(p);
             const Eigen::RowVectorXd weights =
-                judged_weight(*field.parts().scene, at_.place[p]).head(field.channels()).square().matrix().transpose();
+                judged_weight(*field.parts().scene, at.place[p]).head(field.channels()).square().matrix().transpose();
             squares_.push_back(weights.dot(first.row(row).cwiseProduct(second.row(row))));
+            weight_.push_back(at.weight[p] * added / (before + added));
         }
     }
 
+    std::size_t points() const { return squares_.size(); }
     std::size_t segments() const { return segments_; }
 
     /// The mean square over the area, W²/m⁴.
-    AreaMean mean(double area) const { return squares_.empty() ? AreaMean{} : mean_over(area, at_.weight, squares_); }
+    AreaMean mean() const {
+        return squares_.empty() ? AreaMean{} : mean_over(solution_.field->parts().scene->mesh.area, weight_, squares_);
+    }
 
   private:
-    const ErrorPoints& at_;
-    std::vector<double> squares_; ///< #points; empty if there is no such light
+    const Solution& solution_;
+    std::uint64_t seed_;
+    const Execution& execution_;
+    std::vector<double> weight_, squares_; ///< #points; empty if there is no such light
     std::size_t segments_ = 0;
 };
 
@@ -91,9 +108,10 @@ class Estimation {
         if (measured_rays_ == 0.0) {
             evaluate_solution();
         }
-        if (field_.parts().sent && !exact_) {
-            exact_ =
-                std::make_unique<ExactCorrection>(field_.parts(), result_.at.place, rays_of_exact * rays, execution_);
+        if (const auto all = static_cast<std::size_t>(measured_rays_) + rays;
+            field_.parts().sent && (!exact_ || all > exact_rays_)) {
+            exact_rays_ = exact_ ? 2 * all : rays_of_exact * all;
+            exact_ = std::make_unique<ExactCorrection>(field_.parts(), result_.at.place, exact_rays_, execution_);
         }
         measure_once(rays, purpose_ + ", first", &Measured::first);
         measure_once(rays, purpose_ + ", second", &Measured::second);
@@ -153,8 +171,13 @@ class Estimation {
     /// Estimates the error from all measurements.
     void conclude(const NoiseOfDirect& direct) {
         carry();
-        judge(direct.mean(scene_.mesh.area));
+        judge(direct.mean());
     }
+    /// The same, after more has been learnt of directly evaluated light alone.
+    void conclude_again(const NoiseOfDirect& direct) { judge(direct.mean()); }
+
+    /// The standard error of the mean square without directly evaluated light, W²/m⁴.
+    double doubt() const { return doubt_; }
 
     /// `wanted`: FurtherRounds::limit.
     bool is_undecided(double wanted) const {
@@ -176,7 +199,7 @@ class Estimation {
     static constexpr double part_of_total = 0.5; ///< of the indirect error, below which it need not be told closer
     static constexpr double rounding = 1e-9;     ///< of errors, over the light
     static constexpr std::size_t places_around = 64;
-    static constexpr std::size_t rays_of_exact = 8; ///< over those of the first measurement: about what all have
+    static constexpr std::size_t rays_of_exact = 8; ///< over those of the first measurement
 
     /// The root of the mean over the area of the squares of all channels.
     double rms_of(const Values& values) const {
@@ -199,7 +222,7 @@ class Estimation {
         total_.own = shown_.own;
         if (!field_.parts().direct_in_basis) {
             DirectLight::Effort effort;
-            total_.own += sum(field_.sharp(x, seed_, "error, own", execution_, effort));
+            total_.own += sum(field_.sharp(x, seed_, purpose_ + ", own", execution_, effort));
             result_.segments += effort.segments;
         }
         const RadiositySystem& system = *field_.parts().system;
@@ -364,7 +387,9 @@ class Estimation {
         result_.squared = squares(total_, false);
         const auto displayed = [&](const AreaMean& smooth) { return root_of(sum_of(smooth, noise_of_direct)); };
         result_.residual = displayed(mean_over(area, at.weight, squares(shown_, false)));
-        result_.total = displayed(with_doubt_of_carried(mean_over(area, at.weight, squares(shown_, true)), &shown_));
+        const AreaMean shown = with_doubt_of_carried(mean_over(area, at.weight, squares(shown_, true)), &shown_);
+        doubt_ = shown.deviation;
+        result_.total = displayed(shown);
         result_.indirect =
             root_of(with_doubt_of_carried(mean_over(area, at.weight, squares(indirect_, true)), &indirect_));
         result_.carried_rms = root_of(with_doubt_of_carried(mean_over(area, at.weight, carried_squares()), nullptr));
@@ -394,9 +419,11 @@ class Estimation {
     const Execution& execution_;
     Values rho_, weight_;                          ///< #points by #channels, as all below; weight_: judged_weight
     std::unique_ptr<const ExactCorrection> exact_; ///< null: there are no exact form factors
+    std::size_t exact_rays_ = 0;                   ///< for which it is exact enough
     Values means_; ///< #surfels by the channels of each set in turn: Field::gather_by_surfels
     /// Indirect light; that of which the residuals are carried on; that which the basis displays; and all light.
     Measured indirect_, smooth_, shown_, total_;
+    double doubt_ = 0.0;
     double measured_rays_ = 0.0; ///< in each measurement, for each point
     Values carried_;             ///< #points by #groups #channels: p / rho
     ErrorEstimate result_;
@@ -413,19 +440,27 @@ class Measurements {
         if (drawn.size() == 0) {
             return Estimation(solution_, std::move(drawn), seed_, "", execution_).result();
         }
-        const bool may_choose = further.most > 0 && further.limit == 0.0;
-        const NoiseOfDirect direct(solution_, drawn, seed_, execution_);
-        Estimation estimation = may_choose ? balanced(drawn, rays) : measured(drawn, rays, "error");
+        NoiseOfDirect direct(solution_, seed_, execution_);
+        direct.add(drawn);
+        Estimation estimation =
+            further.most > 0 && further.limit == 0.0 ? balanced(drawn, rays) : measured(drawn, rays, "error");
         estimation.conclude(direct);
         for (std::size_t round = 1; round <= further.most && estimation.is_undecided(further.limit); ++round) {
-            if (further.limit > 0.0 || estimation.noise_over_residual() > balanced_noise) {
+            const std::string purpose = "error, round " + std::to_string(round);
+            const auto other_points = [&](std::size_t count) {
+                return draw_error_points(solution_, count, RandomStream(seed_, purpose).bits(), execution_);
+            };
+            if (direct.mean().deviation > estimation.doubt()) {
+                direct.add(other_points(direct.points()));
+                estimation.conclude_again(direct);
+                continue;
+            }
+            if (const std::size_t count = estimation.result().points;
+                further.limit > 0.0 || count > most_points || estimation.noise_over_residual() > balanced_noise) {
                 rays *= 2;
                 add_rays(estimation, rays);
             } else {
-                const std::string purpose = "error, round " + std::to_string(round);
-                const std::uint64_t seed = RandomStream(seed_, purpose).bits();
-                estimation.join(measured(draw_error_points(solution_, estimation.result().points, seed, execution_),
-                                         all_rays_, purpose));
+                estimation.join(measured(other_points(count), all_rays_, purpose));
             }
             estimation.conclude(direct);
         }
@@ -436,30 +471,33 @@ class Measurements {
     }
 
   private:
-    static constexpr std::size_t fewest_points = 20 * ErrorPoints::groups;
+    static constexpr std::size_t fewest_points = few_error_points, most_points = std::size_t{1} << 16U;
     /// The mean square of noise, over that of the residual, that leaves as much doubt as the number of points. The
     /// relative variance of a mean of n products is (2 k + 4 q + 4 q²) / n with this ratio q, where k is 1 if residuals
     /// are normally distributed, and about 2 with their heavy tails.
     static constexpr double balanced_noise = 0.6;
-    static constexpr double most_rays = 8.0; ///< over those of a measurement by itself
-    static constexpr double of_noise = 1.5;  ///< squared noise: rays to this power, inverted
+    static constexpr double most_rays = 8.0; ///< of each point, over those asked for, before further rounds
+    static constexpr double of_noise = 1.5;  ///< squared noise falls with the rays to this power
 
     static std::size_t scaled(std::size_t count, double factor) {
         return static_cast<std::size_t>(std::llround(static_cast<double>(count) * factor));
     }
 
-    /// By how many times as many rays the noise is balanced.
-    static double more_rays(const Estimation& estimation) {
-        return std::clamp(std::pow(estimation.noise_over_residual() / balanced_noise, 1.0 / of_noise), 1.0, most_rays);
+    /// With how many times as many rays the noise is balanced, if there are to be `most` times as many at most.
+    static double more_rays(const Estimation& estimation, double most) {
+        return std::clamp(std::pow(estimation.noise_over_residual() / balanced_noise, 1.0 / of_noise), 1.0, most);
     }
 
     /// Measures some points first. Where their noise is much larger than their residuals, fewer points with more rays
     /// each tell more: the doubt that noise leaves falls with the rays to the power 1.5, that of the points with the
-    /// root of their number. `rays`: then those of each point.
+    /// root of their number. `rays`: of each point; then half of them all, so that the first further round doubles
+    /// them.
     Estimation balanced(const ErrorPoints& drawn, std::size_t& rays) {
         RandomStream stream(seed_, "fewer error points");
-        std::optional<Estimation> chosen(measured(fewer_points(drawn, fewest_points, stream), rays, "error"));
-        const double more = more_rays(*chosen);
+        const bool are_few = drawn.size() < 2 * fewest_points;
+        std::optional<Estimation> chosen(
+            measured(are_few ? drawn : fewer_points(drawn, fewest_points, stream), rays, "error"));
+        const double more = more_rays(*chosen, most_rays);
         const std::size_t of_each = scaled(rays, more), points = scaled(drawn.size(), 1.0 / more);
         if (points > chosen->result().points) {
             replaced_rays_ = chosen->result().rays;
@@ -470,9 +508,14 @@ class Measurements {
         }
         // Large residuals by chance, which hide the noise, would otherwise be believed.
         for (int check = 0; check < 2 && chosen->noise_over_residual() > balanced_noise; ++check) {
-            add_rays(*chosen, scaled(all_rays_, std::max(0.25, more_rays(*chosen) - 1.0)));
+            const double most = most_rays * static_cast<double>(rays) / static_cast<double>(all_rays_);
+            if (const std::size_t added =
+                    scaled(all_rays_, std::min(most, std::max(1.25, more_rays(*chosen, most_rays))) - 1.0);
+                added > 0) {
+                add_rays(*chosen, added);
+            }
         }
-        rays = all_rays_;
+        rays = (all_rays_ + 1) / 2;
         return std::move(*chosen);
     }
 

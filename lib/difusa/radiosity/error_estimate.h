@@ -37,17 +37,21 @@ struct ErrorEstimate {
 
     // What was measured, to be spread over the surface (error_map.h):
     ErrorPoints at;
-    std::vector<double> squared; ///< unbiased estimates of |r|², may be negative; W²/m⁴
+    std::vector<double> squared; ///< unbiased estimates of |r|², may be negative, with the noise of direct light there,
+                                 ///< which `residual` and `total` take from more points; W²/m⁴
     std::vector<double> spread; ///< of the variance of one gather of h by surfels there (Field::gather_by_surfels) with
                                 ///< `rays_per_gather` rays, all channels; W²/m⁴
     std::vector<std::size_t> rays_per_gather; ///< #points
     Values carried;                           ///< #S by #channels: coefficients of p / rho, W/m²
 };
 
+/// Points that are measured first, at most.
+inline constexpr std::size_t few_error_points = 20 * ErrorPoints::groups;
+
 /// When an error is measured again.
 struct FurtherRounds {
-    /// Each with twice as many rays as the one before, of which all count, or, where noise is not what leaves most of
-    /// the doubt, with as many other points; 0: never.
+    /// Each with more rays at the same points, with as many other points, or with more points for direct light alone,
+    /// whichever leaves most of the doubt; 0: never. All that was measured counts.
     std::size_t most = 2;
     /// A limit for the upper end, over `reflected`; 0: none. Without one, errors are measured again while the upper end
     /// is far above the estimate. With one, they are while it is above the limit and half of the doubt less would bring
@@ -57,8 +61,8 @@ struct FurtherRounds {
 };
 
 /// Measures at about `points` points with twice `rays` rays each, and solves once; then again, if need be. Without a
-/// limit, and unless errors are never measured again, some points are measured beforehand: where the noise of so few
-/// rays is large beside the residuals, fewer points with more rays each, as many in all, leave less doubt.
+/// limit, and unless errors are never measured again, a few points are measured first: where the noise of so few rays
+/// is large beside the residuals, fewer points with more rays each, about as many in all, leave less doubt.
 ErrorEstimate estimate_error(const Solution& solution, std::size_t points, std::size_t rays, std::uint64_t seed,
                              const FurtherRounds& further, const Execution& execution);
 

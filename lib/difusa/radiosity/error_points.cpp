@@ -157,12 +157,28 @@ ErrorPoints draw_error_points(const Solution& solution, std::size_t count, std::
 
 ErrorPoints fewer_points(const ErrorPoints& points, std::size_t count, RandomStream& stream) {
     const std::size_t shares = (count + ErrorPoints::groups - 1) / ErrorPoints::groups;
-    if (shares * ErrorPoints::groups >= points.size()) {
+    const std::size_t of_group = points.size() / ErrorPoints::groups;
+    if (shares >= of_group) {
         return points;
     }
-    const std::vector<double> chance(points.size(), 1.0);
-    ErrorPoints fewer{choose_points(points, chance, shares, ErrorPoints::groups, stream), points.variance,
-                      points.variance_of_fresh};
+    const double step = static_cast<double>(of_group) / static_cast<double>(shares);
+    std::array<double, ErrorPoints::groups> next{}; // of each group, the number of the next to be chosen
+    for (double& each : next) {
+        each = stream.uniform() * step;
+    }
+    std::array<std::size_t, ErrorPoints::groups> seen{};
+    ErrorPoints fewer{{}, points.variance, points.variance_of_fresh};
+    for (std::size_t p = 0; p < points.size(); ++p) {
+        const Index g = points.group[p];
+        const auto end = static_cast<double>(++seen[g]);
+        if (next[g] < end) {
+            next[g] += step;
+            fewer.place.push_back(points.place[p]);
+            fewer.weight.push_back(points.weight[p]);
+            fewer.surfel.push_back(points.surfel[p]);
+            fewer.group.push_back(g);
+        }
+    }
     fit_weights(fewer, std::accumulate(points.weight.begin(), points.weight.end(), 0.0));
     return fewer;
 }

@@ -51,8 +51,8 @@ ErrorSources error_sources(const Solution& solution, const Execution& execution)
 ErrorPoints draw_error_points(const Solution& solution, std::size_t count, std::uint64_t seed,
                               const Execution& execution);
 
-/// About `count` of the points, as many of each group: one from each of equal shares of them; all if there are no more.
-/// The weights sum to the same area.
+/// About `count` of the points, as many of each group, in equal steps through the order of the points from a random
+/// start; all if there are no more. The weights sum to the same area.
 ErrorPoints fewer_points(const ErrorPoints& points, std::size_t count, RandomStream& stream);
 
 } // namespace difusa

@@ -11,7 +11,7 @@ namespace {
 
 /// The 98.5 % quantile of Student's t, to 1 % for 4 degrees of freedom and more (Fisher and Cornish 1960). With the
 /// heavy tails of squared errors, deviations come out too small more often than too large: with this quantile, 97.5 %
-/// of true means are below the upper end.
+/// of true means are below the upper end, and more are above the lower one.
 double quantile(double freedom) {
     freedom = std::max(freedom, 4.0);
     return 2.17009 + 3.09742 / freedom + 4.27769 / (freedom * freedom) + 4.5196 / (freedom * freedom * freedom);

@@ -5,8 +5,8 @@
 
 namespace difusa {
 
-/// The root of the mean over the area of the sum of the squares of all channels, W/m²: estimate, and ends of the 95 %
-/// confidence interval.
+/// The root of the mean over the area of the sum of the squares of all channels, W/m²: estimate, and the ends of an
+/// interval: each with a confidence of at least 97.5 %.
 struct RmsEstimate {
     double rms = 0.0, low = 0.0, high = 0.0;
 };
