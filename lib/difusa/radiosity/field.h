@@ -93,6 +93,11 @@ class Field {
     Irradiance gather(std::span<const SurfacePoint> x, std::size_t rays, std::uint64_t seed, std::string_view purpose,
                       const Execution& execution, const ExactCorrection* correction = nullptr) const;
 
+    /// Two independent halves of what `at` gathers: with half of the rays each, and exact form factors if the system
+    /// has them.
+    void gather_twice(std::span<const SurfacePoint> x, std::size_t rays, std::uint64_t seed, const std::string& purpose,
+                      const Execution& execution, Irradiance& first, Irradiance& second) const;
+
     /// What `evaluate` and `gather` give without the light of sharp sources (except what the coefficients represent).
     Irradiance evaluate_smooth(std::span<const SurfacePoint> x, const Execution& execution, bool displayed = false,
                                const RowVisitor& visit = {}) const;
@@ -121,10 +126,6 @@ class Field {
                    const std::string& purpose, const Execution& execution, const RowVisitor& visit = {}) const;
 
   private:
-    /// With half of the rays each, and exact form factors if the system has them.
-    void gather_twice(std::span<const SurfacePoint> x, std::size_t rays, std::uint64_t seed, const std::string& purpose,
-                      const Execution& execution, Irradiance& first, Irradiance& second) const;
-
     Irradiance gather_smooth(std::span<const SurfacePoint> x, const Values* means, const ExactCorrection* correction,
                              std::size_t rays, std::uint64_t seed, std::string_view purpose,
                              const Execution& execution) const;

@@ -31,12 +31,12 @@ std::size_t first_for_the_mean(const KnownLight& light) {
 }
 
 /// Over the area, without the noise of what is known.
-double rms(const KnownLight& light, const Values& difference) {
+double rms(const KnownLight& light, const Values& difference, double noise) {
     double squares = 0.0;
     for (std::size_t i = first_for_the_mean(light); i < light.places.size(); ++i) {
         squares += light.weight[i] * difference.row(static_cast<Eigen::Index>(i)).squaredNorm();
     }
-    return std::sqrt(std::max(0.0, squares / light.scene.mesh.area - light.noise * light.noise));
+    return std::sqrt(std::max(0.0, squares / light.scene.mesh.area - noise * noise));
 }
 
 /// Ranks from 0; equal values share their mean rank.
@@ -112,9 +112,10 @@ EstimateTrial compare(const KnownLight& light, const BakeResult& result, const E
     const PointValues got = result.field().at(light.places, 0, result.options.seed, "judged", execution);
     const Eigen::Index channels = light.B.cols();
     const Values miss = judged_of(*result.scene, got, channels) - light.B;
-    trial.total = rms(light, miss);
+    trial.total = rms(light, miss, light.noise);
     if (light.indirect.rows() > 0) {
-        trial.indirect = rms(light, judged_indirect_of(*result.scene, got, channels) - light.indirect);
+        trial.indirect =
+            rms(light, judged_indirect_of(*result.scene, got, channels) - light.indirect, light.noise_of_indirect);
     }
     const ErrorMap map(result.solution, error, execution);
     const Eigen::VectorXd expected = map.at(std::span(light.places).first(light.even), execution).error.col(0);
@@ -176,13 +177,27 @@ KnownLight at_even_places(const BakeResult& result, const std::string& name, std
 }
 
 void look_up(const BakeResult& result, std::size_t rays, const Execution& execution, KnownLight& light) {
-    const PointValues values = result.field().at(light.places, rays, result.options.seed, "known", execution);
-    light.B = judged_of(light.scene, values, result.channels);
-    for (std::size_t i = first_for_the_mean(light); i < light.places.size(); ++i) {
-        light.noise += light.weight[i] * result.channels * values.noise.row(static_cast<Eigen::Index>(i)).squaredNorm();
-    }
-    light.noise = std::sqrt(light.noise / light.scene.mesh.area);
-    light.indirect = judged_indirect_of(light.scene, values, result.channels);
+    const Field& field = result.field();
+    Irradiance first, second;
+    field.gather_twice(light.places, rays, result.options.seed, "known", execution, first, second);
+    const auto judged = [&](const Irradiance& H) {
+        const Values sum = H.direct + H.indirect;
+        return light.scene.thermal ? sum_of_parts(sum, result.channels) : field.radiosity(light.places, sum);
+    };
+    const auto judged_indirect = [&](const Irradiance& H) {
+        Values indirect = sum_of_parts(H.indirect, result.channels);
+        for (Eigen::Index i = 0; i < indirect.rows(); ++i) {
+            const Rgb weight = judged_weight(light.scene, light.places[static_cast<std::size_t>(i)]);
+            indirect.row(i).array() *= weight.head(result.channels).transpose();
+        }
+        return indirect;
+    };
+    const auto combine = [&](const Values& one, const Values& other, Values& mean) {
+        mean = 0.5 * (one + other);
+        return rms(light, 0.5 * (one - other), 0.0);
+    };
+    light.noise = combine(judged(first), judged(second), light.B);
+    light.noise_of_indirect = combine(judged_indirect(first), judged_indirect(second), light.indirect);
 }
 
 } // namespace

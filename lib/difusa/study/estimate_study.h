@@ -16,10 +16,10 @@ struct KnownLight {
     std::string name;
     Scene scene;
     std::vector<SurfacePoint> places;
-    Values B;                   ///< radiosity, W/m²
-    Values indirect;            ///< rho H_indirect, W/m²; no rows if unknown
-    std::vector<double> weight; ///< area that each place stands for
-    double noise = 0.0;         ///< rms over the area of the noise of B, W/m²
+    Values B;                                    ///< radiosity, W/m²
+    Values indirect;                             ///< rho H_indirect, W/m²; no rows if unknown
+    std::vector<double> weight;                  ///< area that each place stands for
+    double noise = 0.0, noise_of_indirect = 0.0; ///< rms over the area of the noise of B and `indirect`, W/m²
     std::size_t even = 0; ///< the first places, drawn evenly, for statistics per place; the others are denser where
                           ///< errors may be large, for the mean over the area
 };
