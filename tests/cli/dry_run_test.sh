@@ -23,10 +23,9 @@ for choice in "--no-adaptive" "--basis shepard --no-adaptive" "--basis radial --
     [ "$(entry dry.json estimated_rays)" = "$real_rays" ] || fail "rays: $(entry dry.json estimated_rays), $real_rays"
     further=$(sed -n '/"error": {/,/}/s/^ *"rays": \([0-9]*\),/\1/p' real.json)
     first=$(entry dry.json estimated_further_rays)
-    case "$further" in # one round of them, or two or three, each with twice as many rays as the one before
-    "$first" | "$((3 * first))" | "$((7 * first))") ;;
-    *) fail "rays of the error estimate: $further, not $first or 3 or 7 times as many" ;;
-    esac
+    # Noise may take up to eight times the rays, then two rounds double the rays or the points.
+    [ "$further" -ge $((first / 2)) ] && [ "$further" -le $((32 * first)) ] ||
+        fail "rays of the error estimate: $further, not half to 32 times $first"
     segments=$(entry real.json segments)
     [ "$(entry dry.json estimated_segments)" -ge "$segments" ] || fail "segments: more than estimated"
     bytes=$(entry dry.json estimated_bytes)
