@@ -46,7 +46,7 @@ struct ErrorEstimate {
 };
 
 /// Points that are measured first, at most.
-inline constexpr std::size_t few_error_points = 20 * ErrorPoints::groups;
+inline constexpr std::size_t few_error_points = std::size_t{20} * ErrorPoints::groups;
 
 /// When an error is measured again.
 struct FurtherRounds {
