@@ -471,7 +471,7 @@ class Measurements {
     }
 
   private:
-    static constexpr std::size_t fewest_points = few_error_points, most_points = std::size_t{1} << 16U;
+    static constexpr std::size_t most_points = std::size_t{1} << 16U;
     /// The mean square of noise, over that of the residual, that leaves as much doubt as the number of points. The
     /// relative variance of a mean of n products is (2 k + 4 q + 4 q²) / n with this ratio q, where k is 1 if residuals
     /// are normally distributed, and about 2 with their heavy tails.
@@ -483,9 +483,9 @@ class Measurements {
         return static_cast<std::size_t>(std::llround(static_cast<double>(count) * factor));
     }
 
-    /// With how many times as many rays the noise is balanced, if there are to be `most` times as many at most.
-    static double more_rays(const Estimation& estimation, double most) {
-        return std::clamp(std::pow(estimation.noise_over_residual() / balanced_noise, 1.0 / of_noise), 1.0, most);
+    /// With how many times as many rays the noise is balanced, at most `most_rays`.
+    static double more_rays(const Estimation& estimation) {
+        return std::clamp(std::pow(estimation.noise_over_residual() / balanced_noise, 1.0 / of_noise), 1.0, most_rays);
     }
 
     /// Measures some points first. Where their noise is much larger than their residuals, fewer points with more rays
@@ -494,10 +494,10 @@ class Measurements {
     /// them.
     Estimation balanced(const ErrorPoints& drawn, std::size_t& rays) {
         RandomStream stream(seed_, "fewer error points");
-        const bool are_few = drawn.size() < 2 * fewest_points;
+        const bool are_few = drawn.size() < 2 * few_error_points;
         std::optional<Estimation> chosen(
-            measured(are_few ? drawn : fewer_points(drawn, fewest_points, stream), rays, "error"));
-        const double more = more_rays(*chosen, most_rays);
+            measured(are_few ? drawn : fewer_points(drawn, few_error_points, stream), rays, "error"));
+        const double more = more_rays(*chosen);
         const std::size_t of_each = scaled(rays, more), points = scaled(drawn.size(), 1.0 / more);
         if (points > chosen->result().points) {
             replaced_rays_ = chosen->result().rays;
@@ -509,8 +509,7 @@ class Measurements {
         // Large residuals by chance, which hide the noise, would otherwise be believed.
         for (int check = 0; check < 2 && chosen->noise_over_residual() > balanced_noise; ++check) {
             const double most = most_rays * static_cast<double>(rays) / static_cast<double>(all_rays_);
-            if (const std::size_t added =
-                    scaled(all_rays_, std::min(most, std::max(1.25, more_rays(*chosen, most_rays))) - 1.0);
+            if (const std::size_t added = scaled(all_rays_, std::min(most, std::max(1.25, more_rays(*chosen))) - 1.0);
                 added > 0) {
                 add_rays(*chosen, added);
             }
