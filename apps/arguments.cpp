@@ -137,6 +137,11 @@ void add_run_arguments(CLI::App& app, RunArguments& run, const std::string& inde
         ->group(run_group)
         ->type_name("N")
         ->default_str(shown(run.threads));
+    add_parsed(app, "--max-memory", run.most_memory,
+               "memory for the whole process, estimated before every large step: what would take more is refused",
+               parse_bytes)
+        ->group(run_group)
+        ->type_name("SIZE");
     add_repeated(app, "--plugin-path", run.plugin_path, "additional directory with plugins (may be repeated)")
         ->group(run_group)
         ->type_name("DIR");

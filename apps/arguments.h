@@ -105,11 +105,14 @@ template <class T> std::string shown(const T& value) {
 struct RunArguments {
     std::vector<std::filesystem::path> plugin_path;
     unsigned threads = processors();
+    double most_memory = std::numeric_limits<double>::infinity(); ///< bytes for the whole process
     bool quiet = false, version = false;
+
+    Execution execution(Progress& progress) const { return {threads, &progress, nullptr, most_memory}; }
 };
 
-/// --seed --threads --plugin-path --quiet --version, in the group `run_group`. `independent` is what the help says of
-/// the number of threads: "the result does not depend".
+/// --seed --threads --max-memory --plugin-path --quiet --version, in the group `run_group`. `independent` is what the
+/// help says of the number of threads: "the result does not depend".
 void add_run_arguments(CLI::App& app, RunArguments& run, std::uint64_t& seed, const std::string& independent);
 
 /// The same without --seed.

@@ -123,13 +123,6 @@ void add_target_arguments(CLI::App& app, BakeArguments& arguments) {
                parse_positive)
         ->group(group)
         ->type_name("S");
-    add_parsed(
-        app, "--max-memory", arguments.options.most_memory,
-        "memory for the whole process, as estimated beforehand: refuses what would take more; with --error, goes "
-        "no further",
-        parse_bytes)
-        ->group(group)
-        ->type_name("SIZE");
     app.add_flag("--best-effort", arguments.target.best_effort,
                  "if the accuracy of --error is out of reach, write the best result all the same; still exit code 3")
         ->group(group);

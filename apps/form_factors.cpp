@@ -344,7 +344,7 @@ void compute_grouped(const Arguments& a, const Input& input, const difusa::Execu
 
 void compute(const Arguments& a, difusa::TerminalProgress& progress) {
     const difusa::Registry registry = difusa::Registry::load(a.run.plugin_path);
-    const difusa::Execution execution{a.run.threads, &progress};
+    const difusa::Execution execution = a.run.execution(progress);
     const Input input = read(a, registry, execution);
     if (a.layout == "grouped") {
         compute_grouped(a, input, execution, progress);
@@ -370,7 +370,7 @@ void compute(const Arguments& a, difusa::TerminalProgress& progress) {
     if (!a.thermal.empty()) {
         execution.phase("exchange heat");
         try {
-            enclosure = solve_enclosure(input.scene, F, materials_of(input.scene, surfaces), surfaces.name);
+            enclosure = solve_enclosure(input.scene, F, materials_of(input.scene, surfaces), surfaces.name, execution);
         } catch (const difusa::InputError& error) {
             throw difusa::InputError(a.mesh.string() + ": " + error.what());
         }

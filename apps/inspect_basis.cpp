@@ -93,7 +93,7 @@ void run(Arguments& a) {
     difusa::choose_visibility(registry, a.inspect.visibility, notes);
 
     difusa::TerminalProgress progress(a.run.quiet);
-    const difusa::Execution execution{a.run.threads, &progress};
+    const difusa::Execution execution = a.run.execution(progress);
     const difusa::BasisInspection inspection = difusa::inspect_basis(registry, a.mesh, a.inspect, execution);
     difusa::write_inspection(inspection, a.field, a.sites, execution);
     progress.clear();

@@ -555,7 +555,7 @@ void run(Arguments& a) {
     }
     difusa::check_output_path(a.output / "measurements.csv", false);
     difusa::TerminalProgress progress(true); // interruptible; the measurements show the progress
-    const difusa::Execution execution{a.run.threads, &progress};
+    const difusa::Execution execution = a.run.execution(progress);
     if (a.mirrors) {
         judge_mirrors(a, registry, execution);
     } else if (a.gloss) {

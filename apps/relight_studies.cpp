@@ -242,7 +242,7 @@ void run_studies(const StudyArguments& a, const RunArguments& run, const SolveRe
         return;
     }
     TerminalProgress progress(run.quiet);
-    const Execution execution{run.threads, &progress};
+    const Execution execution = run.execution(progress);
     BakeResult result;
     progress.watch([&] { result = solve(execution); });
     if (!a.daylight.empty()) {

@@ -361,10 +361,6 @@ void refuse_choices_of_transport(const Arguments& a) {
                              "name the scene");
         }
     }
-    if (a.bake.given("--max-memory")) {
-        throw UsageError("--max-memory: limits a bake, and " + a.mesh.string() +
-                         " is a saved transport, which is there already; omit the option, or name the scene");
-    }
 }
 
 /// The bake, or the saved one in its own light and that of the options.
@@ -408,7 +404,7 @@ void run(Arguments& a) {
     }
 
     difusa::TerminalProgress progress(a.run.quiet);
-    const difusa::Execution execution{a.run.threads, &progress};
+    const difusa::Execution execution = a.run.execution(progress);
     options.when_visible = [&](const difusa::Scene& scene, const difusa::Visibility& visibility,
                                const std::optional<difusa::Camera>& of_scene, const difusa::Vec3& up) {
         const double aspect = static_cast<double>(a.view.width) / static_cast<double>(a.view.height);

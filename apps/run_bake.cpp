@@ -58,7 +58,7 @@ void fill_in(BakeOptions& options, const BakeOptions& saved, const BakeArguments
 void run_bake(const BakeFiles& files, const RunArguments& run, bool verbose,
               const std::function<BakeResult(const Execution& execution)>& bake) {
     TerminalProgress progress(run.quiet);
-    const Execution execution{run.threads, &progress};
+    const Execution execution = run.execution(progress);
     BakeResult result;
     progress.watch([&] { result = bake(execution); });
     write_bake(result, files, execution);
@@ -72,7 +72,7 @@ void run_bake(const BakeFiles& files, const RunArguments& run, bool verbose,
 BakeResult with_transport(const std::filesystem::path& file, const BakeArguments& arguments, RelightOptions& how,
                           const Execution& execution, const std::function<BakeResult(const SavedTransport&)>& act) {
     Journal journal;
-    const SavedTransport saved = load_transport(file, {execution.threads, execution.progress, &journal});
+    const SavedTransport saved = load_transport(file, execution.with(execution.progress, &journal));
     journal.end();
     fill_in(how.bake, relight_defaults(saved), arguments);
     BakeResult result = act(saved);

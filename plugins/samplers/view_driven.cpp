@@ -79,7 +79,7 @@ class Sites {
             execution_.progress->advance(std::min(1.0, static_cast<double>(cast_) / static_cast<double>(expected_)));
         }
         std::vector<Hit> hits(rays_.size());
-        const difusa::Execution silent{execution_.threads, nullptr}; // one of many loops
+        const difusa::Execution silent = execution_.silent(); // one of many loops
         difusa::parallel_for(rays_.size(), 4096, silent, [&](std::size_t begin, std::size_t end, unsigned) {
             visibility_.first_hits(std::span(rays_).subspan(begin, end - begin),
                                    std::span(hits).subspan(begin, end - begin));

@@ -145,7 +145,7 @@ head -c 3000 box.difusa >cut.difusa
 refuse 2 "cut.difusa: " cut.difusa new.png
 : >empty.difusa
 refuse 2 "empty.difusa: is empty" empty.difusa new.png
-refuse 1 "--max-memory: limits a bake" box.difusa new.png --max-memory 1GB
+refuse 4 "memory has room for an output of 0" box.difusa new.png --max-memory 1MB
 
 # Nothing is half written: where one file cannot be, an older one stays and no other appears.
 echo old >old.png

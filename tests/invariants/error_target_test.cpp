@@ -25,8 +25,8 @@ BakeOptions ordered(double relative) {
     return options;
 }
 
-BakeResult baked(const Scene& scene, const BakeOptions& options, unsigned threads = 1) {
-    return bake(test::registry(), scene, "scene", options, Execution{threads});
+BakeResult baked(const Scene& scene, const BakeOptions& options, const Execution& execution = {1}) {
+    return bake(test::registry(), scene, "scene", options, execution);
 }
 
 Scene furnace() {
@@ -224,17 +224,18 @@ TEST(ErrorTarget, GoesNoFurtherThanTheMemoryThatItMayTake) {
     options.target->best_effort = true;
     baked(box.scene, ordered(0.05)); // whatever a process takes once
     options.output_spacing = 1e30;
-    options.most_memory = static_cast<double>(peak_memory()) + 16e6; // what is to come may take 16 MB
-    const BakeResult result = baked(box.scene, options);
+    Execution limited{1};
+    limited.most_memory = static_cast<double>(peak_memory()) + 16e6; // what is to come may take 16 MB
+    const BakeResult result = baked(box.scene, options, limited);
     EXPECT_TRUE(result.target_missed);
-    EXPECT_THAT(result.journal.notes().back(), testing::HasSubstr("of memory"));
-    options.most_memory = 1e6; // less than the process has
-    EXPECT_THROW(baked(box.scene, options), ResourceError);
+    EXPECT_THAT(result.journal.notes().back(), testing::HasSubstr("memory"));
+    limited.most_memory = 1e6; // less than the process has
+    EXPECT_THROW(baked(box.scene, options, limited), ResourceError);
 }
 
 TEST(ErrorTarget, HasTheSameBitsForAnyNumberOfThreads) {
     const ReferenceCase box = reference_case("manufactured-box");
-    const BakeResult one = baked(box.scene, ordered(0.03), 1), two = baked(box.scene, ordered(0.03), 2);
+    const BakeResult one = baked(box.scene, ordered(0.03), {1}), two = baked(box.scene, ordered(0.03), {2});
     EXPECT_EQ(one.attempts.size(), two.attempts.size());
     EXPECT_EQ(one.output.B, two.output.B);
 }

@@ -323,7 +323,7 @@ TEST(ThermalBake, EnclosuresConvergeToIt) {
             material.push_back(scene.mesh.material[2 * s]);
         }
         const FormFactors F = form_factors(scene.mesh, surfaces, {1e-6}, Execution{2});
-        const Enclosure enclosure = solve_enclosure(scene, F, material, surfaces.name);
+        const Enclosure enclosure = solve_enclosure(scene, F, material, surfaces.name, Execution{1});
         double largest = 0.0;
         for (Index m = 0; m < 6; ++m) {
             double heat = 0.0;

@@ -57,7 +57,7 @@ Enclosure solve(const Scene& scene, const FormFactors& F, const Surfaces& surfac
     for (std::size_t t = 0; t < surfaces.of.size(); ++t) {
         material[surfaces.of[t]] = scene.mesh.material[t];
     }
-    return solve_enclosure(scene, F, material, surfaces.name);
+    return solve_enclosure(scene, F, material, surfaces.name, Execution{1});
 }
 
 /// `close`: makes the factors those of a closed surface exactly. Of two surfaces, one of which does not see itself,

@@ -84,10 +84,10 @@ TEST(MirrorPatches, CoverTheMirrorsOnceAndSoDoTheirQuarters) {
     MirrorSituation situation = double_mirror(1.0);
     const Mesh& mesh = situation.scene.mesh;
     const double edge = 0.17;
-    const std::vector<MirrorPatch> patches = mirror_patches(mesh, edge);
+    const std::vector<MirrorPatch> patches = mirror_patches(mesh, edge, Execution{1});
     EXPECT_EQ(patches.size(), mirror_patch_count(mesh, edge));
     EXPECT_THROW(mirror_patch_count(mesh, 1e-12), ResourceError);
-    EXPECT_THROW(mirror_patches(mesh, 1e-200), ResourceError);
+    EXPECT_THROW(mirror_patches(mesh, 1e-200, Execution{1}), ResourceError);
     double area = 0.0;
     Vec3 moment = Vec3::Zero(), quarter_moment = Vec3::Zero();
     for (const MirrorPatch& patch : patches) {

@@ -49,7 +49,7 @@ SparseColumns columns_of(const LinearOperator& A, std::size_t count, const Execu
         sorted.first[s + 1] += sorted.first[s];
     }
     const std::size_t entries = sorted.first.back();
-    require_memory(static_cast<double>(entries) * (sizeof(Index) + sizeof(double)), available_memory(),
+    require_memory(static_cast<double>(entries) * (sizeof(Index) + sizeof(double)), execution.memory_left(),
                    "the columns of the transport", "use --solver krylov, or give fewer --sites or --rays");
     sorted.row.resize(entries);
     sorted.value = Values::Zero(static_cast<Eigen::Index>(entries), 1);

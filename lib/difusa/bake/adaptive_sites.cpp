@@ -109,7 +109,7 @@ std::optional<Placed> place_adaptively(BakeResult& result, const Registry& regis
     const auto sites_at = [&](double share) {
         std::vector<SurfacePoint> points = even;
         if (size) {
-            points = refine_sites(mesh, std::move(points), *size, most_sites_now(result.options),
+            points = refine_sites(mesh, std::move(points), *size, most_sites_now(execution),
                                   RandomStream(result.options.seed, "graded sites"), Unreported(execution));
         }
         return set_of(std::move(points), result.options.spacing / std::sqrt(share));

@@ -117,9 +117,9 @@ std::size_t gather_points(const ProjectionChoice& projection, std::size_t sites)
     return more ? sites + static_cast<std::size_t>((projection.points - 1.0) * static_cast<double>(sites)) : sites;
 }
 
-std::size_t most_output_triangles(const BakeOptions& options) {
+std::size_t most_output_triangles(const Execution& execution) {
     constexpr std::size_t bytes = 500; // of a triangle, including its share of vertices and arrays
-    return available_memory(options.most_memory) / bytes;
+    return execution.memory_left() / bytes;
 }
 
 std::size_t error_points(const BakeOptions& options, std::size_t sites) {
@@ -162,7 +162,7 @@ BakeEstimate estimate_cost(const BakeResult& result, const Choices& choices, con
     // Directions are pooled; each thread holds the rays and hits of one site.
     const double scratch =
         rays * (pooled_directions * 4.0 * sizeof(double) + execution.threads * (sizeof(Ray) + sizeof(Hit)));
-    require_memory(estimate.transport_bytes + scratch, available_memory(result.options.most_memory),
+    require_memory(estimate.transport_bytes + scratch, execution.memory_left(),
                    "transport between " + std::to_string(sites) + " sites",
                    choices.pairwise ? "give a larger --spacing, or use --transport gather"
                                     : "give a larger --spacing, or fewer --rays");
@@ -176,12 +176,13 @@ double expected_surfels(const BakeResult& result) {
 void count_further_rays(BakeEstimate& estimate, const BakeResult& result, const Execution& execution) {
     const BakeOptions& options = result.options;
     const std::size_t points = error_points(options, estimate.sites);
-    const std::size_t first = points < 2 * few_error_points ? 0 : few_error_points; // those that others replace
+    // Those that others replace; with a target all points are measured at once.
+    const std::size_t first = options.target || points < 2 * few_error_points ? 0 : few_error_points;
     estimate.further_rays =
         2 * error_rays(options) * (points + first + options.goals.size() * options.goal_samples / 2);
     if (options.final_gather > 0) {
         const OutputMesh output =
-            refine(result.scene->mesh, options.output_spacing, most_output_triangles(options), execution);
+            refine(result.scene->mesh, options.output_spacing, most_output_triangles(execution), execution);
         estimate.further_rays += 2 * output.vertices.size() * ((options.final_gather + 1) / 2);
     }
 }

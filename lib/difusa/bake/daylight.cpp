@@ -112,7 +112,7 @@ DaylightMatrix daylight_matrix(BakeResult& result, const DaylightRequest& reques
                           {}};
     const double bytes = 2.0 * 3.0 * sizeof(double) * static_cast<double>(matrix.points.size()) *
                          static_cast<double>(matrix.sky.count());
-    if (bytes > static_cast<double>(available_memory())) {
+    if (bytes > static_cast<double>(execution.memory_left())) {
         throw ResourceError("the daylight coefficients of " + std::to_string(matrix.points.size()) + " points and " +
                             std::to_string(matrix.sky.count()) + " parts take " + text_of(bytes / 1e9) +
                             " GB, more than there is: choose fewer points, or a coarser --sky-parts");

@@ -210,7 +210,7 @@ class TargetSearch {
                                  effort.rays == attempts_.back().effort.rays;
         AttemptProgress progress(execution_.progress, attempts_.size() + 1);
         Journal journal;
-        const Execution own{execution_.threads, &progress, &journal};
+        const Execution own = execution_.with(&progress, &journal);
         BakeResult next = judge_again ? best_ : scene_;
         next.options.error_points = effort.error_points;
         if (goals_ > 0) {

@@ -90,8 +90,8 @@ void evaluate_with_errors(BakeResult& result, const ErrorMap& map, const Executi
 
 } // namespace
 
-void check_output(const BakeResult& result) {
-    check_refinement(result.scene->mesh, result.options.output_spacing, most_output_triangles(result.options));
+void check_output(const BakeResult& result, const Execution& execution) {
+    check_refinement(result.scene->mesh, result.options.output_spacing, most_output_triangles(execution));
 }
 
 void estimate_error_of(BakeResult& result, const Execution& execution) {
@@ -129,7 +129,7 @@ void estimate_goals_of(BakeResult& result, const Execution& execution) {
 void refine_output(BakeResult& result, const Execution& execution) {
     execution.phase("refine output");
     const BakeOptions& options = result.options;
-    result.mesh = refine(result.scene->mesh, options.output_spacing, most_output_triangles(options), execution);
+    result.mesh = refine(result.scene->mesh, options.output_spacing, most_output_triangles(execution), execution);
 }
 
 void evaluate_output(BakeResult& result, const Execution& execution) {

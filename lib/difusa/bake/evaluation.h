@@ -6,7 +6,7 @@
 namespace difusa {
 
 /// Throws ResourceError if the output mesh is sure to have more triangles than memory allows.
-void check_output(const BakeResult& result);
+void check_output(const BakeResult& result, const Execution& execution);
 
 /// Fills in `error`, measured at random surface points. Phase "estimate error".
 void estimate_error_of(BakeResult& result, const Execution& execution);

@@ -103,9 +103,6 @@ void check_options(const BakeOptions& options) {
     if (options.goal_samples < 32 || options.goal_samples > (std::size_t{1} << 24U)) {
         refuse("--goal-samples", "must be from 32 to 16777216");
     }
-    if (!(options.most_memory > 0.0)) {
-        refuse("--max-memory", "must be above 0");
-    }
     if (options.error_rounds > most_error_rounds) {
         refuse("error rounds", "must be at most " + std::to_string(most_error_rounds));
     }

@@ -87,10 +87,8 @@ struct BakeOptions {
                                ///< absent: default_levels
     int neighbours = 10;       ///< m
     std::size_t rays = 512;    ///< a site
-    std::optional<ErrorTarget> target;                            ///< determines sites and rays, and starts with few
-    double most_memory = std::numeric_limits<double>::infinity(); ///< bytes for the whole process, as estimated before
-                                                                  ///< each step that takes much
-    SolveOptions solve;            ///< tolerance, iterations; what stops them is said by `stop`
+    std::optional<ErrorTarget> target; ///< determines sites and rays, and starts with few
+    SolveOptions solve;                ///< tolerance, iterations; what stops them is said by `stop`
     std::string stop = "residual"; ///< what the tolerance limits: "residual", or the "change" in an iteration (StopBy)
     bool keep_iterates = false;    ///< Solution::iterates
     std::size_t mirror_depth = 32; ///< reflections in a row in mirrors (Mirrors::most)

@@ -17,7 +17,7 @@ void bake_pilot(const BakeResult& result, BakeOptions options, const Registry& r
                 const std::function<void(const BakeResult& pilot, const Execution& own)>& look) {
     SubordinateProgress unreported(execution.progress);
     Journal journal; // of what is noted in pilots nothing is reported
-    const Execution own{execution.threads, &unreported, &journal};
+    const Execution own = execution.with(&unreported, &journal);
     BakeResult pilot = result;
     pilot.options = std::move(options);
     Choices rough = make_choices(registry, pilot.options);

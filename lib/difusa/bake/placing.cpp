@@ -35,12 +35,12 @@ double spacing_for(const BakeResult& result, const Choices& choices, const LitSu
 
 } // namespace
 
-std::size_t most_sites_now(const BakeOptions& options) {
-    const std::size_t sites = std::min(most_sites, available_memory(options.most_memory) / bytes_of_site);
+std::size_t most_sites_now(const Execution& execution) {
+    const std::size_t sites = std::min(most_sites, execution.memory_left() / bytes_of_site);
     if (sites == 0) {
         throw ResourceError("no memory is left for sites" +
-                            (std::isfinite(options.most_memory)
-                                 ? ": the program has used the " + format_bytes(options.most_memory) +
+                            (std::isfinite(execution.most_memory)
+                                 ? ": the program has used the " + format_bytes(execution.most_memory) +
                                        " that --max-memory allows; allow more"
                                  : std::string()));
     }
@@ -51,7 +51,7 @@ void choose_spacing(BakeResult& result, const Choices& choices, const LitSurface
     BakeOptions& options = result.options;
     if (options.spacing == 0.0) {
         options.sites = options.sites == 0 ? default_sites : options.sites;
-        options.spacing = spacing_for(result, choices, lit, most_sites_now(options), execution);
+        options.spacing = spacing_for(result, choices, lit, most_sites_now(execution), execution);
     }
     if (options.output_spacing == 0.0) {
         options.output_spacing = options.output_in_spacings * options.spacing;
@@ -109,7 +109,7 @@ std::vector<SurfacePoint> lit_points(const BakeResult& result, const Choices& ch
     const Mesh& mesh = result.scene->mesh;
     const BakeOptions& options = result.options;
     std::vector<SurfacePoint> points = choices.sampler->sample(
-        mesh, choices.engine.get(), spacing, most_sites_now(options), RandomStream(options.seed, "sites"), execution);
+        mesh, choices.engine.get(), spacing, most_sites_now(execution), RandomStream(options.seed, "sites"), execution);
     const std::size_t all = points.size();
     std::erase_if(points, [&](const SurfacePoint& x) { return lit.dark[mesh.region[x.face]] != 0; });
     if (points.empty()) {

@@ -40,7 +40,7 @@ LitSurface lit_surface(const BakeResult& result, const DirectLight& lights, cons
 void choose_spacing(BakeResult& result, const Choices& choices, const LitSurface& lit, const Execution& execution);
 
 /// How many sites memory has room for.
-std::size_t most_sites_now(const BakeOptions& options);
+std::size_t most_sites_now(const Execution& execution);
 
 /// How many sites `place_sites` would place, to about 1 %; nothing if placing them is as cheap. Phase "predict sites".
 /// Chooses the spacing as `place_sites` does.

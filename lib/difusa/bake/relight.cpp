@@ -176,7 +176,7 @@ class Relighting {
         for (std::size_t begin = 1; begin < steps_.size(); begin += block) {
             const std::size_t end = std::min(steps_.size(), begin + block);
             Journal journal; // what is noted of the first step need not be said of the others
-            const Execution own{execution_.threads, execution_.progress, &journal};
+            const Execution own = execution_.with(execution_.progress, &journal);
             std::vector<std::shared_ptr<Scene>> scenes;
             for (std::size_t i = begin; i < end; ++i) {
                 scenes.push_back(std::make_shared<Scene>(first));
@@ -206,7 +206,8 @@ class Relighting {
         const auto surfels = static_cast<double>(result_.system->transport().surfels);
         const double bytes = sizeof(double) * columns * (vectors * points + 8.0 * surfels) +
                              400.0 * static_cast<double>(mesh.triangles.size());
-        return static_cast<std::size_t>(std::clamp(0.25 * static_cast<double>(available_memory()) / bytes, 1.0, 16.0));
+        return static_cast<std::size_t>(
+            std::clamp(0.25 * static_cast<double>(execution_.memory_left()) / bytes, 1.0, 16.0));
     }
 
     [[noreturn]] void refuse(const std::string& why) const {

@@ -73,7 +73,7 @@ Placed with_sites_in_sight(
     };
     // Where most regions have a single site, the spacing says little.
     const double spacing = std::min(options.spacing, std::sqrt(mesh.area / static_cast<double>(given)));
-    std::size_t most = std::min(2 * given, most_sites_now(options));
+    std::size_t most = std::min(2 * given, most_sites_now(execution));
     if (options.target) {
         most = std::min(most, options.target->most_sites);
     }
@@ -100,7 +100,7 @@ Placed with_sites_in_sight(
         for (const SurfacePoint& x : places) {
             darts.push_back({x, darts.size()});
         }
-        SiteGrid grid(mesh, 0.5 * spacing, most_sites_now(options));
+        SiteGrid grid(mesh, 0.5 * spacing, most_sites_now(execution));
         grid.insert(darts, unreported);
         std::vector<SurfacePoint> points = placed.sites->points;
         const std::size_t added = std::min(grid.sites().size(), most - points.size());

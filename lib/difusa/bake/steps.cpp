@@ -194,7 +194,7 @@ BakeResult run_steps(const Registry& registry, const BakeOptions& options, const
     result.plugins = choices.plugins;
     name_elements(result, choices.elements);
     Journal journal;
-    const Execution own{execution.threads, execution.progress, &journal};
+    const Execution own = execution.with(execution.progress, &journal);
     for (const std::string& note : choices.notes) {
         own.note(note);
     }
@@ -217,7 +217,7 @@ BakeResult run_steps(const Registry& registry, const BakeOptions& options, const
 
 void check_request(BakeResult& result, const Choices& choices, const DirectLight& lights, std::size_t sites,
                    const Execution& execution) {
-    check_output(result);
+    check_output(result, execution);
     find_places(result, execution);
     check_places(result);
     result.goals = find_goals(result.options.goals, *result.scene, result.options.spacing, execution);

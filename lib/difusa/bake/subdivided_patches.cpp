@@ -37,7 +37,7 @@ Placed place_elements(BakeResult& result, const Registry& registry, const Choice
     const BakeOptions& options = result.options;
     const Mesh& mesh = result.scene->mesh;
     const Execution silent = execution.silent();
-    const std::size_t most = most_sites_now(options);
+    const std::size_t most = most_sites_now(execution);
     const auto lit_patches = [&](const PatchMesh& patches) {
         std::size_t count = 0;
         for (Index f = 0; f < patches.size(); ++f) {

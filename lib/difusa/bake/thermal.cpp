@@ -324,8 +324,7 @@ void find_temperatures(BakeResult& result, const LightingOptions& options, const
     }
     execution.phase("find temperatures");
     SubordinateProgress unreported(execution.progress);
-    const Bodies bodies =
-        solve_for_bodies(result, std::move(found), options, Execution{execution.threads, &unreported});
+    const Bodies bodies = solve_for_bodies(result, std::move(found), options, execution.with(&unreported, nullptr));
     Eigen::VectorXd heat = -bodies.own, size(heat.size());
     for (Eigen::Index k = 0; k < heat.size(); ++k) {
         const auto i = static_cast<std::size_t>(k);

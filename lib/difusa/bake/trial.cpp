@@ -122,7 +122,8 @@ class Trial {
 /// of rays: it is tried out with those of the bake, at few points and at more of them.
 double time_of_exact_factors(const BakeResult& bake, const BakeResult& trial, const Choices& choices,
                              const Execution& execution) {
-    const Execution one{1, execution.progress, nullptr}; // few points do not keep many threads busy
+    Execution one = execution.with(execution.progress, nullptr);
+    one.threads = 1; // few points do not keep many threads busy
     constexpr std::array<std::size_t, 2> counts{96, 288};
     const RadiositySystem& system = *trial.system;
     const std::vector<SurfacePoint>& all = system.discretisation().points;
@@ -179,7 +180,7 @@ void predict_time(BakeResult& result, const Registry& registry, const Choices& c
     Trial trial(result, choices.pairwise);
     SubordinateProgress unreported(execution.progress);
     Journal journal;
-    const Execution own{execution.threads, &unreported, &journal};
+    const Execution own = execution.with(&unreported, &journal);
     double of_exact_factors = 0.0;
     try {
         Choices fresh = make_choices(registry, trial.result.options); // a basis is bound to its sites

@@ -3,7 +3,9 @@
 
 #include <difusa/core/error.h>
 #include <difusa/core/journal.h>
+#include <difusa/core/memory.h>
 
+#include <limits>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -54,9 +56,18 @@ unsigned processors();
 
 /// How to compute: threads, progress reporting, and where to record. A plain value, passed by reference.
 struct Execution {
-    unsigned threads = processors(); ///< at least 1; results do not depend on it
-    Progress* progress = nullptr;    ///< may be null: silent
-    Journal* journal = nullptr;      ///< may be null: nothing is recorded
+    unsigned threads = processors();                              ///< at least 1; results do not depend on it
+    Progress* progress = nullptr;                                 ///< may be null: silent
+    Journal* journal = nullptr;                                   ///< may be null: nothing is recorded
+    double most_memory = std::numeric_limits<double>::infinity(); ///< bytes that the whole process may take
+
+    /// Bytes that can still be allocated.
+    std::size_t memory_left() const { return available_memory(most_memory); }
+
+    /// The same with another progress and journal.
+    Execution with(Progress* other, Journal* journal_of_it) const {
+        return {threads, other, journal_of_it, most_memory};
+    }
 
     /// Starts a new phase. Throws Interrupted if the computation was cancelled.
     void phase(std::string_view name) const {
@@ -106,14 +117,14 @@ struct Execution {
     }
 
     /// The same threads without progress reports, for loops too short to matter.
-    Execution silent() const { return {threads, nullptr, nullptr}; }
+    Execution silent() const { return with(nullptr, nullptr); }
 };
 
 /// The same threads without progress reports, for one of several loops of a phase; it can still be cancelled.
 class Unreported {
   public:
     explicit Unreported(const Execution& execution)
-        : progress_(execution.progress), execution_{execution.threads, &progress_, nullptr} {}
+        : progress_(execution.progress), execution_(execution.with(&progress_, nullptr)) {}
     Unreported(const Unreported&) = delete;
     Unreported& operator=(const Unreported&) = delete;
 

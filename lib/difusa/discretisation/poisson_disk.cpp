@@ -128,7 +128,7 @@ Execution part_of(const Execution& execution) {
     if (execution.progress != nullptr) {
         execution.progress->check();
     }
-    return {execution.threads, nullptr};
+    return execution.silent();
 }
 
 void throw_darts(const Mesh& mesh, double spacing, std::uint64_t seed, SiteGrid& grid, const Execution& execution) {

@@ -80,43 +80,40 @@ std::vector<std::pair<Index, Index>> triangles_near(const Windows& windows, cons
                                                     const Execution& execution) {
     constexpr std::size_t grain = 4096;
     std::vector<std::vector<std::pair<Index, Index>>> found((mesh.triangles.size() + grain - 1) / grain);
-    parallel_for(mesh.triangles.size(), grain, Execution{execution.threads, nullptr},
-                 [&](std::size_t begin, std::size_t end, unsigned) {
-                     for (std::size_t t = begin; t < end; ++t) {
-                         const auto corner = [&](int k) -> const Vec3& {
-                             return mesh.corner(static_cast<Index>(t), k);
-                         };
-                         const Vec3 margin = Vec3::Constant(margin_in_windows * windows.size);
-                         const Cell low = windows.cell_of(corner(0).cwiseMin(corner(1)).cwiseMin(corner(2)) - margin);
-                         const Cell high = windows.cell_of(corner(0).cwiseMax(corner(1)).cwiseMax(corner(2)) + margin);
-                         const auto add = [&](Index window) {
-                             if (window != none) {
-                                 found[begin / grain].emplace_back(window, static_cast<Index>(t));
-                             }
-                         };
-                         double cells = 1.0;
-                         for (std::size_t axis = 0; axis < 3; ++axis) {
-                             cells *= static_cast<double>(high[axis]) - low[axis] + 1.0;
-                         }
-                         if (cells > static_cast<double>(windows.table.count())) {
-                             for (const CellTable::Slot& slot : windows.table.slots()) {
-                                 bool meets = slot.region != none;
-                                 for (std::size_t axis = 0; axis < 3; ++axis) {
-                                     meets = meets && low[axis] <= slot.cell[axis] && slot.cell[axis] <= high[axis];
-                                 }
-                                 add(meets ? slot.number : none);
-                             }
-                             continue;
-                         }
-                         for (std::int32_t x = low[0]; x <= high[0]; ++x) {
-                             for (std::int32_t y = low[1]; y <= high[1]; ++y) {
-                                 for (std::int32_t z = low[2]; z <= high[2]; ++z) {
-                                     add(windows.find({x, y, z}));
-                                 }
-                             }
-                         }
-                     }
-                 });
+    parallel_for(mesh.triangles.size(), grain, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
+        for (std::size_t t = begin; t < end; ++t) {
+            const auto corner = [&](int k) -> const Vec3& { return mesh.corner(static_cast<Index>(t), k); };
+            const Vec3 margin = Vec3::Constant(margin_in_windows * windows.size);
+            const Cell low = windows.cell_of(corner(0).cwiseMin(corner(1)).cwiseMin(corner(2)) - margin);
+            const Cell high = windows.cell_of(corner(0).cwiseMax(corner(1)).cwiseMax(corner(2)) + margin);
+            const auto add = [&](Index window) {
+                if (window != none) {
+                    found[begin / grain].emplace_back(window, static_cast<Index>(t));
+                }
+            };
+            double cells = 1.0;
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                cells *= static_cast<double>(high[axis]) - low[axis] + 1.0;
+            }
+            if (cells > static_cast<double>(windows.table.count())) {
+                for (const CellTable::Slot& slot : windows.table.slots()) {
+                    bool meets = slot.region != none;
+                    for (std::size_t axis = 0; axis < 3; ++axis) {
+                        meets = meets && low[axis] <= slot.cell[axis] && slot.cell[axis] <= high[axis];
+                    }
+                    add(meets ? slot.number : none);
+                }
+                continue;
+            }
+            for (std::int32_t x = low[0]; x <= high[0]; ++x) {
+                for (std::int32_t y = low[1]; y <= high[1]; ++y) {
+                    for (std::int32_t z = low[2]; z <= high[2]; ++z) {
+                        add(windows.find({x, y, z}));
+                    }
+                }
+            }
+        }
+    });
     std::vector<std::pair<Index, Index>> all;
     for (const auto& part : found) {
         all.insert(all.end(), part.begin(), part.end());

@@ -24,11 +24,6 @@ bool comes_before(std::span<const Dart> darts, Index i, Index j) {
     return darts[i].priority != darts[j].priority ? darts[i].priority < darts[j].priority : i < j;
 }
 
-/// For short loops, whose progress is not counted.
-Execution silent(const Execution& execution) {
-    return {execution.threads, nullptr};
-}
-
 } // namespace
 
 double coordinate_step(const Mesh& mesh) {
@@ -128,7 +123,7 @@ void SiteGrid::append(std::span<const Dart> darts, std::span<const Index> of, Sp
 
 std::vector<Index> SiteGrid::without_conflict(std::span<const Dart> darts, std::vector<Index> of,
                                               const Execution& execution) const {
-    parallel_for(of.size(), darts_at_once, silent(execution), [&](std::size_t begin, std::size_t end, unsigned) {
+    parallel_for(of.size(), darts_at_once, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
         for (std::size_t k = begin; k < end; ++k) {
             of[k] = conflicts(darts[of[k]].place) ? none : of[k];
         }
@@ -166,7 +161,7 @@ std::vector<Index> SiteGrid::first_come(std::span<const Dart> darts, std::span<c
     std::vector<Index> waiting(of.size());
     std::iota(waiting.begin(), waiting.end(), Index{0});
     while (!waiting.empty()) {
-        parallel_for(waiting.size(), darts_at_once, silent(execution),
+        parallel_for(waiting.size(), darts_at_once, execution.silent(),
                      [&](std::size_t begin, std::size_t end, unsigned) {
                          for (std::size_t i = begin; i < end; ++i) {
                              decide(waiting[i]);

@@ -42,14 +42,14 @@ class SpatialHash {
         if (grows) {
             heads_.assign(std::max(block_size, std::bit_ceil(heads_per_item * items_.size())), none);
         }
-        parallel_for(count, grain, silent(execution), [&](std::size_t begin, std::size_t end, unsigned) {
+        parallel_for(count, grain, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
             for (std::size_t i = begin; i < end; ++i) {
                 items_[old + i] = point(i);
             }
         });
         const std::size_t first = grows ? 0 : old;
         parallel_for(
-            items_.size() - first, grain, silent(execution), [&](std::size_t begin, std::size_t end, unsigned) {
+            items_.size() - first, grain, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
                 for (std::size_t i = first + begin; i < first + end; ++i) {
                     Item& item = items_[i];
                     const Vec3 scaled = (item.position - origin_) * inverse_size_;
@@ -100,8 +100,6 @@ class SpatialHash {
     static constexpr std::size_t block_size = 64;    ///< 4 cells along each axis
     static constexpr std::size_t heads_per_item = 4; ///< the surface passes through a third of a block's cells
     static constexpr std::size_t grain = 4096;
-
-    static Execution silent(const Execution& execution) { return {execution.threads, nullptr}; }
 
     static std::int32_t floor_of(double x) { return static_cast<std::int32_t>(std::floor(x)); }
 

@@ -20,7 +20,8 @@ constexpr double least_rcond = 1e-13;
 /// The unknowns are the radiosities of the surfaces and then the powers of the bodies.
 class EnclosureSystem {
   public:
-    EnclosureSystem(const Scene& scene, const FormFactors& F, const std::vector<Index>& material)
+    EnclosureSystem(const Scene& scene, const FormFactors& F, const std::vector<Index>& material,
+                    const Execution& execution)
         : scene_(scene), F_(F), material_(material), body_(scene.materials.size(), none) {
         for (const Index m : material_) {
             const std::optional<Thermal>& thermal = scene_.materials[m].thermal;
@@ -30,7 +31,7 @@ class EnclosureSystem {
             }
         }
         const double count = static_cast<double>(F_.size() + bodies_.size());
-        require_memory(4.0 * sizeof(double) * count * count, available_memory(),
+        require_memory(4.0 * sizeof(double) * count * count, execution.memory_left(),
                        "the exchange between " + std::to_string(F_.size()) + " surfaces",
                        "join faces to fewer surfaces (--surfaces material), or use bake_radiosity");
         assemble();
@@ -185,13 +186,13 @@ void check_enclosure(const Scene& scene, const FormFactors& F, const std::vector
 } // namespace
 
 Enclosure solve_enclosure(const Scene& scene, const FormFactors& F, const std::vector<Index>& material,
-                          const std::vector<std::string>& name) {
+                          const std::vector<std::string>& name, const Execution& execution) {
     DIFUSA_REQUIRE(scene.thermal && material.size() == F.size() && name.size() == F.size());
     check_enclosure(scene, F, material, name);
     Scene warmed;
     warmed.materials = scene.materials;
     warmed.thermal = scene.thermal;
-    return EnclosureSystem(scene, F, material).solve(warmed, name);
+    return EnclosureSystem(scene, F, material, execution).solve(warmed, name);
 }
 
 } // namespace difusa

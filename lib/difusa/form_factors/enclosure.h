@@ -35,8 +35,8 @@ struct Enclosure {
 ///
 /// `scene`: after settle_thermal; `material`, `name`: of each surface, the name for messages. Throws InputError for an
 /// open enclosure without surroundings, mirrors, temperatures that are not determined, or if more heat is drawn from a
-/// surface than arrives; ResourceError for too many surfaces.
+/// surface than arrives; ResourceError for more surfaces than memory has room for.
 Enclosure solve_enclosure(const Scene& scene, const FormFactors& F, const std::vector<Index>& material,
-                          const std::vector<std::string>& name);
+                          const std::vector<std::string>& name, const Execution& execution);
 
 } // namespace difusa

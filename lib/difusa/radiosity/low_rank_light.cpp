@@ -170,7 +170,7 @@ std::vector<LowRankLight> low_rank_light(const RadiositySystem& system, const Va
     constexpr double copies = 6.0;
     require_memory(copies * sizeof(double) * columns *
                        (static_cast<double>(points) + static_cast<double>(system.transport().surfels)),
-                   available_memory(), "the operator of low rank", "choose a lower rank, or give fewer --sites");
+                   execution.memory_left(), "the operator of low rank", "choose a lower rank, or give fewer --sites");
     const AreaNorms norms(system.discretisation());
     const WeightedLaterLight L(system, reflectance, norms, options, execution);
     ByChannel x;

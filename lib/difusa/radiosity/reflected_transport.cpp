@@ -175,7 +175,7 @@ std::shared_ptr<const Factors> ReflectedTransport::factors(const Execution& exec
     SparseColumns R = columns_of(averages, averages.columns(), execution);
     require_memory(2.0 * static_cast<double>(R.row.size()) *
                        (sizeof(Index) + static_cast<double>(reflectance_.cols()) * sizeof(double)),
-                   available_memory(), "the rows and columns of the transport",
+                   execution.memory_left(), "the rows and columns of the transport",
                    "use --solver krylov, or give fewer --sites");
     if (S) {
         factors->A = S;

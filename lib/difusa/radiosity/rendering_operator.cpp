@@ -116,9 +116,9 @@ RenderingOperator::RenderingOperator(std::shared_ptr<const RadiositySystem> syst
 void RenderingOperator::make_dense(const Execution& execution) {
     const auto n = static_cast<Eigen::Index>(system_->transport().points()), channels = reflectance_.cols();
     constexpr double matrices = 3.0; // the decomposition and its inverse beside T
-    require_memory((static_cast<double>(channels) + matrices) * sizeof(double) * static_cast<double>(n) *
-                       static_cast<double>(n),
-                   available_memory(), "the rendering operator as a matrix", "choose low-rank, or give fewer --sites");
+    require_memory(
+        (static_cast<double>(channels) + matrices) * sizeof(double) * static_cast<double>(n) * static_cast<double>(n),
+        execution.memory_left(), "the rendering operator as a matrix", "choose low-rank, or give fewer --sites");
     const ReflectedTransport T(system_->discretisation(), system_->transport(), reflectance_);
     std::vector<Eigen::MatrixXd> A(static_cast<std::size_t>(channels), Eigen::MatrixXd::Identity(n, n));
     const Eigen::Index block = columns_at_once(system_->transport()) / channels;

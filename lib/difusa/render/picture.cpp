@@ -386,7 +386,8 @@ class Look {
     std::vector<std::vector<SeenGloss>> glossy_;        ///< likewise
 };
 
-void check(const BakeResult& result, const ViewOptions& options, const std::vector<Show>& shows) {
+void check(const BakeResult& result, const ViewOptions& options, const std::vector<Show>& shows,
+           const Execution& execution) {
     check_view(options);
     check_shows(*result.scene, shows);
     for (const Show& show : shows) {
@@ -419,7 +420,7 @@ void check(const BakeResult& result, const ViewOptions& options, const std::vect
         }
     }
     const double samples = static_cast<double>(options.width * options.height) * static_cast<double>(options.samples);
-    require_memory(samples * (1.0 + sizeof(Pixel) * static_cast<double>(shows.size())), available_memory(),
+    require_memory(samples * (1.0 + sizeof(Pixel) * static_cast<double>(shows.size())), execution.memory_left(),
                    "the samples of the pictures",
                    "give a smaller --size, fewer --samples, or fewer pictures at a time");
 }
@@ -473,7 +474,7 @@ void check_view(const ViewOptions& options) {
 
 View look(const BakeResult& result, const ViewOptions& options, const std::vector<Show>& shows,
           const Execution& execution) {
-    check(result, options, shows);
+    check(result, options, shows, execution);
     View view{options, shows, {}, {}, 0, 0};
     const std::size_t samples = options.width * options.height * options.samples;
     view.seen.reserve(samples); // filled batch by batch: a large picture takes a while to fill, even with nothing

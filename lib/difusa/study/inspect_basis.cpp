@@ -106,7 +106,7 @@ void check_options(const InspectOptions& options) {
 
 void place_sites(BasisInspection& result, const Sampler& sampler, const Visibility* rays, const Execution& execution) {
     InspectOptions& options = result.options;
-    const std::size_t limit = available_memory() / site_bytes;
+    const std::size_t limit = execution.memory_left() / site_bytes;
     if (options.spacing == 0.0) {
         options.sites = options.sites == 0 ? default_sites : options.sites;
         if (options.sites > limit) {
@@ -289,7 +289,8 @@ BasisInspection inspect_basis(const Registry& registry, const std::filesystem::p
     if (result.options.output_spacing == 0.0) {
         result.options.output_spacing = output_in_spacings * result.options.spacing;
     }
-    result.output = refine(result.mesh, result.options.output_spacing, available_memory() / output_bytes, execution);
+    result.output =
+        refine(result.mesh, result.options.output_spacing, execution.memory_left() / output_bytes, execution);
     execution.phase("evaluate");
     evaluate_vertices(result, *basis, nearest, execution);
     execution.phase("integrate elements");

@@ -136,7 +136,7 @@ MirrorTrial try_mirrors(const Registry& registry, const MirrorSituation& situati
     const MirroredFactors factors = mirrored_factors(Tracer(mesh, *engine), discretisation, *kernel, paths, execution);
 
     MirrorTrial trial{situation.name, situation.to_mirror, situation.from_mirror, paths, sites->size()};
-    trial.patches = mirror_patches(mesh, paths.granularity * spacing).size();
+    trial.patches = mirror_patches(mesh, paths.granularity * spacing, execution).size();
     trial.rays = static_cast<double>(factors.rays) / static_cast<double>(sites->size());
     double sum = 0.0, exact_sum = 0.0, squares = 0.0, exact_squares = 0.0;
     std::size_t count = 0;

@@ -260,9 +260,9 @@ void merge(std::vector<FactorEntry>& entries) {
 
 } // namespace
 
-std::vector<MirrorPatch> mirror_patches(const Mesh& mesh, double edge) {
+std::vector<MirrorPatch> mirror_patches(const Mesh& mesh, double edge, const Execution& execution) {
     const std::size_t count = mirror_patch_count(mesh, edge);
-    require_memory(static_cast<double>(count * sizeof(MirrorPatch)), available_memory(),
+    require_memory(static_cast<double>(count * sizeof(MirrorPatch)), execution.memory_left(),
                    "the division of the mirrors into " + std::to_string(count) + " patches", coarser_patches);
     std::vector<MirrorPatch> patches;
     patches.reserve(count);
@@ -309,7 +309,7 @@ MirroredFactors mirrored_factors(const Tracer& tracer, const Discretisation& dis
     DIFUSA_REQUIRE(mesh.mirrors.is_grey());
     const std::size_t n = discretisation.sites->size();
     const double edge = options.granularity * discretisation.sites->spacing;
-    const std::vector<MirrorPatch> patches = mirror_patches(mesh, edge);
+    const std::vector<MirrorPatch> patches = mirror_patches(mesh, edge, execution);
     const std::vector<double> areas = areas_met(mesh, options.paths, edge);
     MirroredFactors factors;
     std::vector<std::vector<FactorEntry>> entries(n); // of each site where paths begin

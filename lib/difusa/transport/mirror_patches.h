@@ -54,7 +54,7 @@ struct MirrorPatch {
 
 /// All mirrors in patches with no edge longer than `edge`, by triangles. Each triangle is divided into n² congruent
 /// ones. Throws ResourceError if memory does not suffice for them, or as below.
-std::vector<MirrorPatch> mirror_patches(const Mesh& mesh, double edge);
+std::vector<MirrorPatch> mirror_patches(const Mesh& mesh, double edge, const Execution& execution);
 
 /// How many there would be. Throws ResourceError if they are more than 2^31.
 std::size_t mirror_patch_count(const Mesh& mesh, double edge);
