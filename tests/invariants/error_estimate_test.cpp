@@ -9,6 +9,7 @@
 
 #include <support/furnace.h>
 #include <support/plugins.h>
+#include <support/rooms.h>
 
 #include <gtest/gtest.h>
 
@@ -160,6 +161,43 @@ TEST(ErrorEstimate, BalancesPointsAndRays) {
     EXPECT_EQ(noisy.rays_per_gather.size(), noisy.points);
     EXPECT_EQ(noisy.at.size(), noisy.points);
     EXPECT_NEAR(std::accumulate(noisy.at.weight.begin(), noisy.at.weight.end(), 0.0), result.scene->mesh.area, 1e-9);
+}
+
+/// A floor in the penumbra of a black screen, and nothing else: all error is the noise of directly evaluated light. Its
+/// mean square, found from two evaluations at many evenly spread points, lies between the ends of the estimate.
+TEST(ErrorEstimate, KnowsTheNoiseOfDirectLight) {
+    constexpr double rho = 0.5;
+    Scene scene;
+    Mesh& mesh = scene.mesh;
+    mesh = test::together(rectangle({-2, -2, 0}, {4, 0, 0}, {0, 4, 0}), rectangle({-2, -2, 1}, {2, 0, 0}, {0, 4, 0}));
+    mesh.material = {0, 0, 1, 1};
+    mesh.derive();
+    scene.materials.resize(2);
+    scene.materials[0].reflectance = Rgb::Constant(rho);
+    scene.materials[1].reflectance = Rgb::Zero();
+    Sun sun{Vec3(0.3, 0.1, 1.0).normalized(), Rgb::Ones()};
+    sun.disc = 0.2;
+    scene.suns = {sun};
+    const BakeResult result = baked(scene, coarse(0.25, 16));
+    const Field& field = result.field();
+    constexpr std::size_t count = 40'000;
+    const std::vector<SurfacePoint> x = even_points(result.scene->mesh, count, RandomStream(1, "places"));
+    DirectLight::Effort effort;
+    const Values difference =
+        field.sharp(x, 1, "one", Execution{}, effort) - field.sharp(x, 1, "other", Execution{}, effort);
+    double sum = 0.0, squares = 0.0;
+    for (std::size_t i = 0; i < count; ++i) {
+        const double noise = x[i].face < 2 ? 0.5 * std::pow(rho * difference(static_cast<Eigen::Index>(i), 0), 2) : 0.0;
+        sum += noise;
+        squares += noise * noise;
+    }
+    const double n = count, mean = sum / n, deviation = std::sqrt((squares / n - mean * mean) / n);
+    ASSERT_LT(deviation, 0.1 * mean);
+    const ErrorEstimate estimate = estimate_error(result.solution, 14000, 16, 1, {0, 0.0}, Execution{});
+    EXPECT_LT(estimate.total.low * estimate.total.low, mean + 3.0 * deviation);
+    EXPECT_GT(estimate.total.high * estimate.total.high, mean - 3.0 * deviation);
+    EXPECT_LT(estimate.total.high, 1.5 * estimate.total.low); // or else the above says little
+    EXPECT_LT(estimate.indirect.high, 1e-9);
 }
 
 /// Few points without noise leave doubt that more rays cannot remove: as many others join them.
