@@ -191,8 +191,8 @@ int run_command(CLI::App& app, int count, char** words, const std::string& expec
 
 void check_outputs(const std::vector<OutputName>& outputs,
                    const std::vector<std::pair<std::filesystem::path, std::string>>& inputs) {
-    for (std::size_t i = 0; i < outputs.size(); ++i) {
-        const std::filesystem::path& file = outputs[i].file;
+    DistinctFiles distinct;
+    for (const auto& [file, is_field] : outputs) {
         if (file.empty()) {
             continue;
         }
@@ -201,12 +201,10 @@ void check_outputs(const std::vector<OutputName>& outputs,
                 throw UsageError(file.string() + ": would overwrite " + what + "; give the output another name");
             }
         }
-        for (std::size_t j = 0; j < i; ++j) {
-            if (!outputs[j].file.empty() && same_file(file, outputs[j].file)) {
-                throw UsageError(file.string() + ": two outputs have this name; give each its own name");
-            }
+        if (!distinct.add(file)) {
+            throw UsageError(file.string() + ": two outputs have this name; give each its own name");
         }
-        check_output_path(file, outputs[i].is_field);
+        check_output_path(file, is_field);
     }
 }
 

@@ -243,10 +243,11 @@ std::vector<Picture> pictures_of(const Arguments& a) {
     }
     std::vector<Picture> pictures{{difusa::parse_show(a.show), a.show, a.out}};
     pictures.insert(pictures.end(), a.also.begin(), a.also.end());
-    bool basis = false, mapped = false;
+    bool basis = false, mapped = false, exposed = false;
     std::vector<difusa::OutputName> outputs;
     for (const Picture& picture : pictures) {
-        difusa::is_radiance_hdr(picture.file); // or rejects its name
+        const bool linear = difusa::is_radiance_hdr(picture.file); // or rejects its name
+        exposed = exposed || (!linear && colouring_of(picture.show.quantity) == difusa::Colouring::light);
         outputs.push_back({picture.file, false});
         mapped = mapped || colouring_of(picture.show.quantity) == difusa::Colouring::map;
         basis = basis || picture.show.quantity == difusa::Quantity::basis;
@@ -260,6 +261,12 @@ std::vector<Picture> pictures_of(const Arguments& a) {
     if ((a.range || a.logarithmic) && !mapped) {
         throw UsageError(std::string(a.range ? "--range" : "--log") +
                          ": no picture has a colour bar; show luminance, illuminance, error or basis");
+    }
+    for (const char* const option : {"--exposure", "--tone"}) {
+        if (!exposed && a.bake.given(option)) {
+            throw UsageError(std::string(option) + ": no picture is exposed: .hdr pictures are linear, and those with "
+                                                   "a colour bar have a --range");
+        }
     }
     if (a.range && a.logarithmic && !(a.range->first > 0.0)) {
         throw UsageError("--range: must begin above 0 with --log");
@@ -335,9 +342,16 @@ double exposure_for(const Arguments& a, const difusa::View& view) {
     return a.exposure.value_or(1.0);
 }
 
-/// Refuses a picture of nothing before the work, and remarks on one of back faces.
-void check_view_of(const difusa::Mesh& mesh, const difusa::Camera& camera, const difusa::Coverage& coverage,
-                   const Arguments& a, difusa::Progress& progress) {
+/// Pictures of the light that surfaces send out, of which they send none.
+bool exposes_nothing(const difusa::BakeResult& result, const difusa::View& view) {
+    return !result.scene->has_emitters() && difusa::largest_reflectance(*result.scene, result.channels) == 0.0 &&
+           std::any_of(view.shows.begin(), view.shows.end(),
+                       [](const difusa::Show& show) { return show.quantity == difusa::Quantity::radiosity; });
+}
+
+/// Refuses a picture of nothing before the work; what there is to note about one of back faces, or nothing.
+std::string check_view_of(const difusa::Mesh& mesh, const difusa::Camera& camera, const difusa::Coverage& coverage,
+                          const Arguments& a) {
     if (coverage.fronts + coverage.backs == 0.0) {
         throw UsageError("the picture would show nothing: from " + difusa::coordinates(camera.eye) + " towards " +
                          difusa::coordinates(camera.towards) + ", no ray meets the surface, which lies between " +
@@ -345,9 +359,10 @@ void check_view_of(const difusa::Mesh& mesh, const difusa::Camera& camera, const
                          "; change --eye, --look-at or --towards, or omit them for a view of the whole");
     }
     if (!a.camera.cull_backs && coverage.fronts < 0.1 * coverage.backs) {
-        progress.remark("the picture shows mostly back faces, in dark grey: look from another side, see through them "
-                        "with --cull-backs, or turn them over with --flip all");
+        return "the picture shows mostly back faces, in dark grey: look from another side, see through them with "
+               "--cull-backs, or turn them over with --flip all";
     }
+    return "";
 }
 
 /// A saved transport has its sites, rays and projection.
@@ -405,6 +420,7 @@ void run(Arguments& a) {
 
     difusa::TerminalProgress progress(a.run.quiet);
     const difusa::Execution execution = a.run.execution(progress);
+    std::string note;
     options.when_visible = [&](const difusa::Scene& scene, const difusa::Visibility& visibility,
                                const std::optional<difusa::Camera>& of_scene, const difusa::Vec3& up) {
         const double aspect = static_cast<double>(a.view.width) / static_cast<double>(a.view.height);
@@ -414,7 +430,7 @@ void run(Arguments& a) {
         }
         check_shows(scene, shows);
         a.view.camera = place_camera(a.camera, of_scene, up, scene.mesh, visibility, aspect);
-        check_view_of(scene.mesh, a.view.camera, coverage_of(a.view.camera, visibility, aspect), a, progress);
+        note = check_view_of(scene.mesh, a.view.camera, coverage_of(a.view.camera, visibility, aspect), a);
     };
     difusa::BakeResult result;
     difusa::View view;
@@ -426,6 +442,14 @@ void run(Arguments& a) {
         view = look(result, a.view, shows, execution);
     });
 
+    if (!note.empty()) {
+        result.journal.note(note);
+    }
+    if (exposes_nothing(result, view)) {
+        result.journal.note(
+            "nothing reflects or emits light, so that its radiosity is black: --show illuminance for the "
+            "light that arrives");
+    }
     execution.phase("write pictures");
     const double exposure = exposure_for(a, view);
     std::vector<std::unique_ptr<difusa::WholeFile>> files;

@@ -125,6 +125,7 @@ expect_refusal 1 "would overwrite the mesh" "$bake" other.obj out.ply $small --s
 usage "takes OBJECT=DX,DY,DZ[,DEGREES]" box.difusa out.vtp --move lamp=1,2
 usage "takes OBJECT=DX,DY,DZ[,DEGREES]" box.difusa out.vtp --move lamp=1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,2
 usage "neither scales nor mirrors" box.difusa out.vtp --move lamp=2,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1
+usage "--move 3-99: the faces of the file have the numbers 0 to " box.difusa out.vtp --move 3-99=0,0,0
 usage "there is no object \`lmap\`, did you mean lamp?" box.difusa out.vtp --move lmap=0,0,0
 usage "cannot be moved without face" box.difusa out.vtp --move 8=0,0,0.1
 usage "would overwrite the transport" box.difusa out.vtp --save-transport box.difusa

@@ -29,6 +29,8 @@ refuse 1 "takes three numbers X,Y,Z" "$box" out.png --eye 1,2
 refuse 1 "--up 0,0,0: must be a nonzero direction" "$box" out.png --up 0,0,0
 refuse 1 "--exposure 0: must be a positive number" "$box" out.png --exposure 0
 refuse 1 "--background 2,0,0: must be from 0 to 1 in each channel" "$box" out.png --background 2,0,0
+refuse 1 "--exposure: no picture is exposed" "$box" out.hdr --exposure 2
+refuse 1 "--tone: no picture is exposed" "$box" out.png --show illuminance --tone linear
 refuse 1 "--tone flimic: must be linear or filmic" "$box" out.png --tone flimic
 refuse 1 "--range 2,1: takes LOW,HIGH" "$box" out.png --show luminance --range 2,1
 refuse 1 "--range: no picture has a colour bar" "$box" out.png --range 1,2
@@ -146,6 +148,13 @@ refuse 2 "cut.difusa: " cut.difusa new.png
 : >empty.difusa
 refuse 2 "empty.difusa: is empty" empty.difusa new.png
 refuse 4 "memory has room for an output of 0" box.difusa new.png --max-memory 1MB
+
+# What a picture shows against expectation is noted.
+printf 'OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n' >floor.off
+expect_exit 0 "$render" floor.off out.png --eye 0.5,0.4,-3 --look-at 0.5,0.5,0 --sites 100 --rays 16 --size 40 30
+expect_text stdout "note: the picture shows mostly back faces"
+expect_exit 0 "$render" floor.off out.png --reflectance 0 --sites 100 --rays 16 --size 40 30
+expect_text stdout "note: nothing reflects or emits light"
 
 # Nothing is half written: where one file cannot be, an older one stays and no other appears.
 echo old >old.png

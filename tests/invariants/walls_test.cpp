@@ -1,5 +1,6 @@
 // Walls, however thin, between a lit and a dark room.
 #include <difusa/bake.h>
+#include <difusa/import/shapes.h>
 #include <difusa/rays/visibility.h>
 
 #include <support/plugins.h>
@@ -98,6 +99,37 @@ TEST(Walls, AWallThatStandsOnAFloorLetsNothingThrough) {
         EXPECT_GT(lit, 0.04); // the lamp alone, straight above: about area / (pi distance²) = 0.05
         EXPECT_EQ(dark, 0.0);
     }
+}
+
+/// A house without windows on sunlit ground that runs on beneath it: groups of surfels whose exact form factors a point
+/// inside uses do not reach out under the wall that it is on. Some groups beyond others' walls did not, either.
+TEST(Walls, GroupsOfSurfelsLetNothingIntoAClosedHouse) {
+    Mesh house = test::moved(test::box(Vec3(4, 4, 3), 1, false), 1.0, Vec3(-2, -2, 0));
+    house = test::together(house, chamber({-1.8, -1.8, 0.0}, {1.8, 1.8, 2.8}));
+    std::erase_if(house.triangles, [&](const auto& triangle) { // no bottoms: the ground is there
+        return std::all_of(triangle.begin(), triangle.end(),
+                           [&](Index corner) { return house.points[corner].z() == 0.0; });
+    });
+    Scene scene = test::uniform_scene(
+        test::together(rectangle({-10, -10, 0}, {20, 0, 0}, {0, 20, 0}),
+                       test::make_mesh(house.points, {house.triangles.begin(), house.triangles.end()})),
+        0.5, 0.0);
+    scene.suns = {Sun{Vec3(1.0, 0.5, 1.0).normalized(), Rgb::Constant(500.0)}};
+    scene.sky = Rgb::Constant(100.0);
+    BakeOptions options;
+    options.sites = 1500;
+    options.error_points = 0;
+    options.analytic = "always";
+    const BakeResult result = bake(test::registry(), std::move(scene), "house", options, Execution{2});
+    double inside = 0.0, outside = 0.0;
+    for (std::size_t v = 0; v < result.mesh.vertices.size(); ++v) {
+        const SurfacePoint& x = result.mesh.vertices[v];
+        const Vec3 before = x.position + 0.01 * x.normal;
+        double& most = before.head<2>().cwiseAbs().maxCoeff() < 1.8 && before.z() < 2.8 ? inside : outside;
+        most = std::max(most, result.output.H(static_cast<Eigen::Index>(v), 0));
+    }
+    EXPECT_GT(outside, 300.0);
+    EXPECT_EQ(inside, 0.0);
 }
 
 } // namespace

@@ -94,6 +94,40 @@ TEST(Contour, CommonVertex) {
     EXPECT_NEAR(both, parts, 1e-13);
 }
 
+/// Perpendicular rectangles of which one edge each lies on a common line, apart along it: the exchange is that of
+/// larger ones with common edges, added and subtracted. Turned, the edges are on one line but for rounding, and the
+/// distance between points of one and the line of the other is rounding everywhere.
+TEST(Contour, EdgesOnACommonLineApart) {
+    RandomStream stream(5, "contour");
+    const auto joined = [](double length) {
+        return contour_exchange(level({0, 1, 0, length}, 0.0, true), upright({0, 1, 0, length})).value;
+    };
+    const double exact = 0.5 * (joined(3.0) - 2.0 * joined(2.0) + joined(1.0));
+    for (int k = 0; k < 50; ++k) {
+        const Eigen::Matrix3d turn = Eigen::Quaterniond(stream.uniform() - 0.5, stream.uniform() - 0.5,
+                                                        stream.uniform() - 0.5, stream.uniform() - 0.5)
+                                         .normalized()
+                                         .toRotationMatrix();
+        const auto turned = [&](const FlatPolygon& of) {
+            std::vector<Vec3> corners;
+            for (std::size_t i = 0; i < of.size(); ++i) {
+                corners.push_back(turn * of[i]);
+            }
+            return FlatPolygon(corners);
+        };
+        const Estimate apart = contour_exchange(turned(level({0, 1, 0, 1}, 0.0, true)), turned(upright({0, 1, 2, 3})));
+        EXPECT_NEAR(apart.value, exact, 1e-10) << k;
+    }
+    // Cut from larger ones, along the line that both planes have in common.
+    const FlatPolygon triangle = polygon({Vec3(69.71722898832445, 44, 28.633786068486387),
+                                          Vec3(70.807141900000005, 44.541786600000002, 29.724160999999999),
+                                          Vec3(69.192858099999995, 44.541786600000002, 29.724160999999999),
+                                          Vec3(69.167809751210058, 44, 28.633786068486387)});
+    const FlatPolygon wall = polygon({Vec3(-0.10007148449785014, 44, 28.633786068486383), Vec3(-6, 44, 66),
+                                      Vec3(0, 44, 66), Vec3(0, 44, 28.633786068486387)});
+    EXPECT_LT(contour_exchange(triangle, wall, 4e-12).error, 1e-8);
+}
+
 TEST(Contour, DoesNotDependOnPlaceAndScale) {
     const FlatPolygon P = level({0, 1, 0, 2}, 0.0, true), Q = upright({0, 1, 0.5, 3});
     const double AF = contour_exchange(P, Q).value;

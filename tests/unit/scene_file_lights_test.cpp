@@ -144,7 +144,12 @@ TEST_F(SceneFile, Cameras) {
     EXPECT_EQ(soup.camera->towards, Vec3(0, 0, -1));
     EXPECT_EQ(soup.camera->up, Vec3(0, 1, 0));
     EXPECT_NEAR(soup.camera->view_angle, std::numbers::pi / 3.0, 1e-15);
-    EXPECT_THAT(refused_with("\"camera\": {\"eye\": [0, 0, 1], \"look_at\": [0, 0, 0]}"), HasSubstr("straight along"));
+    EXPECT_THAT(refused_with("\"camera\": {\"eye\": [0, 0, 1], \"look_at\": [0, 0, 0], \"up\": [0, 0, 1]}"),
+                HasSubstr("straight along"));
+    const PolygonSoup plan = with("\"camera\": {\"eye\": [0, 0, 1], \"look_at\": [0, 0, 0]}"); // any side may be up
+    ASSERT_TRUE(plan.camera);
+    EXPECT_NEAR(plan.camera->up.norm(), 1.0, 1e-15);
+    EXPECT_NEAR(plan.camera->up.dot(plan.camera->towards), 0.0, 1e-15);
     EXPECT_THAT(refused_with("\"camera\": {\"eye\": [0, 0, 1]}"), HasSubstr("either \"towards\" or \"look_at\""));
     EXPECT_THAT(refused_with("\"camera\": {\"eye\": [0, 0, 1], \"look_at\": [0, 0, 1]}"),
                 HasSubstr("position from which"));

@@ -141,7 +141,7 @@ TEST_F(SceneFile, MaterialsByMeshNameAndRange) {
                 AllOf(HasSubstr("scene.json:2: "), HasSubstr("has no 'z'; did you mean 'a'?")));
     EXPECT_THAT(refused(head + "\"material\": \"zebra\"}]}"), HasSubstr("It has: 'a', 'b', 'c'"));
     EXPECT_THAT(refused(head + "\"faces\": [{\"first\": 2, \"last\": 4, \"material\": \"c\"}]}]}"),
-                HasSubstr("faces from 0 to 4, excluding the last"));
+                HasSubstr("faces from 0 to 3"));
     EXPECT_THAT(refused(head + "\"faces\": [{\"first\": 2, \"last\": 1, \"material\": \"c\"}]}]}"),
                 HasSubstr("2 to 1"));
 }

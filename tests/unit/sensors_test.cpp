@@ -72,6 +72,33 @@ TEST(Sensors, InAUniformDomeAllKindsMeasureItsIrradiance) {
     }
 }
 
+/// An open black box under an even sky. Within it nothing blocks, and its surface is convex; a sensor beside it, from
+/// which one wall hides all of the rest, misses the form factor of that wall, and one above its rim that looks away
+/// from it misses nothing.
+TEST(Sensors, BesideAnOpenBoxSeeItsWallsFromBehind) {
+    Mesh mesh = test::box(Vec3(1, 1, 1), 1, true);
+    std::erase_if(mesh.triangles, [&](const auto& triangle) {
+        return std::all_of(triangle.begin(), triangle.end(), [&](Index p) { return mesh.points[p].z() == 1.0; });
+    });
+    Scene scene =
+        test::uniform_scene(test::make_mesh(mesh.points, {mesh.triangles.begin(), mesh.triangles.end()}), 0.0, 0.0);
+    scene.sky = Rgb::Ones();
+    ASSERT_TRUE(scene.mesh.convex);
+    BakeOptions options;
+    options.at = {{Vec3(1.2, 0.5, 0.5), Vec3(-Vec3::UnitX())}, {Vec3(1.2, 0.5, 1.5), Vec3(Vec3::UnitX())}};
+    const BakeResult result = coarse_bake(scene, options);
+    const Vec3 x = options.at.front().position;
+    const std::array<Vec3, 4> wall{Vec3(1, 0, 0), Vec3(1, 1, 0), Vec3(1, 1, 1), Vec3(1, 0, 1)};
+    const double hidden = lambert_form_factor(x, -Vec3::UnitX(), wall);
+    ASSERT_GT(hidden, 0.5);
+    ASSERT_EQ(result.readings.H.rows(), 2);
+    // The standard error of 4096 independent rays, of which even ones stay well below.
+    EXPECT_NEAR(result.readings.H(0, 0), 1.0 - hidden, std::sqrt(hidden * (1.0 - hidden) / 4096.0));
+    EXPECT_NEAR(result.readings.H(1, 0), 1.0, 1e-12);
+    // Of a closed room there is no such place.
+    EXPECT_THROW(coarse_bake(test::uniform_scene(test::box(Vec3(1, 1, 1), 1, true), 0.5, 1.0), options), InputError);
+}
+
 TEST(Sensors, InAFurnaceAllKindsMeasureItsRadiosity) {
     const BakeResult result = coarse_bake(test::uniform_scene(test::l_room(), 0.5, 0.5));
     const SensorReadings readings = read(result, each_kind({0.5, 1.7, 0.4}, Vec3(1, 1, 1).normalized()), 256);

@@ -72,6 +72,11 @@ std::vector<Index> triangles_of_object(const std::string& name, const Scene& sce
         triangles = triangles_where(mesh, [&](Index t) { return scene.materials[mesh.material[t]].name == name; });
     }
     if (const auto range = face_range(name); triangles.empty() && range) {
+        const std::size_t last = *std::max_element(mesh.original_face.begin(), mesh.original_face.end());
+        if (range->second > last) {
+            throw UsageError("--move " + name + ": the faces of the file have the numbers 0 to " +
+                             std::to_string(last));
+        }
         triangles = triangles_where(mesh, [&](Index t) {
             return range->first <= mesh.original_face[t] && mesh.original_face[t] <= range->second;
         });

@@ -22,6 +22,16 @@ std::string place_name(std::size_t i) {
     return "point " + std::to_string(i) + " (counting from 0)";
 }
 
+/// A face that p is behind; none if there is none.
+Index face_before(const Vec3& p, const Mesh& mesh) {
+    for (Index t = 0; t < mesh.triangles.size(); ++t) {
+        if (mesh.normals[t].dot(p - mesh.corner(t, 0)) < -touching * mesh.diameter()) {
+            return t;
+        }
+    }
+    return none;
+}
+
 /// Sensors without a normal of their own.
 std::optional<Sensor> sensor_without_normal(const BakeOptions& options, const Vec3& up) {
     const std::string& kind = options.sensor;
@@ -126,11 +136,9 @@ class Placing {
 
     void add(const PlacedSensor& placed, const std::string& name) {
         // Nothing is taken to block the view within a convex room.
-        for (Index t = 0; mesh_.convex && t < mesh_.triangles.size(); ++t) {
-            if (mesh_.normals[t].dot(placed.sensor.position - mesh_.corner(t, 0)) < -touching * mesh_.diameter()) {
-                throw InputError(name + " is outside of the room, behind face " +
-                                 std::to_string(mesh_.original_face[t]) + ": move it to the front of all faces");
-            }
+        if (const Index t = mesh_.convex ? face_before(placed.sensor.position, mesh_) : none; t != none) {
+            throw InputError(name + " is outside of the room, behind face " + std::to_string(mesh_.original_face[t]) +
+                             ": move it to the front of all faces");
         }
         result_.sensors.push_back(placed);
     }
@@ -159,6 +167,13 @@ void note_dark(const BakeResult& result, const Execution& execution) {
 }
 
 } // namespace
+
+bool sees_over_rim(const BakeOptions& options, const Mesh& mesh) {
+    return mesh.convex && !options.snap && std::find(mesh.twin.begin(), mesh.twin.end(), none) != mesh.twin.end() &&
+           std::any_of(options.at.begin(), options.at.end(), [&](const ListedPoint& each) {
+               return (each.normal || options.sensor != "planar") && face_before(each.position, mesh) != none;
+           });
+}
 
 void find_places(BakeResult& result, const Execution& execution) {
     const BakeOptions& options = result.options;

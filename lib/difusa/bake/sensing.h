@@ -5,13 +5,17 @@
 
 namespace difusa {
 
+/// Whether a sensor is to be placed behind a face of a surface that is convex, but open: beyond the rim of a courtyard,
+/// say, from where faces hide others. Such a surface must not be treated as convex.
+bool sees_over_rim(const BakeOptions& options, const Mesh& mesh);
+
 /// Fills in `listed`, `listed_distance`, `listed_number` and `sensors`. A place without a normal, or with BakeOptions::
 /// snap, is the nearest point of the surface; so is one with a normal on the surface that faces this way, to within
 /// rounding. All others are sensors: planar ones with the place's normal, or, as BakeOptions::sensor says, horizontal
 /// (planar, facing up), spherical, or cylindrical around the vertical. Notes places that are far from the surface
 /// although a surface point was asked for. Throws InputError for a normal that no surface has, a sensor behind the
-/// surface of a convex room, a grid on nothing, on a face that is not flat, or with more than a million sensors, and
-/// UsageError for a normal that a sensor without one has no use for.
+/// surface of a closed convex room, a grid on nothing, on a face that is not flat, or with more than a million sensors,
+/// and UsageError for a normal that a sensor without one has no use for.
 void find_places(BakeResult& result, const Execution& execution);
 
 /// Fills in `listed_values` and `readings`. `errors`: null without an estimate.

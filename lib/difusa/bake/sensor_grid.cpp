@@ -67,9 +67,11 @@ struct GridPlane {
 
 GridPlane plane_of(const SensorGrid& grid, const Mesh& mesh, const std::vector<Index>& triangles) {
     GridPlane plane;
+    // Of a double-sided face, the side that the file has.
+    const auto is_back = [&](Index t) { return mesh.normals[t].dot(mesh.normals[triangles.front()]) < 0.0; };
     plane.normal = Vec3::Zero();
     for (const Index t : triangles) {
-        plane.normal += mesh.areas[t] * mesh.normals[t];
+        plane.normal += is_back(t) ? Vec3(Vec3::Zero()) : Vec3(mesh.areas[t] * mesh.normals[t]);
     }
     plane.normal.normalize();
     plane.origin = mesh.corner(triangles.front(), 0);
@@ -77,8 +79,11 @@ GridPlane plane_of(const SensorGrid& grid, const Mesh& mesh, const std::vector<I
     for (const Index t : triangles) {
         for (int k = 0; k < 3; ++k) {
             const double off = std::abs(plane.normal.dot(mesh.corner(t, k) - plane.origin));
-            if (!(mesh.normals[t].dot(plane.normal) > 1.0 - flat) || off > flat * mesh.diameter()) {
+            if (!(std::abs(mesh.normals[t].dot(plane.normal)) > 1.0 - flat) || off > flat * mesh.diameter()) {
                 refuse(grid, "not flat: sensors at one height need a flat face; name one by its number in the file");
+            }
+            if (is_back(t)) {
+                continue;
             }
             const auto i = static_cast<std::size_t>(k);
             ++sides[std::minmax({mesh.triangles[t][i], mesh.triangles[t][(i + 1) % 3]})];

@@ -3,7 +3,7 @@
 #include <difusa/algebra/dense.h>
 #include <difusa/core/error.h>
 #include <difusa/core/text.h>
-#include <difusa/mesh/triangle_area.h>
+#include <difusa/radiosity/error_map.h>
 
 #include <algorithm>
 #include <cmath>
@@ -156,22 +156,20 @@ void add_surfaces(BakeResult& result, ThermalResult& thermal, const Execution& e
     }
 }
 
-/// The root mean square of the estimated errors of each material, over its triangles.
-void add_errors(const BakeResult& result, ThermalResult& thermal) {
-    const std::vector<SurfacePoint>& vertices = result.mesh.vertices;
-    std::vector<double> squares(result.scene->materials.size(), 0.0), areas(squares);
-    for (std::size_t f = 0; f < result.mesh.triangles.size(); ++f) {
-        const auto& triangle = result.mesh.triangles[f];
-        const double area = 0.5 * twice_vector_area(vertices[triangle[0]].position, vertices[triangle[1]].position,
-                                                    vertices[triangle[2]].position)
-                                      .norm();
-        const Index m = result.scene->mesh.material[result.mesh.face[f]];
-        areas[m] += area;
-        for (const Index v : triangle) {
-            const double error = result.errors->error(static_cast<Eigen::Index>(v), 0);
-            squares[m] += area / 3.0 * error * error;
-        }
+/// The root mean square of the estimated errors of each material, over the surfels.
+void add_errors(const BakeResult& result, ThermalResult& thermal, const Execution& execution) {
+    const Surfels& surfels = *result.system->discretisation().surfels;
+    std::vector<SurfacePoint> centres;
+    std::vector<Surfels::Piece> scratch;
+    for (Index s = 0; s < surfels.size(); ++s) {
+        centres.push_back(surfels.centre(s, scratch));
     }
+    const Values error = ErrorMap(result.solution, *result.error, execution).at(centres, execution).error;
+    std::vector<double> squares(result.scene->materials.size(), 0.0), areas(squares);
+    for_parts(*result.scene, surfels, [&](Index m, Index s, double area) {
+        areas[m] += area;
+        squares[m] += area * std::pow(error(static_cast<Eigen::Index>(s), 0), 2);
+    });
     for (ThermalSurface& surface : thermal.surfaces) {
         const double area = areas[surface.material];
         surface.error = area > 0.0 ? std::sqrt(squares[surface.material] / area) : 0.0;
@@ -233,7 +231,7 @@ void make_thermal(BakeResult& result, const Execution& execution) {
                "which has no lights: say how warm its \"surroundings\" are in the scene file");
     }
     if (options.light_groups) {
-        refuse("--light-groups", "whose temperatures are not sums over its surfaces");
+        refuse("light groups", "whose temperatures are not sums over its surfaces");
     }
     if (options.units == "photometric") {
         refuse("--units photometric", "whose radiation is infrared");
@@ -367,7 +365,7 @@ void evaluate_thermal(BakeResult& result, const Execution& execution) {
     }
     add_surfaces(result, thermal, execution);
     if (result.errors) {
-        add_errors(result, thermal);
+        add_errors(result, thermal, execution);
     }
     const EnergyBalance& energy = result.solution.energy;
     thermal.to_surroundings = energy.escaped[0];

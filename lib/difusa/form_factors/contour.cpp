@@ -53,12 +53,17 @@ double log_distance(const Vec3& p, const ContourEdge& edge) {
 
 /// How far from the place p on the line of an edge the inner integral over another edge is analytic, as a function of a
 /// complex coordinate along that line. The squared distance from an end point y has zeros at |p - y|, that from the
-/// other line at its distance divided by the sine of the angle between the lines.
-double analytic_radius(const Vec3& p, const ContourEdge& other, double sine) {
+/// other line at its distance divided by the sine of the angle between the lines. The latter does not count where the
+/// lines are the same, but for rounding, up to the distance `half` from p: the term of the integral that has the
+/// distance as a factor is rounding, too.
+double analytic_radius(const Vec3& p, const ContourEdge& other, double sine, double half) {
+    constexpr double rounding = 0x1p-46;
     const Vec3 first = other.from - p;
-    const double ends = std::sqrt(std::min(first.squaredNorm(), (other.to - p).squaredNorm()));
+    const double from_start = first.squaredNorm();
+    const double ends = std::sqrt(std::min(from_start, (other.to - p).squaredNorm()));
     const double line = first.cross(other.direction).norm();
-    return line < sine * ends ? line / sine : ends;
+    const bool same_line = line + sine * half <= rounding * std::max(std::sqrt(from_start), other.length);
+    return !same_line && line < sine * ends ? line / sine : ends;
 }
 
 /// ∫∫ ln|x - y| dx dy over two edges with a common end point, u and v being the other ends relative to it. With both
@@ -74,7 +79,7 @@ double log_distance_common_end(const ContourEdge& u, const ContourEdge& v) {
 double log_distance_over(const ContourEdge& u, const ContourEdge& v, double sine, double from, double to,
                          double log_accuracy) {
     const double half = 0.5 * (to - from), middle = 0.5 * (from + to);
-    const double radius = analytic_radius(u.from + middle * u.direction, v, sine);
+    const double radius = analytic_radius(u.from + middle * u.direction, v, sine, half);
     const double wanted = radius > 0.5 * half ? -0.5 * log_accuracy / std::asinh(radius / half) : 1e9;
     if (wanted > static_cast<double>(most_contour_nodes) && half > shortest_interval * u.length) {
         return log_distance_over(u, v, sine, from, middle, log_accuracy) +

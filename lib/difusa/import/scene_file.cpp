@@ -328,8 +328,10 @@ class SceneFile {
                     checks_.whole(checks_.required(range, "a range of faces", "first"), quoted("first"));
                 if (first > last || last >= mesh.face_count()) {
                     checks_.fail(end, "the faces " + std::to_string(first) + " to " + std::to_string(last) + " of " +
-                                          mesh.file + ": it has faces from 0 to " + std::to_string(mesh.face_count()) +
-                                          ", excluding the last");
+                                          mesh.file + ": it has " +
+                                          (mesh.face_count() == 1
+                                               ? std::string("face 0 alone")
+                                               : "faces from 0 to " + std::to_string(mesh.face_count() - 1)));
                 }
                 const Index number = material(checks_.required(range, "a range of faces", "material"));
                 std::fill(own.begin() + static_cast<std::ptrdiff_t>(first),

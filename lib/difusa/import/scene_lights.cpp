@@ -1,6 +1,7 @@
 #include <difusa/import/scene_lights.h>
 
 #include <difusa/core/error.h>
+#include <difusa/core/frame.h>
 #include <difusa/core/photometry.h>
 #include <difusa/core/text.h>
 #include <difusa/import/file_content.h>
@@ -183,7 +184,11 @@ Camera scene_camera(const SceneChecks& checks, const JsonValue& from) {
     camera.towards = checks.direction_or_target(from, what, "towards", camera.eye);
     const JsonValue* up = from.find("up");
     camera.up = up == nullptr ? checks.up() : checks.up_direction(*up);
-    if (!(camera.up.cross(camera.towards).norm() > 1e-6)) {
+    const bool is_plan = !(camera.up.cross(camera.towards).norm() > 1e-6); // what is up in it is not stated
+    if (is_plan && up == nullptr) {
+        Vec3 across;
+        tangents(checks.up(), across, camera.up);
+    } else if (is_plan) {
         checks.fail(from, "the camera looks straight along its \"up\": give it another \"up\"");
     }
     double degrees = 40.0;

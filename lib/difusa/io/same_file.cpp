@@ -49,6 +49,13 @@ bool same_file(const fs::path& a, const fs::path& b) {
     return first || second ? first == second : canonical_path(a) == canonical_path(b);
 }
 
+bool DistinctFiles::add(const fs::path& file) {
+    if (const auto known = identity(file)) {
+        return existing_.emplace(known->first, known->second).second;
+    }
+    return names_.insert(canonical_path(file)).second;
+}
+
 void refuse_to_overwrite(const std::vector<fs::path>& inputs, const std::vector<fs::path>& outputs) {
     for (const fs::path& output : outputs) {
         const auto target = identity(output);

@@ -104,10 +104,10 @@ std::string energy_sentence(const EnergyBalance& energy, bool photometric) {
 std::string grid_sentence(const BakeResult& result, std::size_t number) {
     const GridSummary grid = summary_of_grid(result, number);
     std::ostringstream text;
-    text << std::setprecision(4) << "grid on " << result.options.grids[number].on << ": " << grid.count << " sensors, "
-         << (result.photometric ? "illuminance (lx)" : "irradiance (W/m^2)") << " minimum " << grid.least << ", mean "
-         << grid.mean << ", maximum " << grid.most << ", uniformity (minimum / mean) " << std::setprecision(3)
-         << grid.uniformity;
+    text << std::setprecision(4) << "grid on " << result.options.grids[number].on << ": "
+         << counted(grid.count, "sensor") << ", " << (result.photometric ? "illuminance (lx)" : "irradiance (W/m^2)")
+         << " minimum " << grid.least << ", mean " << grid.mean << ", maximum " << grid.most
+         << ", uniformity (minimum / mean) " << std::setprecision(3) << grid.uniformity;
     if (result.error) {
         text << std::setprecision(2) << "; error of a sensor (rms): about " << grid.error;
     }

@@ -186,6 +186,9 @@ std::string remedy(const PolygonSoup& soup) {
         return "The mesh is " + text_of(size) + " across, at coordinates up to " + text_of(most) +
                ", which leave too few digits for it: move it to the origin.";
     }
+    if (size == 0.0) {
+        return "All points of the mesh are in the same place.";
+    }
     return size < least_size
                ? "The mesh is " + text_of(size) + " across; areas of that size underflow: use a smaller unit of length."
                : "Correct these faces.";

@@ -35,6 +35,16 @@ constexpr double negligible_part = 1e-9;
 /// Corners of an outline at which the kernel is looked at.
 constexpr std::size_t outline_samples = 8;
 
+BoxTree boxes_of(const Mesh& mesh) {
+    std::vector<BoxTree::Box> boxes;
+    std::vector<Index> faces;
+    for (Index t = 0; t < mesh.triangles.size(); ++t) {
+        boxes.push_back(mesh.box(t));
+        faces.push_back(t);
+    }
+    return {boxes, faces};
+}
+
 } // namespace
 
 /// A point and the half space that it sees: above its face, and with a shading normal not only above the horizon of
@@ -100,7 +110,7 @@ AnalyticFactors::AnalyticFactors(const Mesh& mesh, const Surfels& surfels, std::
 AnalyticFactors::AnalyticFactors(const Mesh& mesh, const Surfels& surfels, const std::vector<Exposure>& exposures,
                                  const std::vector<std::uint8_t>& overlaid, std::size_t rays)
     : mesh_(mesh), tree_(mesh, surfels, exposures, overlaid), shafts_(mesh, occluders(exposures)),
-      rays_(independent_rays(static_cast<double>(rays))), rounding_(plane_rounding(mesh)) {}
+      faces_(boxes_of(mesh)), rays_(independent_rays(static_cast<double>(rays))), rounding_(plane_rounding(mesh)) {}
 
 void AnalyticFactors::find(const SurfacePoint& x, std::vector<Factor>& found, Worker& worker) const {
     found.clear();
@@ -217,6 +227,21 @@ bool AnalyticFactors::stands_on(const SurfelTree::Node& node, const std::vector<
     });
 }
 
+/// Whether a polygon reaches below the plane of the face that x is on, where a face in that plane meets it: behind the
+/// wall that x is on, the polygon often has another light than before it.
+bool AnalyticFactors::reaches_behind(const View& view, const SurfelTree::Node& node) const {
+    const Plane own{view.face, view.face.dot(view.x.position)};
+    const std::span<const Vec3> corners = tree_.corners(node);
+    if (std::all_of(corners.begin(), corners.end(), [&](const Vec3& p) { return own.height(p) >= -rounding_; })) {
+        return false;
+    }
+    return faces_.visit(node.box, [&](Index face, const BoxTree::Box&) {
+        const auto triangle = mesh_.corners(face);
+        return std::all_of(triangle.begin(), triangle.end(),
+                           [&](const Vec3& p) { return std::abs(own.height(p)) <= rounding_; });
+    });
+}
+
 /// Adds the group, leaves it to the rays, or opens its halves.
 void AnalyticFactors::look(const View& view, Index group, bool open, std::vector<Factor>& found, Worker& worker) const {
     const SurfelTree::Node& node = tree_.node(group);
@@ -245,7 +270,8 @@ void AnalyticFactors::look(const View& view, Index group, bool open, std::vector
     if (measure.facing == Facing::away) {
         return;
     }
-    if (measure.facing == Facing::partly) {
+    const bool is_mixed = !leaf && node.shape == SurfelTree::Shape::polygon && reaches_behind(view, node);
+    if (measure.facing == Facing::partly || is_mixed) {
         descend(open);
         return;
     }

@@ -58,12 +58,14 @@ class AnalyticFactors {
     Measure measure_polygon(const View& view, const SurfelTree::Node& node) const;
     Measure measure_outline(const View& view, const SurfelTree::Node& node) const;
     bool stands_on(const SurfelTree::Node& node, const std::vector<Index>& faces) const;
+    bool reaches_behind(const View& view, const SurfelTree::Node& node) const;
     std::optional<double> visible_factor(const View& view, const SurfelTree::Node& node, double factor,
                                          Worker& worker) const;
 
     const Mesh& mesh_;
     SurfelTree tree_;
     Shafts shafts_;
+    BoxTree faces_;
     double rays_; ///< independent ones that have the noise of those asked for
     double rounding_;
 };
