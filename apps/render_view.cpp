@@ -344,7 +344,9 @@ double exposure_for(const Arguments& a, const difusa::View& view) {
 
 /// Pictures of the light that surfaces send out, of which they send none.
 bool exposes_nothing(const difusa::BakeResult& result, const difusa::View& view) {
-    return !result.scene->has_emitters() && difusa::largest_reflectance(*result.scene, result.channels) == 0.0 &&
+    const difusa::Mesh& mesh = result.scene->mesh;
+    return !result.scene->has_emitters() && !result.scene->thermal && !mesh.mirrors.any() && !mesh.glossy.any() &&
+           difusa::largest_reflectance(*result.scene, result.channels) == 0.0 &&
            std::any_of(view.shows.begin(), view.shows.end(),
                        [](const difusa::Show& show) { return show.quantity == difusa::Quantity::radiosity; });
 }

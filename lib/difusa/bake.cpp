@@ -8,6 +8,7 @@
 #include <difusa/bake/fronts.h>
 #include <difusa/bake/placing.h>
 #include <difusa/bake/scene.h>
+#include <difusa/bake/sensing.h>
 #include <difusa/bake/sites_in_sight.h>
 #include <difusa/bake/steps.h>
 #include <difusa/bake/subdivided_patches.h>
@@ -94,6 +95,7 @@ void build_visibility(BakeResult& result, const Registry& registry, Choices& cho
     if (settle_fronts(result, choices, execution)) {
         choices.engine = built_over(result.scene->mesh, registry.create<Visibility>(choices.visibility));
     }
+    open_if_seen_from_outside(result);
     if (result.options.when_visible) {
         result.options.when_visible(*result.scene, *choices.engine, result.camera, result.up);
     }

@@ -60,6 +60,13 @@ rm sensors.csv out.ply report.json
 refuse 1 "did you mean spherical?" --at places.csv --at-output light2.csv --sensor sferical
 refuse 1 "--sensor horizontal: there are no sensors" --sensor horizontal
 refuse 1 "--snap: there are no places" --snap
+# Sensors above a sheet with two sides, in an even sky.
+printf 'OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n' >sheet.off
+echo '{"difusa_scene": 1, "meshes": [{"file": "sheet.off", "material": "w"}], "materials": {"w": {"double_sided": true}},
+  "sky": {"type": "uniform", "irradiance": 10}}' >sheet.json
+expect_exit 0 "$bake" sheet.json out.vtp --sites 100 --rays 16 --grid w:spacing=0.5,height=0.5 --at-output grid.csv
+expect_text stdout "grid on w: 4 sensors, irradiance (W/m^2) minimum 10, mean 10, maximum 10,"
+
 refuse 1 "--grid default: takes FACE:spacing=D" --grid default
 refuse 1 "is none of spacing=D, height=H and margin=M" --grid default:spacing=0.1,width=3
 refuse 1 "needs a spacing above 0" --grid default:height=1

@@ -364,7 +364,9 @@ TEST(MovedObjects, WhatCannotBeMovedIsRefused) {
 TEST(MovedObjects, ObjectsAreFoundByMeshMaterialAndFace) {
     Scene scene = room();
     const std::vector<SoupPart> parts{{"room.obj", 0, 0, "shell"}, {"things.obj", 12, 8, "things"}};
-    const auto found = [&](const std::string& name) { return triangles_of_object(name, scene, parts); };
+    const auto found = [&](const std::string& name) {
+        return triangles_of_object(name, scene, parts, scene.mesh.triangles.size());
+    };
     const Mesh& mesh = scene.mesh;
     std::vector<Index> crates, things;
     for (Index t = 0; t < mesh.triangles.size(); ++t) {

@@ -286,6 +286,24 @@ TEST(ThermalBake, ConcentricSpheres) {
     EXPECT_LE(of_rays, 0.02 * expected);
 }
 
+/// The errors of the materials do not depend on the output mesh.
+TEST(ThermalBake, ErrorsOfMaterialsAreThoseOfTheSurface) {
+    BakeOptions options = lit::quick(0.2);
+    options.error_points = 256;
+    const std::vector<Material> sides{at_temperature(400, 0.8), at_temperature(300, 0.5), at_temperature(300, 0.5),
+                                      at_temperature(350, 0.9), at_temperature(500, 0.3), at_temperature(300, 0.7)};
+    std::vector<BakeResult> results;
+    for (const double spacing : {0.05, 10.0}) {
+        options.output_spacing = spacing;
+        results.push_back(baked(thermal_scene(test::closed_cube(), sides), options));
+    }
+    ASSERT_NE(results[0].mesh.vertices.size(), results[1].mesh.vertices.size());
+    for (std::size_t m = 0; m < sides.size(); ++m) {
+        EXPECT_GT(results[0].thermal->surfaces[m].error, 0.0);
+        EXPECT_EQ(results[0].thermal->surfaces[m].error, results[1].thermal->surfaces[m].error);
+    }
+}
+
 /// The heats of a closed enclosure add up to 0, but for the error of the irradiation: |sum Q| <= area times its rms.
 TEST(ThermalBake, HeatIsBalanced) {
     BakeOptions options = lit::quick(0.15, 128);

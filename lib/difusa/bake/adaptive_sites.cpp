@@ -92,7 +92,7 @@ std::optional<Placed> place_adaptively(BakeResult& result, const Registry& regis
     const double largest = result.options.spacing / std::sqrt(pilot_shares.front());
     Journal savings; // of sites on dark surfaces, unless all are placed evenly
     const std::vector<SurfacePoint> even =
-        lit_points(result, choices, lit, largest, {execution.threads, execution.progress, &savings});
+        lit_points(result, choices, lit, largest, execution.with(execution.progress, &savings));
     const double all =
         result.options.sites > 0
             ? static_cast<double>(result.options.sites)

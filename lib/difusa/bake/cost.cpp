@@ -176,8 +176,7 @@ double expected_surfels(const BakeResult& result) {
 void count_further_rays(BakeEstimate& estimate, const BakeResult& result, const Execution& execution) {
     const BakeOptions& options = result.options;
     const std::size_t points = error_points(options, estimate.sites);
-    // Those that others replace; with a target all points are measured at once.
-    const std::size_t first = options.target || points < 2 * few_error_points ? 0 : few_error_points;
+    const std::size_t first = points < 2 * few_error_points ? 0 : few_error_points; // those that others replace
     estimate.further_rays =
         2 * error_rays(options) * (points + first + options.goals.size() * options.goal_samples / 2);
     if (options.final_gather > 0) {

@@ -51,7 +51,8 @@ std::vector<char> marks_of(const std::vector<Index>& triangles, const Mesh& mesh
 
 } // namespace
 
-std::vector<Index> triangles_of_object(const std::string& name, const Scene& scene, std::span<const SoupPart> parts) {
+std::vector<Index> triangles_of_object(const std::string& name, const Scene& scene, std::span<const SoupPart> parts,
+                                       std::size_t faces) {
     const Mesh& mesh = scene.mesh;
     std::vector<std::string> known;
     std::vector<Index> triangles;
@@ -72,10 +73,9 @@ std::vector<Index> triangles_of_object(const std::string& name, const Scene& sce
         triangles = triangles_where(mesh, [&](Index t) { return scene.materials[mesh.material[t]].name == name; });
     }
     if (const auto range = face_range(name); triangles.empty() && range) {
-        const std::size_t last = *std::max_element(mesh.original_face.begin(), mesh.original_face.end());
-        if (range->second > last) {
+        if (range->second >= faces) {
             throw UsageError("--move " + name + ": the faces of the file have the numbers 0 to " +
-                             std::to_string(last));
+                             std::to_string(faces - 1));
         }
         triangles = triangles_where(mesh, [&](Index t) {
             return range->first <= mesh.original_face[t] && mesh.original_face[t] <= range->second;
@@ -93,8 +93,9 @@ std::vector<Index> triangles_of_object(const std::string& name, const Scene& sce
     return triangles;
 }
 
-MovedObject move_object(const ObjectMove& move, const Vec3& up, std::span<const SoupPart> parts, Scene& scene) {
-    MovedObject moved{move.object, move.motion, triangles_of_object(move.object, scene, parts)};
+MovedObject move_object(const ObjectMove& move, const Vec3& up, std::span<const SoupPart> parts, std::size_t faces,
+                        Scene& scene) {
+    MovedObject moved{move.object, move.motion, triangles_of_object(move.object, scene, parts, faces)};
     Mesh& mesh = scene.mesh;
     if (move.turn != 0.0) {
         Eigen::AlignedBox3d box;

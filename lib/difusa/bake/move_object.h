@@ -27,12 +27,15 @@ struct MovedObject {
 };
 
 /// The triangles of a mesh of a scene file, by its "name"; if there is none, those of a material; or, by numbers in the
-/// file, those of faces, "12" or "12-40". Throws UsageError, with the names there are, if there are no such triangles.
-std::vector<Index> triangles_of_object(const std::string& name, const Scene& scene, std::span<const SoupPart> parts);
+/// file, those of faces, "12" or "12-40", of which it has `faces`. Throws UsageError, with the names there are, if
+/// there are no such triangles.
+std::vector<Index> triangles_of_object(const std::string& name, const Scene& scene, std::span<const SoupPart> parts,
+                                       std::size_t faces);
 
 /// Moves an object. `up`: unit. Throws UsageError for a motion that is not rigid, and for what it cannot be applied to
 /// (`triangles_of_object`, `moved_mesh`).
-MovedObject move_object(const ObjectMove& move, const Vec3& up, std::span<const SoupPart> parts, Scene& scene);
+MovedObject move_object(const ObjectMove& move, const Vec3& up, std::span<const SoupPart> parts, std::size_t faces,
+                        Scene& scene);
 
 /// Moves again what was moved. Throws InputError if the mesh has no such triangles, or the motion is not rigid.
 void move_again(const MovedObject& moved, Mesh& mesh);

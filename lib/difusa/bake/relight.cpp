@@ -2,6 +2,7 @@
 
 #include <difusa/bake/evaluation.h>
 #include <difusa/bake/scene.h>
+#include <difusa/bake/sensing.h>
 #include <difusa/bake/steps.h>
 #include <difusa/core/error.h>
 #include <difusa/core/memory.h>
@@ -143,6 +144,7 @@ class Relighting {
             placed.contraction = saved_.contraction;
             placed.elements = saved_.elements;
         }
+        open_if_seen_from_outside(result_);
         execution_.phase("build ray tree");
         choices_.engine = built_over(result_.scene->mesh, choices_.engine);
         if (result_.options.when_visible) {
@@ -255,7 +257,8 @@ class Relighting {
         before_ = std::make_shared<Mesh>(scene.mesh);
         marked_.assign(scene.mesh.triangles.size(), 0);
         for (const ObjectMove& move : how_.moves) {
-            result_.moved.push_back(move_object(move, result_.up, result_.diagnosis.parts, scene));
+            result_.moved.push_back(
+                move_object(move, result_.up, result_.diagnosis.parts, result_.diagnosis.file_faces, scene));
             const MovedObject& moved = result_.moved.back();
             for (const Index t : moved.triangles) {
                 marked_[t] = marked_[t] != 0 || !moved.motion.is_identity() ? 1 : 0;

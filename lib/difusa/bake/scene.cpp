@@ -1,6 +1,5 @@
 #include <difusa/bake/scene.h>
 
-#include <difusa/bake/sensing.h>
 #include <difusa/bake/thermal.h>
 #include <difusa/core/error.h>
 #include <difusa/core/text.h>
@@ -133,7 +132,7 @@ void add_lights(BakeResult& result, const Execution& execution) {
     }
     add_chosen_lights(scene, options);
     const bool lit = has_light(scene) || result.turned_off;
-    if (!lit && (options.sky || !scene.suns.empty() || !scene.point_lights.empty())) { // it has, but they are dark
+    if (!lit && options.sky) {
         throw InputError(result.file + ": the scene has no light: give it a sky (--sky 1), a sun (--sun 0,0,1,1), "
                                        "or some faces an emission (OBJ: Ke in the material)");
     }
@@ -179,7 +178,6 @@ void settle_surface(BakeResult& result, const Execution& execution) {
         throw InputError(result.file + ": has glossy materials, which are not computed together with mirrors, symmetry "
                                        "planes, periods or temperatures: remove one of them, or use --no-gloss");
     }
-    scene.mesh.convex = scene.mesh.convex && !sees_over_rim(result.options, scene.mesh);
 }
 
 /// Upwards: what the file says; else the axis along which the scene has a floor, if there is just one among y and z;
@@ -280,9 +278,6 @@ void read_into(BakeResult& result, const Registry& registry, const std::filesyst
     scene.point_lights = soup.lights.points;
     scene.sky = soup.lights.sky.value_or(Rgb::Zero());
     scene.dome = soup.lights.dome;
-    if (soup.lights.sky && !scene.has_sky() && !result.options.sky) {
-        result.options.sky = scene.sky; // a dark one is wanted
-    }
     if (soup.surroundings) {
         scene.thermal = ThermalSetting{soup.surroundings};
     }

@@ -32,6 +32,16 @@ Index face_before(const Vec3& p, const Mesh& mesh) {
     return none;
 }
 
+/// Whether a convex surface is a room that encloses a volume: it has no borders, and is no sheet with two sides.
+bool is_closed(const Mesh& mesh) {
+    double volume = 0.0;
+    for (Index t = 0; t < mesh.triangles.size(); ++t) {
+        volume += mesh.areas[t] * mesh.normals[t].dot(mesh.corner(t, 0) - mesh.low) / 3.0;
+    }
+    return std::find(mesh.twin.begin(), mesh.twin.end(), none) == mesh.twin.end() &&
+           std::abs(volume) > touching * std::pow(mesh.diameter(), 3);
+}
+
 /// Sensors without a normal of their own.
 std::optional<Sensor> sensor_without_normal(const BakeOptions& options, const Vec3& up) {
     const std::string& kind = options.sensor;
@@ -168,11 +178,21 @@ void note_dark(const BakeResult& result, const Execution& execution) {
 
 } // namespace
 
-bool sees_over_rim(const BakeOptions& options, const Mesh& mesh) {
-    return mesh.convex && !options.snap && std::find(mesh.twin.begin(), mesh.twin.end(), none) != mesh.twin.end() &&
-           std::any_of(options.at.begin(), options.at.end(), [&](const ListedPoint& each) {
-               return (each.normal || options.sensor != "planar") && face_before(each.position, mesh) != none;
-           });
+void open_if_seen_from_outside(BakeResult& result) {
+    Mesh& mesh = result.scene->mesh;
+    const BakeOptions& options = result.options;
+    if (!mesh.convex || is_closed(mesh)) {
+        return;
+    }
+    const auto is_behind = [&](const Vec3& p) { return face_before(p, mesh) != none; };
+    bool outside = !options.snap && std::any_of(options.at.begin(), options.at.end(), [&](const ListedPoint& each) {
+        return (each.normal || options.sensor != "planar") && is_behind(each.position);
+    });
+    for (std::size_t g = 0; g < options.grids.size() && !outside; ++g) {
+        const std::vector<Vec3> positions = places_of_grid(options.grids[g], *result.scene).positions;
+        outside = std::any_of(positions.begin(), positions.end(), is_behind);
+    }
+    mesh.convex = !outside;
 }
 
 void find_places(BakeResult& result, const Execution& execution) {

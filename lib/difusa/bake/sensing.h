@@ -5,9 +5,10 @@
 
 namespace difusa {
 
-/// Whether a sensor is to be placed behind a face of a surface that is convex, but open: beyond the rim of a courtyard,
-/// say, from where faces hide others. Such a surface must not be treated as convex.
-bool sees_over_rim(const BakeOptions& options, const Mesh& mesh);
+/// Clears Mesh::convex if a sensor is to be placed behind a face of a surface that is open: beyond the rim of a
+/// courtyard, say, or above a sheet with two sides, from where faces hide others. To be called once it is settled which
+/// sides are fronts. Throws UsageError for grids that cannot be placed.
+void open_if_seen_from_outside(BakeResult& result);
 
 /// Fills in `listed`, `listed_distance`, `listed_number` and `sensors`. A place without a normal, or with BakeOptions::
 /// snap, is the nearest point of the surface; so is one with a normal on the surface that faces this way, to within

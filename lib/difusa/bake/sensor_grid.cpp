@@ -65,25 +65,40 @@ struct GridPlane {
     Vec2 at(const Vec3& p) const { return {across.dot(p - origin), along.dot(p - origin)}; }
 };
 
+/// 1 for each triangle that is the other side of one before it (#triangles): the backs of double-sided faces.
+std::vector<char> backs_among(const std::vector<Index>& triangles, const Mesh& mesh) {
+    using Corner = std::array<double, 3>;
+    std::map<std::array<Corner, 3>, Index> sides;
+    std::vector<char> back(triangles.size(), 0);
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+        std::array<Corner, 3> corners;
+        for (int k = 0; k < 3; ++k) {
+            const Vec3& p = mesh.corner(triangles[i], k);
+            corners[static_cast<std::size_t>(k)] = {p.x(), p.y(), p.z()};
+        }
+        std::sort(corners.begin(), corners.end());
+        const auto [first, is_new] = sides.emplace(corners, triangles[i]);
+        back[i] = !is_new && mesh.normals[first->second].dot(mesh.normals[triangles[i]]) < 0.0 ? 1 : 0;
+    }
+    return back;
+}
+
 GridPlane plane_of(const SensorGrid& grid, const Mesh& mesh, const std::vector<Index>& triangles) {
     GridPlane plane;
-    // Of a double-sided face, the side that the file has.
-    const auto is_back = [&](Index t) { return mesh.normals[t].dot(mesh.normals[triangles.front()]) < 0.0; };
+    const std::vector<char> back = backs_among(triangles, mesh);
     plane.normal = Vec3::Zero();
-    for (const Index t : triangles) {
-        plane.normal += is_back(t) ? Vec3(Vec3::Zero()) : Vec3(mesh.areas[t] * mesh.normals[t]);
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+        plane.normal += (back[i] != 0 ? 0.0 : mesh.areas[triangles[i]]) * mesh.normals[triangles[i]];
     }
     plane.normal.normalize();
     plane.origin = mesh.corner(triangles.front(), 0);
     std::map<std::pair<Index, Index>, int> sides;
-    for (const Index t : triangles) {
-        for (int k = 0; k < 3; ++k) {
+    for (std::size_t of = 0; of < triangles.size(); ++of) {
+        const Index t = triangles[of];
+        for (int k = 0; back[of] == 0 && k < 3; ++k) {
             const double off = std::abs(plane.normal.dot(mesh.corner(t, k) - plane.origin));
-            if (!(std::abs(mesh.normals[t].dot(plane.normal)) > 1.0 - flat) || off > flat * mesh.diameter()) {
+            if (!(mesh.normals[t].dot(plane.normal) > 1.0 - flat) || off > flat * mesh.diameter()) {
                 refuse(grid, "not flat: sensors at one height need a flat face; name one by its number in the file");
-            }
-            if (is_back(t)) {
-                continue;
             }
             const auto i = static_cast<std::size_t>(k);
             ++sides[std::minmax({mesh.triangles[t][i], mesh.triangles[t][(i + 1) % 3]})];

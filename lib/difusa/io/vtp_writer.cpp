@@ -215,7 +215,7 @@ class AheadCompressor : public vtkZLibDataCompressor {
   public:
     static AheadCompressor* New();
 
-    void set_execution(const Execution& execution) { execution_ = {execution.threads, nullptr}; }
+    void set_execution(const Execution& execution) { execution_ = execution.silent(); }
 
     /// Memory that VTK will ask to compress, from its begin to its end.
     void expect(vtkDataArray* array) {

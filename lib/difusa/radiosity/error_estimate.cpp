@@ -189,7 +189,7 @@ class Estimation {
             return error.high > std::max(too_much * error.rms, rounding * result_.reflected);
         };
         const bool matters = result_.indirect.high > part_of_total * result_.total.rms;
-        // A mean that may be mostly chance is as likely far above the error as below it.
+        // The mean square may be mostly noise, or a few large values: then its upper end says little.
         const bool is_chance = result_.total.low == 0.0 && result_.total.high > rounding * result_.reflected;
         return is_chance || is_wide(result_.total) || (matters && is_wide(result_.indirect));
     }

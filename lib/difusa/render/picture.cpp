@@ -84,8 +84,8 @@ class Look {
     Look(const BakeResult& result, const Execution& execution, View& view)
         : result_(result), scene_(*result.scene), basis_(*result.system->discretisation().basis),
           parts_(result.field().parts()), view_(view),
-          camera_(view.options.camera, view.options.width, view.options.height),
-          progress_(execution.progress), execution_{execution.threads, &progress_} {
+          camera_(view.options.camera, view.options.width, view.options.height), progress_(execution.progress),
+          execution_(execution.with(&progress_, nullptr)) {
         lit_ = std::any_of(view.shows.begin(), view.shows.end(), [](const Show& show) {
             return show.quantity != Quantity::basis && show.quantity != Quantity::sites &&
                    show.quantity != Quantity::reflectance && show.quantity != Quantity::emission;

@@ -232,7 +232,7 @@ std::vector<EstimateTrial> try_estimate(const Registry& registry, const KnownLig
         own.seed = options.seed + i;
         own.output_spacing = 1e30;
         EstimateClock clock(execution.progress);
-        const BakeResult result = bake(registry, light.scene, light.name, own, {execution.threads, &clock});
+        const BakeResult result = bake(registry, light.scene, light.name, own, execution.with(&clock, nullptr));
         trials.push_back(compare(light, result, execution));
         trials.back().share_of_time = clock.estimates / clock.total;
         trials.back().seconds = clock.total;

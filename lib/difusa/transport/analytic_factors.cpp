@@ -35,6 +35,11 @@ constexpr double negligible_part = 1e-9;
 /// Corners of an outline at which the kernel is looked at.
 constexpr std::size_t outline_samples = 8;
 
+/// The box of a level patch has no height, which the foot of a wall on it may miss by rounding.
+BoxTree::Box inflated(const BoxTree::Box& box, double by) {
+    return {box.min() - Vec3::Constant(by), box.max() + Vec3::Constant(by)};
+}
+
 BoxTree boxes_of(const Mesh& mesh) {
     std::vector<BoxTree::Box> boxes;
     std::vector<Index> faces;
@@ -213,6 +218,7 @@ std::optional<double> AnalyticFactors::visible_factor(const View& view, const Su
 
 /// Whether one of the faces meets the plane of a polygon within its box.
 bool AnalyticFactors::stands_on(const SurfelTree::Node& node, const std::vector<Index>& faces) const {
+    const BoxTree::Box around = inflated(node.box, rounding_);
     return std::any_of(faces.begin(), faces.end(), [&](Index face) {
         double least = std::numeric_limits<double>::infinity();
         BoxTree::Box foot;
@@ -223,7 +229,7 @@ bool AnalyticFactors::stands_on(const SurfelTree::Node& node, const std::vector<
                 foot.extend(corner);
             }
         }
-        return least < -rounding_ ? node.box.intersects(mesh_.box(face)) : node.box.intersects(foot);
+        return least < -rounding_ ? around.intersects(mesh_.box(face)) : around.intersects(foot);
     });
 }
 
@@ -235,7 +241,7 @@ bool AnalyticFactors::reaches_behind(const View& view, const SurfelTree::Node& n
     if (std::all_of(corners.begin(), corners.end(), [&](const Vec3& p) { return own.height(p) >= -rounding_; })) {
         return false;
     }
-    return faces_.visit(node.box, [&](Index face, const BoxTree::Box&) {
+    return faces_.visit(inflated(node.box, rounding_), [&](Index face, const BoxTree::Box&) {
         const auto triangle = mesh_.corners(face);
         return std::all_of(triangle.begin(), triangle.end(),
                            [&](const Vec3& p) { return std::abs(own.height(p)) <= rounding_; });
