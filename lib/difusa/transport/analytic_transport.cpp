@@ -81,7 +81,7 @@ constexpr double most_from_surfaces = 0.5;
 
 /// They also have to account for this part of the light from surfaces, and to be found by no more steps than this for
 /// each ray.
-constexpr double least_share = 0.8, most_steps = 4.0;
+constexpr double least_share = 0.8, most_steps = 5.0;
 
 /// By how many standard deviations of independent rays, and how many rays besides, the number that ended in a group may
 /// differ from what its form factor lets expect. More are a sign of faces that lie on each other, of which rays see
