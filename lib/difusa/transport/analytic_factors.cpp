@@ -1,6 +1,8 @@
 #include <difusa/transport/analytic_factors.h>
 
+#include <difusa/discretisation/region_trees.h>
 #include <difusa/mesh/surface_sampling.h>
+#include <difusa/mesh/triangle_tree.h>
 #include <difusa/rays/lambert.h>
 #include <difusa/rays/own_plane.h>
 
@@ -34,21 +36,6 @@ constexpr double negligible_part = 1e-9;
 
 /// Corners of an outline at which the kernel is looked at.
 constexpr std::size_t outline_samples = 8;
-
-/// The box of a level patch has no height, which the foot of a wall on it may miss by rounding.
-BoxTree::Box inflated(const BoxTree::Box& box, double by) {
-    return {box.min() - Vec3::Constant(by), box.max() + Vec3::Constant(by)};
-}
-
-BoxTree boxes_of(const Mesh& mesh) {
-    std::vector<BoxTree::Box> boxes;
-    std::vector<Index> faces;
-    for (Index t = 0; t < mesh.triangles.size(); ++t) {
-        boxes.push_back(mesh.box(t));
-        faces.push_back(t);
-    }
-    return {boxes, faces};
-}
 
 } // namespace
 
@@ -115,7 +102,8 @@ AnalyticFactors::AnalyticFactors(const Mesh& mesh, const Surfels& surfels, std::
 AnalyticFactors::AnalyticFactors(const Mesh& mesh, const Surfels& surfels, const std::vector<Exposure>& exposures,
                                  const std::vector<std::uint8_t>& overlaid, std::size_t rays)
     : mesh_(mesh), tree_(mesh, surfels, exposures, overlaid), shafts_(mesh, occluders(exposures)),
-      faces_(boxes_of(mesh)), rays_(independent_rays(static_cast<double>(rays))), rounding_(plane_rounding(mesh)) {}
+      faces_(tree_of_triangles(mesh)), rays_(independent_rays(static_cast<double>(rays))),
+      rounding_(plane_rounding(mesh)) {}
 
 void AnalyticFactors::find(const SurfacePoint& x, std::vector<Factor>& found, Worker& worker) const {
     found.clear();
@@ -218,7 +206,8 @@ std::optional<double> AnalyticFactors::visible_factor(const View& view, const Su
 
 /// Whether one of the faces meets the plane of a polygon within its box.
 bool AnalyticFactors::stands_on(const SurfelTree::Node& node, const std::vector<Index>& faces) const {
-    const BoxTree::Box around = inflated(node.box, rounding_);
+    // The box of a level patch has no height, which the foot of a wall on it may miss by rounding.
+    const BoxTree::Box around = grown(node.box, rounding_);
     return std::any_of(faces.begin(), faces.end(), [&](Index face) {
         double least = std::numeric_limits<double>::infinity();
         BoxTree::Box foot;
@@ -241,7 +230,7 @@ bool AnalyticFactors::reaches_behind(const View& view, const SurfelTree::Node& n
     if (std::all_of(corners.begin(), corners.end(), [&](const Vec3& p) { return own.height(p) >= -rounding_; })) {
         return false;
     }
-    return faces_.visit(inflated(node.box, rounding_), [&](Index face, const BoxTree::Box&) {
+    return faces_.visit(grown(node.box, rounding_), [&](Index face, const BoxTree::Box&) {
         const auto triangle = mesh_.corners(face);
         return std::all_of(triangle.begin(), triangle.end(),
                            [&](const Vec3& p) { return std::abs(own.height(p)) <= rounding_; });
