@@ -1,5 +1,6 @@
 #include <difusa/algebra/hit_lists.h>
 
+#include <difusa/algebra/column_panels.h>
 #include <difusa/algebra/transpose_sum.h>
 #include <difusa/algebra/wide_vectors.h>
 #include <difusa/core/error.h>
@@ -222,18 +223,6 @@ struct Rows {
         return std::span(bin).subspan(first[row], first[row + 1] - first[row]);
     }
 };
-
-/// Divides columns 0 ... width - 1 into panels of these sizes, as many as fit of each in turn, and calls
-/// `act(size, first column)` for each panel; the size is a constant. If the last size is 1, no column is left over.
-template <int... sizes, class Act> void for_panels(Eigen::Index width, const Act& act) {
-    Eigen::Index first = 0;
-    const auto take = [&](auto size) {
-        for (; first + size <= width; first += size) {
-            act(size, first);
-        }
-    };
-    (take(std::integral_constant<int, sizes>()), ...);
-}
 
 constexpr int line = 8; ///< of a cache, in numbers
 

@@ -1,5 +1,6 @@
 #include <difusa/discretisation/basis_averages.h>
 
+#include <difusa/algebra/column_panels.h>
 #include <difusa/algebra/transpose_sum.h>
 #include <difusa/algebra/wide_vectors.h>
 #include <difusa/core/error.h>
@@ -46,17 +47,25 @@ void round_to_one(std::vector<std::pair<Index, std::int32_t>>& row) {
     largest->second += missing;
 }
 
-/// A row of P x from the entries of P.
-template <class Entry> void average(std::span<const Entry> entries, const Values& x, double* out) {
-    const Eigen::Index width = x.cols();
-    std::fill(out, out + width, 0.0);
+/// `count` columns of a row of P x from the entries of P; x has `width` columns.
+template <int count, class Entry>
+void average_columns(std::span<const Entry> entries, const double* from, Eigen::Index width, double* out) {
+    double sum[count] = {};
     for (const Entry& entry : entries) {
         const double weight = entry.weight();
-        const double* const source = x.data() + static_cast<Eigen::Index>(entry.site()) * width;
-        for (Eigen::Index c = 0; c < width; ++c) {
-            out[c] += weight * source[c];
+        const double* const source = from + static_cast<Eigen::Index>(entry.site()) * width;
+        for (int c = 0; c < count; ++c) {
+            sum[c] += weight * source[c];
         }
     }
+    std::copy_n(sum, count, out);
+}
+
+/// A row of P x from the entries of P.
+template <class Entry> void average(std::span<const Entry> entries, const Values& x, double* out) {
+    for_panels<96, 24, 8, 3, 1>(x.cols(), [&](auto count, Eigen::Index c) {
+        average_columns<count>(entries, x.data() + c, x.cols(), out + c);
+    });
 }
 
 } // namespace
