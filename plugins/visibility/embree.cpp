@@ -69,7 +69,10 @@ struct ScaledRay {
     bool misses = true;   ///< misses the cube, has no direction, or a number in it is not finite
 
     ScaledRay(const Surface& surface, const Vec3& origin, const Vec3& direction) {
-        const double length = direction.stableNorm();
+        double length = direction.norm();
+        if (!(length > 1e-140 && length < 1e140)) { // squares may be out of range
+            length = direction.stableNorm();
+        }
         speed = length * surface.scale;
         if (!(length > 0.0 && std::isfinite(speed))) {
             return;

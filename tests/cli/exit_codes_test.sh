@@ -59,8 +59,15 @@ expect_text message Ke
 expect_exit 0 "$bake" closed.off flipped.ply $small # light meets its backs alone
 expect_text stdout "1 connected part inside out: turned over"
 rm flipped.ply
-expect_refusal 2 "the scene has no light" "$bake" closed.off kept.ply $small --sky 0
+expect_refusal 2 "all lights of the scene are dark" "$bake" closed.off kept.ply $small --sky 0
 expect_text message "--sky 1" Ke
+# A file that states lights is not given others if they are dark.
+for lights in '"sky": {"type": "uniform", "irradiance": 0}' \
+    '"lights": [{"type": "point", "position": [0.5, 0.5, 0.5], "power": 0}]' \
+    '"lights": [{"type": "sun", "towards": [0, 0, 1], "irradiance": 0}]'; do
+    printf '{"difusa_scene": 1, "meshes": [{"file": "closed.off"}], %s}' "$lights" >dark.json
+    expect_refusal 2 "all lights of the scene are dark" "$bake" dark.json kept.ply $small
+done
 
 # 3: no trustworthy solution.
 expect_refusal 3 "stopped at the limit of iterations" "$bake" "$box" kept.ply $small --max-iterations 1

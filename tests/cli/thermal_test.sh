@@ -94,7 +94,7 @@ expect_refusal 1 "two outputs have this name" "$factors" "$oven" out.csv --therm
 expect_refusal 2 "the material mirror is a mirror, over which form factors do not go" "$factors" "$shield" out.csv \
     --thermal heat2.csv --tolerance 1e-3
 expect_refusal 1 "--sky, --sun, --point-light: $oven is a thermal scene" "$bake" "$oven" out.vtp --sky 1
-expect_refusal 1 "--light-groups: $oven is a thermal scene" "$bake" "$oven" out.vtp --light-groups
+expect_refusal 1 "of relight): $oven is a thermal scene" "$bake" "$oven" out.vtp --light-groups
 expect_refusal 1 "--convergence: $oven is a thermal scene" "$bake" "$oven" out.vtp --convergence steps.pvd
 expect_refusal 1 "--show luminance: a thermal scene has no light to show" "$view" "$oven" out.png --show luminance
 expect_refusal 1 "--show temperature: the scene is not a thermal one" "$view" "$box" out.png --show temperature

@@ -1,5 +1,6 @@
 #include <difusa/core/error.h>
 #include <difusa/core/even_sequence.h>
+#include <difusa/core/memory.h>
 #include <difusa/core/random.h>
 #include <difusa/form_factors/blockers.h>
 #include <difusa/form_factors/by_rays.h>
@@ -207,6 +208,16 @@ TEST(FormFactorMatrix, RefusesATolerance) {
     const Mesh mesh = test::grid(1, 1);
     EXPECT_THROW(compute(mesh, surfaces_by_face(mesh), 0.0), UsageError);
     EXPECT_THROW(compute(mesh, surfaces_by_face(mesh), std::nan("")), UsageError);
+}
+
+/// How many pairs see each other is known only as they are computed: the limit counts those above 0.
+TEST(FormFactorMatrix, RefusesMoreFactorsThanMemoryHolds) {
+    const Mesh cube = test::box({1, 1, 1}, 2, true);
+    Execution limited{1};
+    limited.most_memory = static_cast<double>(peak_memory()); // nothing is left
+    EXPECT_THROW(form_factors(cube, surfaces_by_face(cube), {}, limited), ResourceError);
+    const Mesh sheet = test::grid(1, 1); // sees nothing, which takes no memory
+    EXPECT_EQ(form_factors(sheet, surfaces_by_face(sheet), {}, limited).nonzeros(), 0U);
 }
 
 /// Floor, ceiling and back of a shelf of depth 1, b apart and `length` long; each of n by 1 rectangles.

@@ -9,6 +9,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <vector>
 
 namespace difusa::same_file_test {
 namespace {
@@ -49,6 +50,20 @@ TEST_F(SameFile, BeforeItExists) {
         EXPECT_FALSE(same_file(scratch / "a", scratch / name)) << name;
     }
     EXPECT_TRUE(same_file(scratch / "also" / "new", scratch / "folder" / "new"));
+}
+
+/// DistinctFiles agrees with same_file on every pair of names, whichever comes first.
+TEST_F(SameFile, AsTheyAreAdded) {
+    const std::vector<const char*> names{"a",    "./a", "folder/../a", "also/../a",  "soft",  "hard",     "b",
+                                         "none", "new", "dangling",    "folder/new", "twice", "also/new", "./none"};
+    for (const char* first : names) {
+        for (const char* second : names) {
+            DistinctFiles files;
+            EXPECT_TRUE(files.add(scratch / first)) << first;
+            EXPECT_EQ(files.add(scratch / second), !same_file(scratch / first, scratch / second))
+                << first << " and " << second;
+        }
+    }
 }
 
 TEST_F(SameFile, LinksEndOrLoop) {

@@ -122,8 +122,9 @@ std::shared_ptr<const SkyDome> graded_sky(const Vec3& up) {
                                          Rgb::Constant(0.5 * horizon), up);
 }
 
-/// Adds the lights from the options, and a sky if there would be no light at all.
-void add_lights(BakeResult& result, const Execution& execution) {
+/// Adds the lights from the options, and a sky if there would be none at all. A scene whose lights are all dark is
+/// refused; `states_sky`: they include a sky.
+void add_lights(BakeResult& result, bool states_sky, const Execution& execution) {
     Scene& scene = *result.scene;
     BakeOptions& options = result.options;
     if (is_thermal(scene)) {
@@ -132,9 +133,9 @@ void add_lights(BakeResult& result, const Execution& execution) {
     }
     add_chosen_lights(scene, options);
     const bool lit = has_light(scene) || result.turned_off;
-    if (!lit && options.sky) {
-        throw InputError(result.file + ": the scene has no light: give it a sky (--sky 1), a sun (--sun 0,0,1,1), "
-                                       "or some faces an emission (OBJ: Ke in the material)");
+    if (!lit && (options.sky || states_sky || !scene.suns.empty() || !scene.point_lights.empty())) {
+        throw InputError(result.file + ": all lights of the scene are dark: give it a sky (--sky 1), a sun "
+                                       "(--sun 0,0,1,1), or some faces an emission (OBJ: Ke in the material)");
     }
     if (!lit) {
         assume_sky(result, scene, execution);
@@ -293,7 +294,7 @@ void read_into(BakeResult& result, const Registry& registry, const std::filesyst
         change(scene);
     }
     settle_surface(result, execution);
-    add_lights(result, execution);
+    add_lights(result, soup.lights.sky.has_value(), execution);
 }
 
 void adopt_into(BakeResult& result, Scene scene, const std::string& name, const Execution& execution,
@@ -307,7 +308,7 @@ void adopt_into(BakeResult& result, Scene scene, const std::string& name, const 
         change(*result.scene);
     }
     settle_surface(result, execution);
-    add_lights(result, execution);
+    add_lights(result, false, execution);
 }
 
 } // namespace difusa

@@ -231,7 +231,8 @@ void make_thermal(BakeResult& result, const Execution& execution) {
                "which has no lights: say how warm its \"surroundings\" are in the scene file");
     }
     if (options.light_groups) {
-        refuse("--light-groups", "whose temperatures are not sums over its surfaces");
+        refuse("--light-groups (and --gradients and --operator-table of relight)",
+               "whose temperatures are not sums over its surfaces");
     }
     if (options.units == "photometric") {
         refuse("--units photometric", "whose radiation is infrared");

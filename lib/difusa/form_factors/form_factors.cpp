@@ -1,12 +1,14 @@
 #include <difusa/form_factors/form_factors.h>
 
 #include <difusa/core/error.h>
+#include <difusa/core/memory.h>
 #include <difusa/core/parallel.h>
 #include <difusa/core/text.h>
 #include <difusa/form_factors/pair_exchange.h>
 #include <difusa/form_factors/target_tree.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -63,6 +65,9 @@ class ExchangeWorker {
             add_triangle(problem_.by_rank[k]);
         }
         std::sort(touched_.begin(), touched_.end());
+        row.column.reserve(touched_.size());
+        row.value.reserve(touched_.size());
+        row.error.reserve(touched_.size());
         for (const Index j : touched_) {
             row.column.push_back(j);
             row.value.push_back(sum_[j].value);
@@ -173,10 +178,31 @@ std::vector<Task> tasks_of(const ExchangeProblem& problem) {
     return tasks;
 }
 
+/// Of an exchange area, and of the two form factors that follow from it.
+constexpr double bytes_of_exchange = 3.0 * (sizeof(Index) + sizeof(double) + sizeof(float));
+
+/// Makes room for every row of form factors.
+void reserve(FormFactors& F, const std::vector<Task>& tasks, const std::vector<ExchangeRow>& parts) {
+    std::vector<std::size_t> count(F.rows.size(), 0); // at most: several parts of a surface may have the same column
+    for (std::size_t k = 0; k < tasks.size(); ++k) {
+        count[tasks[k].surface] += parts[k].column.size();
+        for (const Index j : parts[k].column) {
+            count[j] += j == tasks[k].surface ? 0 : 1;
+        }
+    }
+    for (std::size_t i = 0; i < count.size(); ++i) {
+        const std::size_t most = std::min(count[i], count.size());
+        F.rows[i].column.reserve(most);
+        F.rows[i].factor.reserve(most);
+        F.rows[i].error.reserve(most);
+    }
+}
+
 /// Row i of the exchange areas with surfaces j >= i becomes part of the rows i and j of form factors.
 FormFactors assembled(const std::vector<Task>& tasks, std::vector<ExchangeRow>& parts, std::vector<double> area) {
     FormFactors F;
     F.rows.resize(area.size());
+    reserve(F, tasks, parts);
     // Tasks are in the order of surfaces: what row i receives from lower ones is there, in order, before its own.
     std::vector<Estimate> sum(area.size());
     const auto add = [&](std::size_t i, Index j, double exchange, double error) {
@@ -289,9 +315,17 @@ FormFactors form_factors(const Mesh& mesh, const Surfaces& surfaces, const FormF
     const std::vector<Task> tasks = tasks_of(problem);
     std::vector<ExchangeRow> rows(tasks.size());
     std::vector<ExchangeWorker> workers(execution.threads, ExchangeWorker(problem, execution));
+    const std::size_t memory = execution.memory_left();
+    std::atomic<std::size_t> exchanges = 0; // how many see each other is known only once they are computed
     parallel_for(tasks.size(), 1, execution, [&](std::size_t begin, std::size_t end, unsigned worker) {
         for (std::size_t k = begin; k < end; ++k) {
             workers[worker].run(tasks[k], rows[k]);
+            const std::size_t so_far = exchanges += rows[k].column.size();
+            require_memory(bytes_of_exchange * static_cast<double>(so_far), memory,
+                           "those of the form factors between " + std::to_string(surfaces.size()) +
+                               " surfaces that are computed so far",
+                           "join faces to fewer surfaces (--surfaces material), or compute factors between groups "
+                           "(--layout grouped)");
         }
     });
     if (counts != nullptr) {
