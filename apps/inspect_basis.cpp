@@ -2,12 +2,14 @@
 #include "bake_arguments.h"
 #include "terminal.h"
 
+#include <difusa/import/text_scanner.h>
 #include <difusa/output/basis_files.h>
 #include <difusa/rays/visibility_choice.h>
 #include <difusa/study/inspect_basis.h>
 
 #include <filesystem>
 #include <iostream>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -87,6 +89,11 @@ void run(Arguments& a) {
         throw UsageError("an output file is expected: inspect_basis " + a.mesh.string() + " basis.vtp (--help)");
     }
     difusa::check_outputs({{a.field, true}, {a.sites, true}}, {{a.mesh, "the mesh"}});
+    const std::set<difusa::Index> elements(a.inspect.elements.begin(), a.inspect.elements.end());
+    if (difusa::lower_case(a.field.extension().string()) == ".ply" && elements.size() + a.inspect.near.size() > 1) {
+        throw UsageError("--element, --near: a .ply holds a single element; write " + a.field.string() +
+                         " as a .vtp, which holds several");
+    }
     a.inspect.outputs = {a.field, a.sites};
     // A wrong name is an error even if none is needed.
     std::vector<std::string> notes;

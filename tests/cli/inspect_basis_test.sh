@@ -69,6 +69,8 @@ expect_exit 0 "$inspect" "$box" one.ply $few --sampler view-driven --threads 1
 expect_exit 0 "$inspect" "$box" two.ply $few --sampler view-driven --threads 3
 expect_same_field one.ply two.ply
 
+expect_refusal 1 "a .ply holds a single element" "$inspect" "$box" one.ply $few --element 3 --near 0,0,0
+
 # Help and version.
 expect_exit 0 "$inspect" --help
 expect_text stdout "--element" "--near" "--sites-output" "Examples"

@@ -4,12 +4,14 @@
 #include <difusa/rays/brute_force.h>
 #include <difusa/rays/lambert.h>
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include <meshes.h>
 
 #include <cmath>
 #include <memory>
+#include <numbers>
 
 namespace difusa::area_lights_test {
 namespace {
@@ -184,6 +186,42 @@ TEST(AreaLights, ALampLightsNeitherItselfNorWhatIsBehindIt) {
     EXPECT_EQ(lit.H[0][0], 0.0);
     EXPECT_DOUBLE_EQ(lit.H[1][0], unblocked(mesh, {0, 1}, points[1]));
     EXPECT_EQ(lit.H[2][0], 0.0);
+}
+
+/// A lamp with a back, as a panel below a ceiling: all of its back is in its plane, to one side or the other by
+/// rounding. The more so if the panel is tilted, and if the back is seen with a shading normal.
+TEST(AreaLights, ALampLightsNoFaceBackToBackWithIt) {
+    for (const double degrees : {0.0, 20.0}) {
+        Mesh mesh = test::together(rectangle(1.7, 2.3, 2.2, 2.8, 2.69), rectangle(1.7, 2.3, 2.2, 2.8, 2.69, true));
+        const Eigen::AngleAxisd turn(degrees * std::numbers::pi / 180.0, Vec3(1, 2, 3).normalized());
+        for (Vec3& point : mesh.points) {
+            point = turn * point;
+        }
+        mesh.derive();
+        const Scene scene = scene_of(mesh, {2, 3});
+        BruteForceVisibility visibility;
+        visibility.build(scene.mesh);
+        const std::vector<Index> lamps{2, 3};
+        const AreaLights lights(scene, lamps, {scene.mesh, visibility});
+        AreaLights::Worker worker;
+        RandomStream stream(1, "back");
+        for (int i = 0; i < 1000; ++i) {
+            const double u = stream.uniform();
+            SurfacePoint x = scene.mesh.at(i % 2 == 0 ? 0 : 1, u, (1.0 - u) * stream.uniform());
+            if (i % 4 > 1) {
+                x.normal = (x.normal + 0.1 * (turn * Vec3::UnitX())).normalized();
+            }
+            Rgb H = Rgb::Zero();
+            lights.irradiance(x, samples, stream, worker, std::vector<Index>{0, 0}, {&H, 1});
+            EXPECT_EQ(H[2], 0.0);
+            EXPECT_EQ(lights.sample(x, {0.5, 0.5, 0.5, 0.5}, worker).H[2], 0.0);
+            x.face = none; // a sensor on it
+            H = Rgb::Zero();
+            x.normal = scene.mesh.normals[0];
+            lights.irradiance(x, samples, stream, worker, std::vector<Index>{0, 0}, {&H, 1});
+            EXPECT_EQ(H[2], 0.0);
+        }
+    }
 }
 
 TEST(AreaLights, APlaceOnALampIsLitByTheOthers) {

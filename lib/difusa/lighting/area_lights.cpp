@@ -3,8 +3,10 @@
 #include <difusa/core/even_sequence.h>
 #include <difusa/mesh/surface_sampling.h>
 #include <difusa/rays/lambert.h>
+#include <difusa/rays/own_plane.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -107,6 +109,7 @@ AreaLights::AreaLights(const Scene& scene, std::vector<Index> triangles, const T
         triangles_.resize(images_->triangles.size());
         std::iota(triangles_.begin(), triangles_.end(), Index{0});
     }
+    rounding_ = plane_rounding(scene.mesh);
     std::vector<double> power;
     power.reserve(triangles_.size());
     for (const Index t : triangles_) {
@@ -115,14 +118,23 @@ AreaLights::AreaLights(const Scene& scene, std::vector<Index> triangles, const T
     tree_.emplace(lamps(), triangles_, power);
 }
 
-/// 0 if within the rounding of the angles it is summed from.
+/// 0 if within the rounding of the angles it is summed from, and for a light in the plane that x is on: rounding
+/// decides whether x is before it, and if so, one back to back with the face of x would seem to cover the whole sky.
 double AreaLights::form_factor(const SurfacePoint& x, Index t) const {
     if (!is_image(t) && original(t) == x.face) {
         return 0.0;
     }
     const Mesh& mesh = lamps();
-    const double F = lambert_form_factor(x.position, x.normal, mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2));
-    return F > 0x1p-48 ? F : 0.0;
+    const std::array<Vec3, 3> corners{mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)};
+    const double F = lambert_form_factor(x.position, x.normal, corners);
+    if (!(F > 0x1p-48)) {
+        return 0.0;
+    }
+    const Vec3& n = scene_.mesh.face_normal(x);
+    return std::all_of(corners.begin(), corners.end(),
+                       [&](const Vec3& corner) { return std::abs(n.dot(corner - x.position)) <= rounding_; })
+               ? 0.0
+               : F;
 }
 
 /// The area lights that send light to x if nothing blocks, each with its weight.

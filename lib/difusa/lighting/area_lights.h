@@ -141,6 +141,7 @@ class AreaLights {
     const Scene& scene_;
     Tracer tracer_;
     std::size_t count_ = 0, depth_ = 0;
+    double rounding_ = 0.0;        ///< heights above planes that count as 0
     std::vector<Index> triangles_; ///< of `lamps`
     std::shared_ptr<const Mesh> images_;
     std::vector<Index> originals_; ///< if there are images
