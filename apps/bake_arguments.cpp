@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 #include <sstream>
 #include <vector>
 
@@ -65,6 +66,7 @@ SensorGrid parse_grid(const std::string& option, const std::string& text) {
     }
     SensorGrid grid{text.substr(0, colon)};
     std::istringstream settings(text.substr(colon + 1));
+    std::set<std::string> given;
     for (std::string setting; std::getline(settings, setting, ',');) {
         const std::size_t sign = std::min(setting.find('='), setting.size());
         const std::string name = setting.substr(0, sign), value = setting.substr(std::min(sign + 1, setting.size()));
@@ -76,6 +78,9 @@ SensorGrid parse_grid(const std::string& option, const std::string& text) {
         if (target == nullptr || numbers.size() != 1 || numbers[0] < 0.0) {
             throw UsageError(option + " " + text + ": `" + setting +
                              "` is none of spacing=D, height=H and margin=M with a length of at least 0");
+        }
+        if (!given.insert(name).second) {
+            throw UsageError(option + " " + text + ": has two values of " + name);
         }
         *target = numbers[0];
     }

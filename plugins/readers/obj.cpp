@@ -423,12 +423,17 @@ class ObjFile {
                 number[i] = place->second;
             } else {
                 undefined_.add(names_[i].line, excerpt(names_[i].name));
+                Material material; // still a surface of its own
+                material.name = names_[i].name;
+                material.is_undefined = true;
+                number[i] = static_cast<Index>(soup_.materials.size());
+                soup_.materials.push_back(std::move(material));
             }
         }
         for (Index& material : soup_.face_material) {
             if (material != none) {
                 material = number[material];
-                faces_without_ += material == none;
+                faces_without_ += soup_.materials[material].is_undefined ? 1 : 0;
             }
         }
     }

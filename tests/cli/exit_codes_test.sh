@@ -91,6 +91,15 @@ limited() { # limited KIB_OF_FILES COMMAND...
 }
 expect_refusal 4 "kept.ply" limited 4 "$bake" "$box" kept.ply $small
 expect_text message "File too large" "ulimit -f"
+# Memory that the starting process holds is not counted.
+large() { # large COMMAND...: started by a process that holds 200 MB
+    (
+        held=$(head -c 200000000 /dev/zero | tr '\0' x)
+        "$@"
+        [ ${#held} = 200000000 ]
+    )
+}
+expect_exit 0 large "$bake" "$box" small.ply $small --max-memory 150MB
 crowded() { # crowded KIB_OF_MEMORY COMMAND...
     (
         ulimit -v "$1"

@@ -152,6 +152,11 @@ assert array("surface") == tuple(t // 2 for t in range(12)) and len(array("error
 PYTHON
 fi
 
+# Materials that no library defines are surfaces all the same.
+grep -v mtllib "$box" >names.obj
+expect_exit 0 "$factors" names.obj names.csv --surfaces material --layout dense --tolerance 1e-2
+expect_text stdout "surfaces: 4 (38 triangles)" white red green lamp
+
 # Materials of a room, closed by least squares; the same bits for any number of threads.
 expect_exit 0 "$factors" "$box" one.csv --surfaces material --layout dense --tolerance 1e-2 --threads 1
 expect_exit 0 "$factors" "$box" three.csv --surfaces material --layout dense --tolerance 1e-2 --threads 3

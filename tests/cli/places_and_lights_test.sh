@@ -93,6 +93,14 @@ expect_text out.vtp 'Name="radiosity_of_sun"' 'Name="irradiance_of_sun"' 'Name="
 expect_exit 0 "$bake" "$box" out.ply $small --point-light 0,0,0,1 --light-groups --at places.csv --at-output light.csv
 expect_text light.csv ,radiosity_of_point_R, ,irradiance_of_point_B
 
+# A point light all but on the surface, whose spot no surfel resolves, and one that shines away from it.
+expect_exit 0 "$bake" square.off out.vtp $small --reflectance 0.5 --point-light 0.3,0.4,1e-5,1
+expect_text stdout "1 point light so near the surface" "at (0.3, 0.4, 1e-05), 1e-05 from face 0"
+expect_exit 0 "$bake" square.off out.vtp $small --reflectance 0.5 --point-light 0.3,0.4,1,1 --point-light=0.3,0.4,-1e-5,1
+expect_no_text stdout "so near the surface"
+
+refuse 1 "has two values of spacing" --grid default:spacing=1,height=1,spacing=2
+
 # A .ply has room for neither.
 refuse 1 "--light-groups: a .ply cannot hold the light of each group; write out.ply as a .vtp" --light-groups
 refuse 1 "--face-centres: a .ply cannot hold the light at the centres of faces; write out.ply as a .vtp" \

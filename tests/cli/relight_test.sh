@@ -53,7 +53,7 @@ expect_exit 2 "$bake" other.obj none.vtp $size --sun 0,0,1,1 --sky 0
 expect_exit 0 "$relight" box.difusa dark.vtp --error-points 0 --scale lamp=0
 expect_text stdout "note: all lights are turned off: nothing is lit"
 expect_exit 1 "$relight" box.difusa dark.vtp --error-points 0 --scale lamp=1e308
-expect_text stderr "--scale lamp: the light times 1e+308 is not finite"
+expect_text stderr "--scale lamp: the light times 1e+308 is not 0, nor from 1e-100 to 1e100"
 
 # Without lights the bake has assumed a sky, which is a light like others: it can be scaled, and turned off.
 expect_exit 0 "$bake" other.obj skylit.ply $size --save-transport skylit.difusa
@@ -160,7 +160,7 @@ printf 'x' >>damaged.difusa
 tail -c +2002 box.difusa >>damaged.difusa
 refused "is damaged" damaged.difusa
 expect_refusal 2 "is not the one that this transport was computed for" "$relight" box.difusa out.vtp --scene "$DIFUSA_DATA/bowl.ply"
-expect_refusal 2 "has no light" "$relight" box.difusa out.vtp --scale lamp=0 --sky 0
+expect_refusal 2 "all lights of the scene are dark" "$relight" box.difusa out.vtp --scale lamp=0 --sky 0
 
 # The scene of a transport may be moved, and may change.
 expect_exit 0 "$bake" other.obj out.ply $small --sky 1 --save-transport other.difusa

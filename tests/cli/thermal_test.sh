@@ -25,8 +25,9 @@ expect_exit 0 "$bake" "$oven" oven.ply $quick
 grep -aq "quality: temperature in K" oven.ply || fail "the quality is not the temperature"
 expect_exit 0 "$view" "$oven" oven.png $quick --size 40 30 --samples 1 --also net-flux=flux.png --also error=error.png
 expect_text stdout "oven.png" "temperature," "net-flux,"
-expect_exit 0 "$DIFUSA_BIN/compare_fields" oven.vtp oven.vtp --array temperature
+expect_exit 0 "$DIFUSA_BIN/compare_fields" oven.vtp oven.vtp
 expect_text stdout temperature
+expect_no_text stdout irradiance_indirect
 
 # At places of the surface: on the roof, on the slab, on the door.
 printf '1,0.5,1\n1,0.5,0.2\n2,0.5,0.5,-1,0,0\n' >places.csv

@@ -347,12 +347,15 @@ TEST(Relight, RefusesChangesThatCannotBeMade) {
     refused("There are: sky", [](RelightOptions& how) { how.change.scale = {{"moon", 1.0}}; });
     refused("at least 0", [](RelightOptions& how) { how.change.scale = {{"sky", -1.0}}; });
     refused("from 0 to 1", [](RelightOptions& how) { how.change.reflectance = {{"lamp", Rgb(1.5, 0, 0)}}; });
-    refused("not negative", [](RelightOptions& how) { how.change.emission = {{"lamp", Rgb(-1, 0, 0)}}; });
+    refused("must be 0, or from 1e-100 to 1e100", [](RelightOptions& how) {
+        how.change.emission = {{"lamp", Rgb(-1, 0, 0)}};
+    });
     RelightOptions dark = without_estimate(saved);
     dark.change.scale = {{"sky", 0.0}};
     EXPECT_EQ(relit(saved, scene, dark).output.B.cwiseAbs().maxCoeff(), 0.0); // on purpose
     dark.bake.sky = Rgb::Zero();
-    EXPECT_THAT([&] { relit(saved, scene, dark); }, ThrowsMessage<InputError>(HasSubstr("has no light")));
+    EXPECT_THAT([&] { relit(saved, scene, dark); },
+                ThrowsMessage<InputError>(HasSubstr("all lights of the scene are dark")));
 }
 
 } // namespace

@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include <limits>
 #include <set>
 
@@ -104,8 +106,24 @@ TEST(Mesh, FlippingTurnsNormalsOverAndKeepsRegions) {
 }
 
 TEST(Mesh, RefusesWhatTheDiagnosisWouldNotPass) {
-    EXPECT_THROW(make_mesh({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {{0, 1, 2}}), InternalError);
-    EXPECT_THROW(make_mesh({}, {}), InternalError);
+    EXPECT_THROW(make_mesh({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {{0, 1, 2}}), InputError);
+    EXPECT_THROW(make_mesh({}, {}), InputError);
+    EXPECT_THROW(make_mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 3}}), InputError);
+    EXPECT_THROW(make_mesh({{0, 0, 0}, {1, 0, 0}, {0, std::nan(""), 0}}, {{0, 1, 2}}), InputError);
+}
+
+TEST(Mesh, NoticesChangesAfterItWasDerived) {
+    const Mesh mesh = make_mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}});
+    EXPECT_TRUE(mesh.is_derived());
+    Mesh moved = mesh, turned = mesh, out_of_range = mesh, broken = mesh, longer = mesh;
+    moved.points[2] = Vec3(0, 1, 0.1);
+    turned.turn_over(0);
+    out_of_range.triangles[0][0] = 3;
+    broken.points[0][0] = std::nan("");
+    longer.triangles.push_back({0, 1, 2});
+    for (const Mesh& changed : {moved, turned, out_of_range, broken, longer}) {
+        EXPECT_FALSE(changed.is_derived());
+    }
 }
 
 } // namespace

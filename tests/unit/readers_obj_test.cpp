@@ -205,7 +205,9 @@ TEST_F(ObjLibraries, WhatIsMissingIsNoted) {
     write("room.mtl", "newmtl a\nKd 0.1 0.1 0.1\n");
     const PolygonSoup soup = read("mtllib room.mtl\nmtllib gone.mtl\nmtllib .\n" + square +
                                   "usemtl b\nf 1 2 3\nf 1 2 3\nusemtl c\nf 1 2 3\n");
-    EXPECT_THAT(soup.face_material, ElementsAre(none, none, none, none, none));
+    EXPECT_THAT(soup.face_material, ElementsAre(none, none, 1, 1, 2)); // after a, which is defined
+    EXPECT_TRUE(soup.materials[1].is_undefined && soup.materials[2].is_undefined && !soup.materials[0].is_undefined);
+    EXPECT_EQ(soup.materials[2].name, "c");
     EXPECT_THAT(notes(soup), AllOf(HasSubstr("mtllib lines with missing files: 2 (first at line 2: 'gone.mtl')"),
                                    HasSubstr("materials that are used but not defined: 2 (first at line 10: 'b')"),
                                    HasSubstr("faces with the default reflectance instead: 3")));

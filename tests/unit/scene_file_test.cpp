@@ -113,6 +113,24 @@ TEST_F(SceneFile, PaintedAndPlainMeshes) {
     EXPECT_TRUE((*soup.default_reflectance == 0.25).all());
 }
 
+TEST_F(SceneFile, MaterialsThatNoFaceHasAreNoted) {
+    EXPECT_TRUE(with("\"up\": \"z\"").notes.empty());
+    const PolygonSoup soup = with_mesh("\"material\": \"a\"");
+    ASSERT_EQ(soup.notes.size(), 1U);
+    EXPECT_THAT(soup.notes[0], HasSubstr("1 material of the scene that no face has: 'b'; assign materials"));
+    EXPECT_THAT(with_mesh("\"flip\": true").notes[0], HasSubstr("2 materials of the scene that no face has: 'a', 'b'"));
+}
+
+/// A name that no library defines can still be assigned a material of the scene.
+TEST_F(SceneFile, MaterialsReplaceNamesThatAreNotDefined) {
+    write("room.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl floor\nf 1 2 3\nusemtl wall\nf 1 3 2\n");
+    const PolygonSoup soup = read("{\"difusa_scene\": 1, \"materials\": {\"a\": {\"reflectance\": 0.25}}, "
+                                  "\"meshes\": [{\"file\": \"room.obj\", \"materials\": {\"floor\": \"a\"}}]}");
+    EXPECT_EQ(soup.materials[soup.face_material[0]].reflectance[0], 0.25);
+    EXPECT_EQ(soup.materials[soup.face_material[1]].name, "wall");
+    EXPECT_TRUE(soup.materials[soup.face_material[1]].is_undefined);
+}
+
 TEST_F(SceneFile, MaterialsByMeshNameAndRange) {
     write("room.mtl", "newmtl red\nKd 0.5 0.1 0.1\nnewmtl blue\nKd 0.1 0.1 0.5\n");
     write("room.obj", "mtllib room.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\nusemtl blue\nf 1 2 3\nf 1 3 "

@@ -13,7 +13,9 @@ using Given = Thermal::Given;
 class ThermalSceneFile : public test::SceneFile {
   protected:
     PolygonSoup material(const std::string& members) const {
-        return with("\"materials\": {\"m\":\n{" + members + "}}");
+        return read("{\"difusa_scene\": 1,\n\"meshes\": [{\"file\": \"square.off\", \"material\": \"m\"}],\n"
+                    "\"materials\": {\"m\":\n{" +
+                    members + "}}}");
     }
     void expect_refused(const std::string& members, const std::string& text) const {
         const std::string message = refusal([&] { material(members); });
@@ -62,6 +64,13 @@ TEST_F(ThermalSceneFile, RefusesContradictions) {
     expect_refused(R"("emissivity": 0.5, "temperature": 300, "emission": 5)", "\"emission\": a thermal material");
     expect_refused(R"("emissivity": 0.5, "temperature": 300, "light_group": "a")", "\"light_group\": a thermal");
     expect_refused(R"("emisivity": 0.5)", "did you mean");
+}
+
+/// A thermal scene whose faces have other materials would be baked as one that is lit.
+TEST_F(ThermalSceneFile, RefusesMaterialsThatNoFaceHas) {
+    const std::string unused =
+        refused_with(R"("materials": {"m": {"emissivity": 0.8, "temperature": 300}, "n": {"adiabatic": true}})");
+    EXPECT_NE(unused.find("scene.json:3: no face has any material of the scene"), std::string::npos) << unused;
 }
 
 TEST_F(ThermalSceneFile, HasSurroundings) {

@@ -99,6 +99,39 @@ TEST(Sensors, BesideAnOpenBoxSeeItsWallsFromBehind) {
     EXPECT_THROW(coarse_bake(test::uniform_scene(test::box(Vec3(1, 1, 1), 1, true), 0.5, 1.0), options), InputError);
 }
 
+/// A sensor on the back of a sheet that a sun shines on from behind, whether or not the back is a surface of its own;
+/// there is nothing else on that side.
+TEST(Sensors, OnTheBackOfASheet) {
+    for (const bool two_sided : {false, true}) {
+        Mesh mesh = test::moved(test::grid(1, 1, 10.0, 10.0), 1.0, Vec3(-5, -5, 0));
+        if (two_sided) {
+            mesh = test::together(mesh, test::moved(test::grid(1, 1, 10.0, 10.0, true), 1.0, Vec3(-5, -5, 0)));
+        }
+        Scene scene = test::uniform_scene(std::move(mesh), 0.5, 0.0);
+        scene.suns.push_back({-Vec3::UnitZ(), Rgb::Constant(100.0)});
+        scene.sky = Rgb::Ones();
+        BakeOptions options;
+        options.at = {{Vec3(0.1, 0, 0), Vec3(-Vec3::UnitZ())}};
+        const BakeResult result = coarse_bake(scene, options);
+        ASSERT_EQ(result.listed.size(), two_sided ? 1U : 0U);
+        EXPECT_NEAR(two_sided ? result.listed_values.H(0, 0) : result.readings.H(0, 0), 101.0, 1e-9) << two_sided;
+    }
+}
+
+TEST(Sensors, RefuseWhatIsNoPlace) {
+    const Scene scene = black_floor();
+    for (const ListedPoint& place :
+         {ListedPoint{Vec3(0, 0, std::nan("")), std::nullopt}, ListedPoint{Vec3(0, 0, 1), Vec3(0, 0, 2)},
+          ListedPoint{Vec3(0, 0, 1), Vec3::Zero()}, ListedPoint{Vec3(0, 0, 1), Vec3::Constant(std::nan(""))}}) {
+        BakeOptions options;
+        options.at = {place};
+        EXPECT_THROW(coarse_bake(scene, options), UsageError);
+        options.at.clear();
+        options.goals = {{"desk", {}, {}, {place}}};
+        EXPECT_THROW(coarse_bake(scene, options), UsageError);
+    }
+}
+
 TEST(Sensors, InAFurnaceAllKindsMeasureItsRadiosity) {
     const BakeResult result = coarse_bake(test::uniform_scene(test::l_room(), 0.5, 0.5));
     const SensorReadings readings = read(result, each_kind({0.5, 1.7, 0.4}, Vec3(1, 1, 1).normalized()), 256);

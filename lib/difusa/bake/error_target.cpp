@@ -27,6 +27,8 @@ constexpr double of_noise = 1.5;  ///< squared noise: rays to this power, invert
 constexpr double basis_part =
     of_noise / (of_basis + of_noise); ///< of the squared error, for the least sites times rays
 constexpr double hopeless = 2.0;      ///< times the target: what the basis alone is predicted to miss with all sites
+constexpr double worthwhile =
+    1.5; ///< least time of a last attempt that has to end in time, over that of the one before
 constexpr std::size_t least_rays = 64, most_rays = std::size_t{1} << 16U;
 constexpr std::size_t most_error_points = std::size_t{1} << 16U;
 constexpr std::size_t first_goal_samples = 1024, most_goal_samples = std::size_t{1} << 24U; // of a goal
@@ -132,7 +134,11 @@ class TargetSearch {
         while (attempts_.empty() || error_of(attempts_.back()) > target_.relative) {
             if (!attempts_.empty()) {
                 effort = next_effort(attempts_.back(), target_, goals_);
-                if (const std::string reason = limit_to(effort); !reason.empty()) {
+                std::string reason = limit_to(effort);
+                if (reason.empty() && !fit_into_time(effort)) {
+                    reason = "the next attempt would take about " + text_of(std::ceil(seconds_of(effort))) + " s";
+                }
+                if (!reason.empty()) {
                     miss(reason);
                     break;
                 }
@@ -177,16 +183,39 @@ class TargetSearch {
         if (of_basis_alone > hopeless * (last.goals ? 0.5 * std::sqrt(target_.relative) : target_.relative)) {
             return "probably more than " + std::to_string(target_.most_sites) + " sites are needed";
         }
-        double spent = 0.0;
-        for (const Attempt& each : attempts_) {
-            spent += each.seconds;
-        }
-        const double more = rays_of(effort, goals_) / rays_of(last.effort, goals_);
-        const double next = last.seconds * std::max(1.0, more);
-        if (spent + next > target_.most_seconds) {
-            return "the next attempt would take about " + text_of(std::ceil(next)) + " s";
-        }
         return "";
+    }
+
+    double seconds_of(const Effort& effort) const {
+        const Attempt& last = attempts_.back();
+        return last.seconds * std::max(1.0, rays_of(effort, goals_) / rays_of(last.effort, goals_));
+    }
+
+    /// False if it would take longer than there is time. If the best that can be reached is wanted, as much of it as
+    /// there is time for, unless that hardly improves on the last attempt.
+    bool fit_into_time(Effort& effort) const {
+        const Attempt& last = attempts_.back();
+        double left = target_.most_seconds;
+        for (const Attempt& each : attempts_) {
+            left -= each.seconds;
+        }
+        const double next = seconds_of(effort);
+        if (next <= left) {
+            return true;
+        }
+        const double more = next / last.seconds, less = left / last.seconds;
+        if (!target_.best_effort || less < worthwhile) {
+            return false;
+        }
+        const double share = std::log(less) / std::log(more); // of the growth, on a logarithmic scale
+        const auto grown = [&](std::size_t from, std::size_t to) {
+            return from == 0 ? 0 : scaled(from, std::pow(static_cast<double>(to) / static_cast<double>(from), share));
+        };
+        effort.sites = grown(last.effort.sites, effort.sites);
+        effort.rays = grown(last.effort.rays, effort.rays);
+        effort.goal_samples = grown(last.effort.goal_samples, effort.goal_samples);
+        effort.error_points = error_points_for(effort.sites, last.effort.error_points);
+        return true;
     }
 
     void miss(const std::string& reason) {

@@ -107,8 +107,10 @@ void estimate_error_of(BakeResult& result, const Execution& execution) {
     result.error =
         estimate_error(result.solution, points, error_rays(result.options), result.options.seed, further, execution);
     if (!(result.error->largest_reflectance < 1.0)) {
-        execution.note(std::string(result.scene->thermal ? "the net flux of some surface is prescribed"
-                                                         : "some surface absorbs nothing (reflectance 1)") +
+        execution.note(std::string(result.scene->thermal
+                                       ? "some surface absorbs nothing (its net flux is prescribed, or its "
+                                         "emissivity is 0)"
+                                       : "some surface absorbs nothing (reflectance 1)") +
                        ": the error is estimated, but has no proven bound");
     }
 }

@@ -159,6 +159,9 @@ std::vector<Goal> find_goals(const std::vector<GoalRequest>& requests, const Sce
             }
             std::size_t far = 0;
             for (const ListedPoint& wanted : request.places) {
+                check_place("goal \"" + request.name + "\": place " + std::to_string(goal.places.size()) +
+                                " (counting from 0)",
+                            wanted);
                 const auto place = surface->nearest(wanted.position, wanted.normal.value_or(Vec3::Zero()));
                 if (!place) {
                     refuse(request, "no surface faces the direction of the normal of place " +

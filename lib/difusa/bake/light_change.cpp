@@ -34,7 +34,8 @@ template <class Act> void for_materials(Scene& scene, const char* option, const 
 void scale(Rgb& light, const std::string& name, double factor) {
     light *= factor;
     if (!is_light(light)) {
-        throw UsageError("--scale " + name + ": the light times " + text_of(factor) + " is not finite");
+        throw UsageError("--scale " + name + ": the light times " + text_of(factor) +
+                         " is not 0, nor from 1e-100 to 1e100");
     }
 }
 
@@ -95,7 +96,7 @@ void change_light(const LightChange& change, Scene& scene) {
     }
     for (const auto& wanted : change.emission) {
         if (!is_light(wanted.second)) {
-            throw UsageError("--emission " + wanted.first + ": must be finite and not negative");
+            throw UsageError("--emission " + wanted.first + ": must be 0, or from 1e-100 to 1e100");
         }
         for_materials(scene, "--emission", wanted.first,
                       [&](Material& material) { material.emission = wanted.second; });

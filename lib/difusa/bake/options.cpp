@@ -66,7 +66,16 @@ void check_target(const BakeOptions& options, const ErrorTarget& target) {
 } // namespace
 
 bool is_light(const Rgb& c) {
-    return ((c >= 0.0) && (c < 1e300)).all(); // false for NaN
+    return (c == 0.0 || (c >= 1e-100 && c <= 1e100)).all(); // false for NaN
+}
+
+void check_place(const std::string& name, const ListedPoint& place) {
+    if (!place.position.allFinite()) {
+        throw UsageError(name + " has a coordinate that is not finite");
+    }
+    if (place.normal && !is_unit(*place.normal)) {
+        throw UsageError(name + " has a normal that is not of unit length");
+    }
 }
 
 bool is_sound(const Sun& sun) {
@@ -117,12 +126,12 @@ void check_options(const BakeOptions& options) {
     }
     for (const Sun& sun : options.suns) {
         if (!is_sound(sun)) {
-            refuse("--sun", "needs a direction, and a non-negative irradiance");
+            refuse("--sun", "needs a direction, and an irradiance that is 0, or from 1e-100 to 1e100");
         }
     }
     for (const PointLight& light : options.point_lights) {
         if (!is_sound(light)) {
-            refuse("--point-light", "needs a position, and a non-negative intensity");
+            refuse("--point-light", "needs a position, and an intensity that is 0, or from 1e-100 to 1e100");
         }
     }
     if (!(options.solve.tolerance > 0.0) || options.solve.tolerance >= 1.0) {
@@ -141,7 +150,7 @@ void check_options(const BakeOptions& options) {
         refuse("--reflectance", "must be from 0 to 1");
     }
     if (options.sky && !is_light(*options.sky)) {
-        refuse("--sky", "must not be negative");
+        refuse("--sky", "must be 0, or from 1e-100 to 1e100");
     }
     if (options.output_spacing < 0.0 || !std::isfinite(options.output_spacing)) {
         refuse("--output-spacing", "must be a positive length");

@@ -166,7 +166,9 @@ class Relighting {
         const std::string because = result_.recast ? "the transport was loaded, and they cannot meet what has moved"
                                                    : "the transport was loaded";
         const std::size_t kept = result_.recast ? result_.recast->kept : saved_.gathered.rays;
-        execution_.save({"rays from the sites", because, "rays", static_cast<double>(kept)});
+        if (kept > 0) {
+            execution_.save({"rays from the sites", because, "rays", static_cast<double>(kept)});
+        }
     }
 
     /// All steps but the first, a block at a time.

@@ -38,9 +38,14 @@ void check_size(const Mesh& mesh, const std::string& name) {
 void check_scene(const Scene& scene, const std::string& name) {
     const auto refuse = [&](const std::string& why) { throw InputError(name + ": " + why); };
     const Mesh& mesh = scene.mesh;
-    if (mesh.triangles.empty() || mesh.normals.size() != mesh.triangles.size() ||
-        mesh.material.size() != mesh.triangles.size()) {
-        refuse("the mesh is empty, not derived (Mesh::derive), or lacks a material for some triangle");
+    const std::size_t count = mesh.triangles.size();
+    if (count == 0 || mesh.normals.size() != count || mesh.material.size() != count ||
+        mesh.original_face.size() != count) {
+        refuse("the mesh is empty, not derived (Mesh::derive), or lacks a material or an original face for some "
+               "triangle");
+    }
+    if (!mesh.is_derived()) {
+        refuse("the mesh is not what was derived: call Mesh::derive after every change to its points or triangles");
     }
     if (!mesh.corner_reflectance.empty() && mesh.corner_reflectance.size() != mesh.triangles.size()) {
         refuse("there are vertex colours of " + std::to_string(mesh.corner_reflectance.size()) + " triangles, but " +
@@ -76,14 +81,14 @@ void check_scene(const Scene& scene, const std::string& name) {
         }
     }
     if (!is_light(scene.sky)) {
-        refuse("the sky's irradiance is negative or not finite");
+        refuse("the sky's irradiance is neither 0 nor from 1e-100 to 1e100");
     }
     for (const Material& material : scene.materials) {
         // What thermal materials emit follows from their temperatures.
         if (!((material.reflectance >= 0.0) && (material.reflectance <= 1.0)).all() ||
             !(material.thermal || is_light(material.emission))) {
             refuse("the material " + material.name +
-                   " has a reflectance outside [0,1], or a negative or non-finite emission");
+                   " has a reflectance outside [0,1], or an emission that is neither 0 nor from 1e-100 to 1e100");
         }
         if (!(material.mirror >= 0.0).all() ||
             !material.reflects_at_most_all(material.vertex_colours ? Rgb(Rgb::Zero())
@@ -103,13 +108,14 @@ void check_scene(const Scene& scene, const std::string& name) {
     }
     for (const Sun& sun : scene.suns) {
         if (!is_sound(sun)) {
-            refuse("a sun has a direction of non-unit length, or a negative or non-finite irradiance");
+            refuse("a sun has a direction of non-unit length, or an irradiance that is neither 0 nor from 1e-100 to "
+                   "1e100");
         }
     }
     for (const PointLight& light : scene.point_lights) {
         if (!is_sound(light)) {
-            refuse("a point light has a non-finite position, an axis of non-unit length, a negative or non-finite "
-                   "intensity, or an inner cone wider than the outer one");
+            refuse("a point light has a non-finite position, an axis of non-unit length, an intensity that is neither "
+                   "0 nor from 1e-100 to 1e100, or an inner cone wider than the outer one");
         }
     }
 }
@@ -195,19 +201,31 @@ Vec3 up_of(const PolygonSoup& soup, const Mesh& mesh, const Execution& execution
     return floored;
 }
 
-/// Gives faces without a material the default one, or one using the colours in the file.
+/// Gives faces without a material the default one, or one using the colours in the file, and likewise those whose
+/// material has a name alone.
 void add_default_material(BakeResult& result, const PolygonSoup& soup, const Execution& execution) {
     Scene& scene = *result.scene;
     const auto number = static_cast<Index>(soup.materials.size());
-    if (std::find(scene.mesh.material.begin(), scene.mesh.material.end(), number) == scene.mesh.material.end()) {
+    const std::vector<Index>& used = scene.mesh.material;
+    Material material;
+    material.reflectance = result.options.reflectance.value_or(material.reflectance);
+    material.vertex_colours = soup.faces_are_painted();
+    bool any = std::find(used.begin(), used.end(), number) != used.end();
+    if (any) {
+        scene.materials.push_back(material);
+        scene.materials.back().name = material.vertex_colours ? "vertex colours" : "default";
+    }
+    for (Index m = 0; m < number; ++m) {
+        if (Material& undefined = scene.materials[m]; undefined.is_undefined) {
+            undefined.reflectance = material.reflectance;
+            undefined.vertex_colours = material.vertex_colours;
+            any = any || std::find(used.begin(), used.end(), m) != used.end();
+        }
+    }
+    if (!any) {
         return;
     }
-    Material material;
-    material.name = soup.faces_are_painted() ? "vertex colours" : "default";
-    material.reflectance = result.options.reflectance.value_or(material.reflectance);
     result.options.reflectance = material.reflectance;
-    material.vertex_colours = soup.faces_are_painted();
-    scene.materials.push_back(material);
     if (!material.vertex_colours) {
         execution.note("faces without a colour have the reflectance " + list(material.reflectance) +
                        " (--reflectance)");

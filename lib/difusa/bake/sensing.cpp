@@ -16,7 +16,8 @@ namespace difusa {
 namespace {
 
 constexpr std::size_t rays_of_a_sensor = 4096;
-constexpr double touching = 1e-6; ///< distance from the surface, relative to the scene, of a sensor that is on it
+constexpr double touching = 1e-6;   ///< distance from the surface, relative to the scene, of a sensor that is on it
+constexpr double off_surface = 2.0; ///< how far it is then moved off it, in these
 
 std::string place_name(std::size_t i) {
     return "point " + std::to_string(i) + " (counting from 0)";
@@ -78,17 +79,18 @@ class Placing {
         Sensor sensor = without_normal_.value_or(Sensor{});
         sensor.position = wanted.position;
         sensor.axis = without_normal_ ? sensor.axis : *wanted.normal;
-        const auto place = surface_.nearest(sensor.position);
-        if (place && place->distance <= touching * mesh_.diameter()) {
-            const Vec3& n = place->point.normal;
-            const double facing = n.dot(sensor.axis);
-            if (sensor.kind == SensorKind::planar && facing > 1.0 - touching) {
-                list(i, *place);
-                return;
-            }
+        const bool planar = sensor.kind == SensorKind::planar;
+        const double near = touching * mesh_.diameter();
+        // Of faces back to back, the one that faces the same way.
+        if (const auto place = surface_.nearest(sensor.position, planar ? sensor.axis : Vec3(Vec3::Zero()));
+            planar && place && place->distance <= near && place->point.normal.dot(sensor.axis) > 1.0 - touching) {
+            list(i, *place);
+            return;
+        }
+        if (const auto place = surface_.nearest(sensor.position); place && place->distance <= near) {
             // Rays of a sensor that lies on the surface must not start in it.
-            sensor.position +=
-                (facing < 0.0 && sensor.kind == SensorKind::planar ? -2.0 : 2.0) * touching * mesh_.diameter() * n;
+            const Vec3& n = place->point.normal;
+            sensor.position += (planar && n.dot(sensor.axis) < 0.0 ? -off_surface : off_surface) * near * n;
         }
         add({sensor, static_cast<Index>(i), none}, "--at: " + place_name(i));
     }
@@ -98,7 +100,7 @@ class Placing {
         const GridPlaces places = places_of_grid(grid, *result_.scene);
         Sensor sensor = without_normal_.value_or(Sensor{Vec3::Zero(), places.normal, SensorKind::planar});
         // On the face itself, rays start just above it.
-        const double lift = grid.height == 0.0 ? 2.0 * touching * mesh_.diameter() : 0.0;
+        const double lift = grid.height == 0.0 ? off_surface * touching * mesh_.diameter() : 0.0;
         for (const Vec3& position : places.positions) {
             sensor.position = position + lift * places.normal;
             add({sensor, none, static_cast<Index>(g)}, "--grid " + grid.on + ": a sensor");
@@ -185,8 +187,13 @@ void open_if_seen_from_outside(BakeResult& result) {
         return;
     }
     const auto is_behind = [&](const Vec3& p) { return face_before(p, mesh) != none; };
+    const bool planar = options.sensor == "planar";
     bool outside = !options.snap && std::any_of(options.at.begin(), options.at.end(), [&](const ListedPoint& each) {
-        return (each.normal || options.sensor != "planar") && is_behind(each.position);
+        // One on the surface that faces away from it is behind it.
+        const Vec3 ahead = planar && each.normal ? Vec3(*each.normal) : Vec3(Vec3::Zero());
+        return (each.normal || !planar) &&
+               (is_behind(each.position) ||
+                is_behind(each.position + off_surface * touching * mesh.diameter() * ahead));
     });
     for (std::size_t g = 0; g < options.grids.size() && !outside; ++g) {
         const std::vector<Vec3> positions = places_of_grid(options.grids[g], *result.scene).positions;
@@ -202,6 +209,7 @@ void find_places(BakeResult& result, const Execution& execution) {
     }
     Placing placing(result);
     for (std::size_t i = 0; i < options.at.size(); ++i) {
+        check_place("--at: " + place_name(i), options.at[i]);
         placing.place(i);
     }
     for (std::size_t g = 0; g < options.grids.size(); ++g) {

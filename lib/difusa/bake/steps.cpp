@@ -3,6 +3,7 @@
 #include <difusa/bake/cost.h>
 #include <difusa/bake/evaluation.h>
 #include <difusa/bake/goals.h>
+#include <difusa/bake/near_lights.h>
 #include <difusa/bake/sensing.h>
 #include <difusa/bake/thermal.h>
 #include <difusa/core/error.h>
@@ -164,6 +165,7 @@ void solve_with(BakeResult& result, const ElementChoice& elements, const Choices
     if (first) {
         check_coverage(result, discretisation, reflected, placed.dark_area, execution);
         check_lobes(result, reflected, execution);
+        note_near_lights(*result.scene, discretisation.surfels->size(), execution);
     }
     result.system = std::make_shared<RadiositySystem>(
         SystemParts{result.scene, choices.engine, choices.directions, choices.solver, std::move(discretisation),

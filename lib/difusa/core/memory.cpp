@@ -116,6 +116,10 @@ std::size_t available_memory() {
 }
 
 std::size_t peak_memory() {
+    // ru_maxrss begins with what the process held that started this one.
+    if (const std::size_t peak = kilobytes("/proc/self/status", "VmHWM:"); peak < unlimited) {
+        return peak;
+    }
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);
     return static_cast<std::size_t>(usage.ru_maxrss) * 1024;

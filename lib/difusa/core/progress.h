@@ -69,8 +69,11 @@ struct Execution {
         return {threads, other, journal_of_it, most_memory};
     }
 
-    /// Starts a new phase. Throws Interrupted if the computation was cancelled.
+    /// Starts a new phase. Throws Interrupted if the computation was cancelled, UsageError without any threads.
     void phase(std::string_view name) const {
+        if (threads == 0) {
+            throw UsageError("threads: at least 1 is needed");
+        }
         if (progress != nullptr) {
             progress->check();
             progress->phase(name);

@@ -21,6 +21,30 @@ constexpr std::size_t no_body = std::numeric_limits<std::size_t>::max();
 /// So many faces of a body are looked at for its outline in the time that hiding what is behind one piece takes.
 constexpr std::size_t faces_for_piece = 16;
 
+/// A polygon is divided along this many lines at most, the longest: further ones are found as the rules disagree.
+constexpr std::size_t most_cuts = 8;
+
+/// Lengths and distances below this share of a polygon's radius divide nothing.
+constexpr double least_cut = 0x1p-20;
+
+/// The length of what of the segment from p to q, in the plane of a polygon, is inside of it.
+double length_inside(const FlatPolygon& polygon, const Vec3& normal, const Vec3& p, const Vec3& q) {
+    double first = 0.0, last = 1.0;
+    for (std::size_t k = 0; k < polygon.size(); ++k) {
+        const Vec3 inwards = normal.cross(polygon.next(k) - polygon[k]);
+        const double at_p = inwards.dot(p - polygon[k]), at_q = inwards.dot(q - polygon[k]);
+        if (at_p < 0.0 && at_q < 0.0) {
+            return 0.0;
+        }
+        if (at_p < 0.0) {
+            first = std::max(first, at_p / (at_p - at_q));
+        } else if (at_q < 0.0) {
+            last = std::min(last, at_p / (at_p - at_q));
+        }
+    }
+    return std::max(0.0, last - first) * (q - p).norm();
+}
+
 /// The mean of the form factor by some rule, and what its points saw.
 struct MeanView {
     double mean = 0.0;
@@ -100,6 +124,7 @@ void BlockedView::set(const PolygonEnd& from, const PolygonEnd& to, std::span<co
     rounding_ = rounding;
     bodies_.clear();
     pieces_.clear();
+    cuts_.clear();
     for (const Blocker* blocker : blockers) {
         std::size_t body = no_body;
         if (blocker->body) {
@@ -108,12 +133,48 @@ void BlockedView::set(const PolygonEnd& from, const PolygonEnd& to, std::span<co
         }
         const FlatPolygon before = blocker->polygon.above(from.plane, rounding).above(to.plane, rounding);
         if (!before.empty()) {
+            add_cut(before, blocker->plane);
             pieces_.push_back({before, blocker->plane, body});
         }
     }
+    std::stable_sort(cuts_.begin(), cuts_.end(), [](const Cut& a, const Cut& b) { return a.length > b.length; });
+    cuts_.resize(std::min(cuts_.size(), most_cuts), {0.0, {}});
     for (Body& body : bodies_) {
         look_at(body);
     }
+}
+
+void BlockedView::add_cut(const FlatPolygon& piece, const Plane& plane) {
+    for (std::size_t k = 0; k < piece.size(); ++k) {
+        const Vec3 &p = piece[k], &q = piece.next(k);
+        if (std::abs(from_->plane.height(p)) > rounding_ || std::abs(from_->plane.height(q)) > rounding_) {
+            continue;
+        }
+        const double length = length_inside(from_->polygon, from_->plane.normal, p, q);
+        if (length > least_cut * from_->radius) {
+            cuts_.push_back({length, plane});
+        }
+        return;
+    }
+}
+
+std::vector<FlatPolygon> BlockedView::smooth_parts() const {
+    std::vector<FlatPolygon> parts{from_->polygon}, divided;
+    for (const Cut& cut : cuts_) {
+        divided.clear();
+        for (const FlatPolygon& part : parts) {
+            const double aside = least_cut * from_->radius;
+            const FlatPolygon above = part.above(cut.plane, aside), below = part.above(cut.plane, aside, -1.0);
+            if (above.empty() || below.empty() || part.size() + 2 > FlatPolygon::capacity) {
+                divided.push_back(part);
+            } else {
+                divided.push_back(above);
+                divided.push_back(below);
+            }
+        }
+        parts.swap(divided);
+    }
+    return parts;
 }
 
 std::size_t BlockedView::number_of(const ClosedBody& body) {
@@ -204,16 +265,17 @@ Estimate blocked_exchange(const PolygonEnd& P, const PolygonEnd& Q, std::span<co
     view.set(from, to, blockers, rounding);
     std::vector<OuterTriangle> open;
     Estimate sum;
-    const FlatPolygon& outline = from.polygon;
-    for (std::size_t k = 2; k < outline.size(); ++k) {
-        const Vec3 a = outline[k - 1] - outline[0], b = outline[k] - outline[0];
-        OuterTriangle triangle{outline[0], a, b, 0.5 * a.cross(b).dot(from.plane.normal), {}};
-        if (!(triangle.area > 0.0)) {
-            continue;
+    for (const FlatPolygon& outline : view.smooth_parts()) {
+        for (std::size_t k = 2; k < outline.size(); ++k) {
+            const Vec3 a = outline[k - 1] - outline[0], b = outline[k] - outline[0];
+            OuterTriangle triangle{outline[0], a, b, 0.5 * a.cross(b).dot(from.plane.normal), {}};
+            if (!(triangle.area > 0.0)) {
+                continue;
+            }
+            start(triangle, tolerance * triangle.area / from.area, view);
+            sum += triangle.estimate;
+            open.push_back(triangle);
         }
-        start(triangle, tolerance * triangle.area / from.area, view);
-        sum += triangle.estimate;
-        open.push_back(triangle);
     }
     std::size_t count = open.size();
     std::make_heap(open.begin(), open.end(), less_error);

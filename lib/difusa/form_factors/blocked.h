@@ -31,6 +31,10 @@ class BlockedView {
     /// What the last point saw.
     Seen seen() const { return seen_; }
 
+    /// `from`, divided along the lines in which blockers end on its plane or pass through it: from points on either
+    /// side of such a line they hide different parts of `to`, so that the form factor jumps across it.
+    std::vector<FlatPolygon> smooth_parts() const;
+
   private:
     /// A closed body that some blockers are a part of.
     struct Body {
@@ -46,6 +50,12 @@ class BlockedView {
         Plane plane;
         std::size_t body; ///< its number, or that of none
     };
+    /// The line in which a blocker meets the plane of `from`.
+    struct Cut {
+        double length; ///< of what of it is in `from`
+        Plane plane;   ///< of the blocker
+    };
+    void add_cut(const FlatPolygon& piece, const Plane& plane);
     std::size_t number_of(const ClosedBody& body);
     void look_at(Body& body) const;
     void hide(const Vec3& x, const FlatPolygon& blocker, const Plane& plane);
@@ -57,17 +67,18 @@ class BlockedView {
     Seen seen_ = Seen::everything;
     std::vector<Body> bodies_;
     std::vector<Piece> pieces_;
+    std::vector<Cut> cuts_; ///< the longest first
     ClosedBody::View view_;
     VisiblePart visible_; ///< of `to`
 };
 
 /// A_P F_PQ through blockers, with an estimated error of at most `tolerance` (an area) if `most_triangles` suffice: the
-/// form factor from points of the one with the smaller radius is integrated over it. Where all of 1 + 3 inner points
-/// and the corners see everything, or all of them nothing, and the rules of 1 and 3 points agree, that is the result.
-/// Else the 7-point rule is compared with the 3-point rule, and what the corners see with both if not all points see
-/// alike, since the rules may miss what is hidden from a corner only. The triangle with the largest difference is
-/// divided into four until their sum is below the tolerance: the kinks at which the outline of one polygon enters the
-/// shadow of another end up in small triangles. Throws Interrupted.
+/// form factor from points of the one with the smaller radius is integrated over its smooth parts. Where all of 1 + 3
+/// inner points and the corners see everything, or all of them nothing, and the rules of 1 and 3 points agree, that is
+/// the result. Else the 7-point rule is compared with the 3-point rule, and what the corners see with both if not all
+/// points see alike, since the rules may miss what is hidden from a corner only. The triangle with the largest
+/// difference is divided into four until their sum is below the tolerance: the kinks at which the outline of one
+/// polygon enters the shadow of another end up in small triangles. Throws Interrupted.
 Estimate blocked_exchange(const PolygonEnd& P, const PolygonEnd& Q, std::span<const Blocker* const> blockers,
                           double rounding, double tolerance, BlockedView& view, const Execution& execution,
                           std::size_t most_triangles = 20000);

@@ -62,8 +62,8 @@ void check_tolerance(const FormFactorOptions& options);
 /// proportion to the products of areas.
 ///
 /// The same bits for any number of threads. Journal and progress: phase "form factors".
-/// Throws UsageError if the tolerance is not positive, ResourceError if there is too little memory for the factors above
-/// 0, Interrupted if cancelled.
+/// Throws UsageError if the tolerance is not positive, ResourceError if there is too little memory for the factors
+/// above 0, Interrupted if cancelled.
 FormFactors form_factors(const Mesh& mesh, const Surfaces& surfaces, const FormFactorOptions& options,
                          const Execution& execution, FormFactorCounts* counts = nullptr);
 

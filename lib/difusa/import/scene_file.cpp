@@ -18,6 +18,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -82,6 +83,7 @@ class SceneFile {
         for (const JsonValue& mesh : meshes.items) {
             read_mesh(mesh);
         }
+        report_unused_materials(root);
         textures_.report(soup_);
         settle_textures(soup_);
         return std::move(soup_);
@@ -339,6 +341,30 @@ class SceneFile {
             }
         }
         return own;
+    }
+
+    /// Materials of the scene that no face has. Where these are all, and give temperatures, the scene would not be a
+    /// thermal one.
+    void report_unused_materials(const JsonValue& root) {
+        const std::set<Index> used(soup_.face_material.begin(), soup_.face_material.end());
+        std::string unused;
+        std::size_t count = 0;
+        for (const auto& [name, number] : materials_) {
+            if (!used.contains(number)) {
+                unused += (count++ == 0 ? "" : ", ") + excerpt(name);
+            }
+        }
+        constexpr const char* remedy = "assign materials in \"meshes\", by \"material\" (to all faces), "
+                                       "\"materials\" ({\"name in the mesh file\": \"name here\"}) or \"faces\"";
+        const bool thermal = std::any_of(soup_.materials.begin(), soup_.materials.end(),
+                                         [](const Material& material) { return material.thermal.has_value(); });
+        if (thermal && count == materials_.size()) {
+            checks_.fail(*root.find("materials"), "no face has any material of the scene: " + std::string(remedy));
+        }
+        if (count > 0) {
+            soup_.notes.push_back(counted(count, "material") + " of the scene that no face has: " + unused + "; " +
+                                  remedy);
+        }
     }
 
     void replace_materials(const JsonValue& replaced, const PolygonSoup& mesh, std::vector<Index>& own) const {

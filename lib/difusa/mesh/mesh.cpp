@@ -4,7 +4,11 @@
 #include <difusa/mesh/twins.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
 #include <numeric>
+#include <string>
 #include <utility>
 
 namespace difusa {
@@ -31,6 +35,24 @@ class Sets {
   private:
     std::vector<Index> parent_;
 };
+
+using Corners = std::array<Index, 3>;
+
+constexpr double same = 1e-6; ///< relative deviation of what is derived, far above rounding
+
+bool has_corners(const std::vector<Vec3>& points, const Corners& triangle) {
+    return std::all_of(triangle.begin(), triangle.end(),
+                       [&](Index p) { return p < points.size() && points[p].allFinite(); });
+}
+
+/// Twice the area, along the normal.
+Vec3 cross_product(const std::vector<Vec3>& points, const Corners& triangle) {
+    const auto [a, b, c] = triangle;
+    // Of the three edges, the two shorter ones give the cross product with the smallest rounding error.
+    const Vec3 ab = points[b] - points[a], bc = points[c] - points[b], ca = points[a] - points[c];
+    const double ab2 = ab.squaredNorm(), bc2 = bc.squaredNorm(), ca2 = ca.squaredNorm();
+    return ab2 >= bc2 && ab2 >= ca2 ? bc.cross(ca) : bc2 >= ab2 && bc2 >= ca2 ? ca.cross(ab) : ab.cross(bc);
+}
 
 /// See Mesh::convex. Tested only if that takes well under a second; ends at the first point behind a plane.
 bool is_convex(const Mesh& mesh) {
@@ -63,27 +85,48 @@ void Mesh::turn_over(Index triangle) {
     }
 }
 
+bool Mesh::is_derived() const {
+    if (normals.size() != triangles.size() || areas.size() != triangles.size()) {
+        return false;
+    }
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+        if (!has_corners(points, triangles[t])) {
+            return false;
+        }
+        const Vec3 cross = cross_product(points, triangles[t]);
+        const double length = cross.stableNorm();
+        if (!(std::abs(0.5 * length - areas[t]) <= same * areas[t]) ||
+            !(cross.dot(normals[t]) >= (1.0 - same) * length)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 void Mesh::derive() {
     const std::size_t count = triangles.size();
-    DIFUSA_REQUIRE(count > 0 && original_face.size() == count && material.size() == count);
+    if (count == 0 || original_face.size() != count || material.size() != count) {
+        throw InputError("a mesh needs at least one triangle, and an original face and a material for each");
+    }
     normals.resize(count);
     areas.resize(count);
     area = 0.0;
-    low = high = corner(0, 0);
+    low = Vec3::Constant(std::numeric_limits<double>::infinity());
+    high = -low;
     for (std::size_t t = 0; t < count; ++t) {
-        const auto [a, b, c] = triangles[t];
-        // Of the three edges, the two shorter ones give the cross product with the smallest rounding error.
-        const Vec3 ab = points[b] - points[a], bc = points[c] - points[b], ca = points[a] - points[c];
-        const double ab2 = ab.squaredNorm(), bc2 = bc.squaredNorm(), ca2 = ca.squaredNorm();
-        const Vec3 cross = ab2 >= bc2 && ab2 >= ca2   ? bc.cross(ca)
-                           : bc2 >= ab2 && bc2 >= ca2 ? ca.cross(ab)
-                                                      : ab.cross(bc);
+        if (!has_corners(points, triangles[t])) {
+            throw InputError("triangle " + std::to_string(t) + " has a corner that is not among the " +
+                             std::to_string(points.size()) + " points, or not finite");
+        }
+        const Vec3 cross = cross_product(points, triangles[t]);
         const double length = cross.stableNorm();
-        DIFUSA_REQUIRE(length > 0.0, "triangle " + std::to_string(t));
+        if (!(length > 0.0 && std::isfinite(length))) {
+            throw InputError("triangle " + std::to_string(t) + " has no area, or one that is out of range");
+        }
         normals[t] = cross / length;
         areas[t] = 0.5 * length;
         area += areas[t];
-        for (const Index p : {a, b, c}) {
+        for (const Index p : triangles[t]) {
             low = low.cwiseMin(points[p]);
             high = high.cwiseMax(points[p]);
         }

@@ -61,7 +61,13 @@ struct Mesh {
     /// A **region** is a set of triangles that one can walk between across joined sides (mesh/twins.h) whose triangles
     /// turn by less than 90° (cosine above `perpendicular`). Basis elements never reach from one region to another:
     /// this keeps the light of a shelf off the table below it, where normals cannot tell them apart.
+    ///
+    /// Throws InputError if there is no triangle, or one without original face, material or area, or with a corner that
+    /// is out of range or not finite.
     void derive();
+
+    /// False if points or triangles have changed since then, other than by little.
+    bool is_derived() const;
 
     /// Turns a triangle over, with the colours and texture coordinates of its corners. What is derived is not updated.
     void turn_over(Index triangle);

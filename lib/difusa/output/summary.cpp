@@ -79,7 +79,8 @@ std::string error_sentence(const ErrorEstimate& error, bool thermal) {
              << error.largest_reflectance << "); more sites and rays would tighten it";
     } else {
         text << "no proven bound, since "
-             << (thermal ? "the net flux of some surface is prescribed" : "some surface absorbs nothing");
+             << (thermal ? "the net flux of some surface is prescribed, or its emissivity is 0"
+                         : "some surface absorbs nothing");
     }
     return text.str();
 }

@@ -74,7 +74,8 @@ struct PolygonSoup {
     /// points have colours for such faces.
     bool painted(std::size_t f) const {
         const Index material = face_material[f];
-        return material == none ? faces_are_painted() : materials[material].vertex_colours;
+        return material == none || materials[material].is_undefined ? faces_are_painted()
+                                                                    : materials[material].vertex_colours;
     }
     std::span<const Index> face(std::size_t f) const {
         return {corners.data() + first_corner[f], first_corner[f + 1] - first_corner[f]};

@@ -20,6 +20,7 @@ struct Material {
     Rgb reflectance = Rgb::Constant(0.5); ///< rho, linear, in [0,1]
     Rgb emission = Rgb::Zero();           ///< E, emitted radiosity in W/m², any value >= 0
     bool vertex_colours = false;          ///< rho is interpolated from Mesh::corner_reflectance instead
+    bool is_undefined = false;            ///< a name alone: as without a material (scene default, or vertex colours)
     bool double_sided = false;            ///< the diagnosis adds back faces that act as fronts too
     std::shared_ptr<const Texture> reflectance_texture = {}; ///< a factor on rho, by Mesh::corner_texture; null: 1
     std::shared_ptr<const Texture> emission_texture = {};    ///< a factor on E, likewise

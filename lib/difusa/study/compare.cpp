@@ -137,6 +137,7 @@ std::vector<Pair> pairs_of(const Side& result, const Side& reference, const Comp
                             " has neither radiosity nor radiosity_weighted nor quality");
         }
     }
+    auto temperature = array_pair(result, reference, "temperature", true);
     std::string lacks;
     for (const Side* side : {&result, &reference}) {
         for (const char* name : {"irradiance_indirect", "reflectance"}) {
@@ -145,7 +146,9 @@ std::vector<Pair> pairs_of(const Side& result, const Side& reference, const Comp
             }
         }
     }
-    if (lacks.empty()) {
+    if (temperature) { // thermal scenes, in which no light is indirect
+        pairs.push_back(std::move(*temperature));
+    } else if (lacks.empty()) {
         Pair indirect = *array_pair(result, reference, "irradiance_indirect", false);
         const Pair rho = *array_pair(result, reference, "reflectance", false);
         if (rho.result.cols() != indirect.result.cols()) {

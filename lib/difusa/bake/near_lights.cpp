@@ -1,0 +1,45 @@
+#include <difusa/bake/near_lights.h>
+
+#include <difusa/core/text.h>
+#include <difusa/mesh/surface_finder.h>
+
+#include <cmath>
+#include <string>
+
+namespace difusa {
+
+namespace {
+
+constexpr double near = 0.25; ///< in widths of surfels
+
+} // namespace
+
+void note_near_lights(const Scene& scene, std::size_t surfels, const Execution& execution) {
+    if (scene.point_lights.empty()) {
+        return;
+    }
+    const double width = std::sqrt(scene.mesh.area / static_cast<double>(surfels));
+    const SurfaceFinder surface(scene.mesh);
+    std::size_t count = 0;
+    std::string first;
+    for (const PointLight& light : scene.point_lights) {
+        const auto found = surface.nearest(light.position);
+        if (light.is_extended() || !(light.intensity > 0.0).any() || !found || !(found->distance > 0.0) ||
+            !(found->distance < near * width) ||
+            !(light.kernel(light.position, found->point.position, found->point.normal) > 0.0)) {
+            continue;
+        }
+        if (count++ == 0) {
+            first = "that at " + coordinates(light.position) + ", " + text_of(found->distance) + " from face " +
+                    std::to_string(scene.mesh.original_face[found->point.face]);
+        }
+    }
+    if (count > 0) {
+        execution.note(counted(count, "point light") + " so near the surface that the spot below is not resolved (" +
+                       first +
+                       "): what it reflects may be missing, and its error is not seen; move the light away from the "
+                       "surface, or give it a luminous opening");
+    }
+}
+
+} // namespace difusa
