@@ -92,6 +92,22 @@ TEST(GradedSites, AnAttemptStandsInForThePilotsOfTheNext) {
         pilots);
 }
 
+/// Where evenly spaced sites are accurate enough, a second pilot would be in vain, however much grading would gain.
+TEST(GradedSites, AreEvenWhereThatIsAccurateEnough) {
+    BakeOptions options = graded(0);
+    options.adaptive = false;
+    options.error_points.reset();
+    options.target.emplace();
+    options.target->relative = 0.5;
+    const BakeResult result = test::baked(floor_under_lid(0.5), options);
+    EXPECT_EQ(result.attempts.size(), 1U);
+    EXPECT_FALSE(result.sites->graded);
+    const auto& savings = result.journal.savings();
+    EXPECT_TRUE(std::any_of(savings.begin(), savings.end(), [](const Saving& s) {
+        return s.what == "graded sites" && s.because == "evenly spaced sites are accurate enough";
+    }));
+}
+
 /// Inside of a sphere whose wall emits alike everywhere all that differs from site to site is noise, which is normally
 /// distributed: its mean square is pi/2 < 2 times the square of its mean size.
 TEST(GradedSites, AreEvenWhereTheLightVariesNoMoreInOnePlaceThanInOthers) {
