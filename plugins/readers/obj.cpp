@@ -443,7 +443,10 @@ class ObjFile {
         textures_.report(soup_);
         missing_libraries_.note("mtllib lines with missing files", "put the files next to the OBJ file", notes);
         undefined_.note("materials that are used but not defined",
-                        "faces with the default reflectance instead: " + std::to_string(faces_without_), notes);
+                        "their faces, " + std::to_string(faces_without_) +
+                            " in all, have the default reflectance, or their vertex colours, unless a scene file "
+                            "gives them another material",
+                        notes);
         redefined_.note("materials defined by more than one library", "the first definition is used", notes);
         without_surface_.note("lines of kind l or p", "they have no surface and are ignored", notes);
         free_form_.note("free-form or called statements", "export polygons, or their surface is missing", notes);

@@ -131,6 +131,14 @@ TEST_F(SceneFile, MaterialsReplaceNamesThatAreNotDefined) {
     EXPECT_TRUE(soup.materials[soup.face_material[1]].is_undefined);
 }
 
+/// Faces of such names have the vertex colours, if there are any, in a scene file as well.
+TEST_F(SceneFile, NamesThatAreNotDefinedKeepVertexColours) {
+    write("painted.obj", "v 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0\nusemtl floor\nf 1 2 3\nf 1 3 2\n");
+    const PolygonSoup soup = read("{\"difusa_scene\": 1, \"meshes\": [{\"file\": \"painted.obj\"}]}");
+    EXPECT_TRUE(soup.painted(0) && soup.painted(1));
+    EXPECT_EQ(soup.materials[soup.face_material[0]].name, "floor");
+}
+
 TEST_F(SceneFile, MaterialsByMeshNameAndRange) {
     write("room.mtl", "newmtl red\nKd 0.5 0.1 0.1\nnewmtl blue\nKd 0.1 0.1 0.5\n");
     write("room.obj", "mtllib room.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\nusemtl blue\nf 1 2 3\nf 1 3 "

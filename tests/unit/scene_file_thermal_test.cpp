@@ -70,7 +70,12 @@ TEST_F(ThermalSceneFile, RefusesContradictions) {
 TEST_F(ThermalSceneFile, RefusesMaterialsThatNoFaceHas) {
     const std::string unused =
         refused_with(R"("materials": {"m": {"emissivity": 0.8, "temperature": 300}, "n": {"adiabatic": true}})");
-    EXPECT_NE(unused.find("scene.json:3: no face has any material of the scene"), std::string::npos) << unused;
+    EXPECT_NE(refusal([&] {
+                  read(R"({"difusa_scene": 1, "materials": {"m": {"adiabatic": true}, "plain": {}},
+                           "meshes": [{"file": "square.off", "material": "plain"}]})");
+              }).find("no face has any of the materials with a temp"),
+              std::string::npos);
+    EXPECT_NE(unused.find("scene.json:3: no face has any of the materials with a temp"), std::string::npos) << unused;
 }
 
 TEST_F(ThermalSceneFile, HasSurroundings) {

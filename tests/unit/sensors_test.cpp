@@ -115,6 +115,14 @@ TEST(Sensors, OnTheBackOfASheet) {
         const BakeResult result = coarse_bake(scene, options);
         ASSERT_EQ(result.listed.size(), two_sided ? 1U : 0U);
         EXPECT_NEAR(two_sided ? result.listed_values.H(0, 0) : result.readings.H(0, 0), 101.0, 1e-9) << two_sided;
+        // Tilted by 80° from the normal of the back: it sees this share of the sky, and in place of the rest the back,
+        // which reflects half of what it receives if it is a surface.
+        const double tilt = 80.0 * pi / 180.0, share = 0.5 * (1.0 + std::cos(tilt)), back = two_sided ? 50.5 : 0.0;
+        options.at = {{Vec3(0.1, 0, 0), Vec3(std::sin(tilt), 0, -std::cos(tilt))}};
+        const BakeResult tilted = coarse_bake(scene, options);
+        ASSERT_EQ(tilted.readings.H.rows(), 1);
+        EXPECT_NEAR(tilted.readings.H(0, 0), 100.0 * std::cos(tilt) + share + (1.0 - share) * back,
+                    std::abs(back - 1.0) * std::sqrt(share * (1.0 - share) / 4096.0)); // as of independent rays
     }
 }
 

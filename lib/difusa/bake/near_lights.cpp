@@ -22,14 +22,19 @@ void note_near_lights(const Scene& scene, std::size_t surfels, const Execution& 
     const SurfaceFinder surface(scene.mesh);
     std::size_t count = 0;
     std::string first;
+    const auto is_lit = [](const PointLight& light, const SurfacePoint& x) {
+        return light.kernel(light.position, x.position, x.normal) > 0.0;
+    };
     for (const PointLight& light : scene.point_lights) {
-        const auto found = surface.nearest(light.position);
-        if (light.is_extended() || !(light.intensity > 0.0).any() || !found || !(found->distance > 0.0) ||
-            !(found->distance < near * width) ||
-            !(light.kernel(light.position, found->point.position, found->point.normal) > 0.0)) {
+        if (light.is_extended() || !(light.intensity > 0.0).any()) {
             continue;
         }
-        if (count++ == 0) {
+        auto found = surface.nearest(light.position);
+        if (found && !is_lit(light, found->point)) { // it may be behind one of two faces back to back
+            found = surface.nearest(light.position, -found->point.normal);
+        }
+        if (found && found->distance > 0.0 && found->distance < near * width && is_lit(light, found->point) &&
+            count++ == 0) {
             first = "that at " + coordinates(light.position) + ", " + text_of(found->distance) + " from face " +
                     std::to_string(scene.mesh.original_face[found->point.face]);
         }

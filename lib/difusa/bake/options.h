@@ -137,7 +137,7 @@ struct BakeOptions {
 /// Throws UsageError for a number out of its range or a light that is not sound.
 void check_options(const BakeOptions& options);
 
-/// True if it has a direction of unit length and an irradiance that is finite and not negative.
+/// True if it has a direction of unit length and an irradiance that is_light.
 bool is_sound(const Sun& sun);
 
 /// Likewise, with a cone that is not inside out.

@@ -128,6 +128,32 @@ std::shared_ptr<const SkyDome> graded_sky(const Vec3& up) {
                                          Rgb::Constant(0.5 * horizon), up);
 }
 
+/// Rejects light so strong or weak that squares of its errors would leave the range of doubles.
+void check_levels(const Scene& scene, const std::string& name) {
+    const auto check = [&](const std::string& what, const Rgb& light) {
+        if (!is_light(light)) {
+            throw InputError(name + ": " + what + " is " + list(light) +
+                             ": lights must be 0, or from 1e-100 to 1e100; use another unit of power");
+        }
+    };
+    check("the irradiance of the sky", scene.sky);
+    for (const Sun& sun : scene.suns) {
+        check("the irradiance of a sun", sun.irradiance);
+    }
+    for (const PointLight& light : scene.point_lights) {
+        check("the intensity of the light at " + coordinates(light.position), light.intensity);
+    }
+    std::vector<char> used(scene.materials.size(), 0);
+    for (const Index m : scene.mesh.material) {
+        used[m] = 1;
+    }
+    for (std::size_t m = 0; m < used.size(); ++m) {
+        if (used[m] != 0) {
+            check("the emission of the material " + scene.materials[m].name, scene.materials[m].emission);
+        }
+    }
+}
+
 /// Adds the lights from the options, and a sky if there would be none at all. A scene whose lights are all dark is
 /// refused; `states_sky`: they include a sky.
 void add_lights(BakeResult& result, bool states_sky, const Execution& execution) {
@@ -138,6 +164,7 @@ void add_lights(BakeResult& result, bool states_sky, const Execution& execution)
         return;
     }
     add_chosen_lights(scene, options);
+    check_levels(scene, result.file);
     const bool lit = has_light(scene) || result.turned_off;
     if (!lit && (options.sky || states_sky || !scene.suns.empty() || !scene.point_lights.empty())) {
         throw InputError(result.file + ": all lights of the scene are dark: give it a sky (--sky 1), a sun "

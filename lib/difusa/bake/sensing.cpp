@@ -55,6 +55,18 @@ std::optional<Sensor> sensor_without_normal(const BakeOptions& options, const Ve
                                         : SensorKind::cylindrical};
 }
 
+/// Where the sensor measures: if it lies on the surface, its rays must not start in it.
+Vec3 off_the_surface(const Sensor& sensor, const SurfaceFinder& surface, const Mesh& mesh) {
+    const double near = touching * mesh.diameter();
+    const auto place = surface.nearest(sensor.position);
+    if (!place || place->distance > near) {
+        return sensor.position;
+    }
+    const Vec3& n = place->point.normal;
+    const bool behind = sensor.kind == SensorKind::planar && n.dot(sensor.axis) < 0.0;
+    return sensor.position + (behind ? -off_surface : off_surface) * near * n;
+}
+
 class Placing {
   public:
     explicit Placing(BakeResult& result)
@@ -87,11 +99,7 @@ class Placing {
             list(i, *place);
             return;
         }
-        if (const auto place = surface_.nearest(sensor.position); place && place->distance <= near) {
-            // Rays of a sensor that lies on the surface must not start in it.
-            const Vec3& n = place->point.normal;
-            sensor.position += (planar && n.dot(sensor.axis) < 0.0 ? -off_surface : off_surface) * near * n;
-        }
+        sensor.position = off_the_surface(sensor, surface_, mesh_);
         add({sensor, static_cast<Index>(i), none}, "--at: " + place_name(i));
     }
 
@@ -187,14 +195,20 @@ void open_if_seen_from_outside(BakeResult& result) {
         return;
     }
     const auto is_behind = [&](const Vec3& p) { return face_before(p, mesh) != none; };
-    const bool planar = options.sensor == "planar";
-    bool outside = !options.snap && std::any_of(options.at.begin(), options.at.end(), [&](const ListedPoint& each) {
-        // One on the surface that faces away from it is behind it.
-        const Vec3 ahead = planar && each.normal ? Vec3(*each.normal) : Vec3(Vec3::Zero());
-        return (each.normal || !planar) &&
-               (is_behind(each.position) ||
-                is_behind(each.position + off_surface * touching * mesh.diameter() * ahead));
-    });
+    const std::optional<Sensor> without_normal = sensor_without_normal(options, result.up);
+    bool outside = false;
+    if (!options.snap && !options.at.empty()) {
+        const SurfaceFinder surface(mesh);
+        outside = std::any_of(options.at.begin(), options.at.end(), [&](const ListedPoint& each) {
+            if (!each.normal && !without_normal) {
+                return false; // on the surface
+            }
+            Sensor sensor = without_normal.value_or(Sensor{});
+            sensor.position = each.position;
+            sensor.axis = without_normal ? sensor.axis : *each.normal;
+            return is_behind(each.position) || is_behind(off_the_surface(sensor, surface, mesh));
+        });
+    }
     for (std::size_t g = 0; g < options.grids.size() && !outside; ++g) {
         const std::vector<Vec3> positions = places_of_grid(options.grids[g], *result.scene).positions;
         outside = std::any_of(positions.begin(), positions.end(), is_behind);

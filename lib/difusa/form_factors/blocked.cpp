@@ -150,11 +150,13 @@ void BlockedView::add_cut(const FlatPolygon& piece, const Plane& plane) {
         if (std::abs(from_->plane.height(p)) > rounding_ || std::abs(from_->plane.height(q)) > rounding_) {
             continue;
         }
+        const double aside = least_cut * from_->radius;
         const double length = length_inside(from_->polygon, from_->plane.normal, p, q);
-        if (length > least_cut * from_->radius) {
+        if (length > aside && !from_->polygon.above(plane, aside).empty() &&
+            !from_->polygon.above(plane, aside, -1.0).empty()) {
             cuts_.push_back({length, plane});
+            return;
         }
-        return;
     }
 }
 

@@ -107,6 +107,10 @@ void append(PolygonSoup& soup, PolygonSoup part) {
         const auto number = static_cast<Index>(part.materials.size());
         part.materials.push_back(painted);
         std::replace(part.face_material.begin(), part.face_material.end(), none, number);
+        for (Material& material : part.materials) {
+            material.vertex_colours = material.vertex_colours || material.is_undefined;
+            material.is_undefined = false;
+        }
     }
     soup.colours_by_material = true;
     append_list(soup.point_reflectance, points, part.point_reflectance, part.points.size(), Rgb(Rgb::Constant(0.5)));

@@ -343,8 +343,8 @@ class SceneFile {
         return own;
     }
 
-    /// Materials of the scene that no face has. Where these are all, and give temperatures, the scene would not be a
-    /// thermal one.
+    /// Materials of the scene that no face has. If these are all of the thermal ones, the scene would be baked as one
+    /// that is lit.
     void report_unused_materials(const JsonValue& root) {
         const std::set<Index> used(soup_.face_material.begin(), soup_.face_material.end());
         std::string unused;
@@ -356,10 +356,12 @@ class SceneFile {
         }
         constexpr const char* remedy = "assign materials in \"meshes\", by \"material\" (to all faces), "
                                        "\"materials\" ({\"name in the mesh file\": \"name here\"}) or \"faces\"";
-        const bool thermal = std::any_of(soup_.materials.begin(), soup_.materials.end(),
-                                         [](const Material& material) { return material.thermal.has_value(); });
-        if (thermal && count == materials_.size()) {
-            checks_.fail(*root.find("materials"), "no face has any material of the scene: " + std::string(remedy));
+        const auto is_thermal = [&](Index m) { return m != none && soup_.materials[m].thermal.has_value(); };
+        if (std::any_of(materials_.begin(), materials_.end(),
+                        [&](const auto& each) { return is_thermal(each.second); }) &&
+            std::none_of(used.begin(), used.end(), is_thermal)) {
+            checks_.fail(*root.find("materials"),
+                         "no face has any of the materials with a temperature or a net flux: " + std::string(remedy));
         }
         if (count > 0) {
             soup_.notes.push_back(counted(count, "material") + " of the scene that no face has: " + unused + "; " +
