@@ -10,7 +10,7 @@ namespace difusa {
 
 namespace {
 
-constexpr double near = 0.25; ///< in widths of surfels
+constexpr double near_in_widths = 0.25;
 
 } // namespace
 
@@ -33,7 +33,7 @@ void note_near_lights(const Scene& scene, std::size_t surfels, const Execution& 
         if (found && !is_lit(light, found->point)) { // it may be behind one of two faces back to back
             found = surface.nearest(light.position, -found->point.normal);
         }
-        if (found && found->distance > 0.0 && found->distance < near * width && is_lit(light, found->point) &&
+        if (found && found->distance > 0.0 && found->distance < near_in_widths * width && is_lit(light, found->point) &&
             count++ == 0) {
             first = "that at " + coordinates(light.position) + ", " + text_of(found->distance) + " from face " +
                     std::to_string(scene.mesh.original_face[found->point.face]);

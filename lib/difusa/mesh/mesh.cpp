@@ -36,17 +36,17 @@ class Sets {
     std::vector<Index> parent_;
 };
 
-using Corners = std::array<Index, 3>;
+using CornerNumbers = std::array<Index, 3>;
 
-constexpr double same = 1e-6; ///< relative deviation of what is derived, far above rounding
+constexpr double derived_within = 1e-6; ///< relative deviation of what is derived, far above rounding
 
-bool has_corners(const std::vector<Vec3>& points, const Corners& triangle) {
+bool has_corners(const std::vector<Vec3>& points, const CornerNumbers& triangle) {
     return std::all_of(triangle.begin(), triangle.end(),
                        [&](Index p) { return p < points.size() && points[p].allFinite(); });
 }
 
 /// Twice the area, along the normal.
-Vec3 cross_product(const std::vector<Vec3>& points, const Corners& triangle) {
+Vec3 cross_product(const std::vector<Vec3>& points, const CornerNumbers& triangle) {
     const auto [a, b, c] = triangle;
     // Of the three edges, the two shorter ones give the cross product with the smallest rounding error.
     const Vec3 ab = points[b] - points[a], bc = points[c] - points[b], ca = points[a] - points[c];
@@ -95,8 +95,8 @@ bool Mesh::is_derived() const {
         }
         const Vec3 cross = cross_product(points, triangles[t]);
         const double length = cross.stableNorm();
-        if (!(std::abs(0.5 * length - areas[t]) <= same * areas[t]) ||
-            !(cross.dot(normals[t]) >= (1.0 - same) * length)) {
+        if (!(std::abs(0.5 * length - areas[t]) <= derived_within * areas[t]) ||
+            !(cross.dot(normals[t]) >= (1.0 - derived_within) * length)) {
             return false;
         }
     }
