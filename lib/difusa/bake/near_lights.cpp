@@ -3,6 +3,7 @@
 #include <difusa/core/text.h>
 #include <difusa/mesh/surface_finder.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -15,7 +16,10 @@ constexpr double near_in_widths = 0.25;
 } // namespace
 
 void note_near_lights(const Scene& scene, std::size_t surfels, const Execution& execution) {
-    if (scene.point_lights.empty()) {
+    const auto is_bright_point = [](const PointLight& light) {
+        return !light.is_extended() && (light.intensity > 0.0).any();
+    };
+    if (std::none_of(scene.point_lights.begin(), scene.point_lights.end(), is_bright_point)) {
         return;
     }
     const double width = std::sqrt(scene.mesh.area / static_cast<double>(surfels));
@@ -26,7 +30,7 @@ void note_near_lights(const Scene& scene, std::size_t surfels, const Execution& 
         return light.kernel(light.position, x.position, x.normal) > 0.0;
     };
     for (const PointLight& light : scene.point_lights) {
-        if (light.is_extended() || !(light.intensity > 0.0).any()) {
+        if (!is_bright_point(light)) {
             continue;
         }
         auto found = surface.nearest(light.position);

@@ -91,13 +91,13 @@ class Placing {
         Sensor sensor = without_normal_.value_or(Sensor{});
         sensor.position = wanted.position;
         sensor.axis = without_normal_ ? sensor.axis : *wanted.normal;
-        const bool planar = sensor.kind == SensorKind::planar;
-        const double near = touching * mesh_.diameter();
-        // Of faces back to back, the one that faces the same way.
-        if (const auto place = surface_.nearest(sensor.position, planar ? sensor.axis : Vec3(Vec3::Zero()));
-            planar && place && place->distance <= near && place->point.normal.dot(sensor.axis) > 1.0 - touching) {
-            list(i, *place);
-            return;
+        if (sensor.kind == SensorKind::planar) {
+            const auto place = surface_.nearest(sensor.position, sensor.axis); // of faces back to back the right one
+            if (place && place->distance <= touching * mesh_.diameter() &&
+                place->point.normal.dot(sensor.axis) > 1.0 - touching) {
+                list(i, *place);
+                return;
+            }
         }
         sensor.position = off_the_surface(sensor, surface_, mesh_);
         add({sensor, static_cast<Index>(i), none}, "--at: " + place_name(i));

@@ -165,7 +165,6 @@ void solve_with(BakeResult& result, const ElementChoice& elements, const Choices
     if (first) {
         check_coverage(result, discretisation, reflected, placed.dark_area, execution);
         check_lobes(result, reflected, execution);
-        note_near_lights(*result.scene, discretisation.surfels->size(), execution);
     }
     result.system = std::make_shared<RadiositySystem>(
         SystemParts{result.scene, choices.engine, choices.directions, choices.solver, std::move(discretisation),
@@ -274,6 +273,7 @@ void solve_placed(BakeResult& result, const Choices& choices, const Placed& plac
 }
 
 void evaluate_solution(BakeResult& result, const Execution& execution) {
+    note_near_lights(*result.scene, result.system->discretisation().surfels->size(), execution);
     estimate_goals_of(result, execution);
     refine_output(result, execution);
     evaluate_output(result, execution);
