@@ -115,6 +115,54 @@ TEST(LightTree, PicksAreRightInTheMean) {
     EXPECT_LT(squares, 0.7 * by_power);
 }
 
+/// The weighted sum over representatives, relative to that over all lights: mean and mean square of the deviation over
+/// `draws`.
+std::pair<double, double> deviation(const Mesh& mesh, const Vec3& x, const Vec3& n, double count, int draws) {
+    const std::vector<Index> triangles = all_of(mesh);
+    const LightTree tree(mesh, triangles, mesh.areas);
+    double exact = 0.0;
+    for (const Index t : triangles) {
+        exact += form_factor(mesh, t, x, n);
+    }
+    RandomStream stream(2, "representatives");
+    std::vector<Index> scratch;
+    std::vector<LightTree::Part> parts;
+    std::vector<LightTree::Representative> chosen;
+    double mean = 0.0, squares = 0.0;
+    for (int i = 0; i < draws; ++i) {
+        tree.represent(x, n, 0.15, count, stream, scratch, parts, chosen);
+        double sum = 0.0;
+        for (const LightTree::Representative& one : chosen) {
+            sum += one.weight * form_factor(mesh, one.light, x, n);
+        }
+        mean += (sum / exact - 1.0) / draws;
+        squares += (sum / exact - 1.0) * (sum / exact - 1.0) / draws;
+    }
+    return {mean, squares};
+}
+
+/// A far globe is a single node of the cut. Evenly spaced picks are no worse than as many independent ones, whose
+/// variance is that of one over their number.
+TEST(LightTree, RepresentativesAreRightInTheMeanAndEvenlySpaced) {
+    const Mesh globe = sphere(0.15, 4, Front::outside); // 5120 triangles
+    const Vec3 x(0.7, 0.3, -1.6), n(0, 0, 1);
+    const auto [mean_of_one, of_one] = deviation(globe, x, n, 1.0, 4000);
+    EXPECT_NEAR(mean_of_one, 0.0, 4.5 * std::sqrt(of_one / 4000));
+    EXPECT_GT(of_one, 0.01);
+    const auto [mean, squares] = deviation(globe, x, n, 256.0, 400);
+    EXPECT_NEAR(mean, 0.0, 4.5 * std::sqrt(squares / 400));
+    EXPECT_LT(squares, of_one / 256.0);
+}
+
+/// As many picks as lights, and more where importance differs: nothing is left to chance.
+TEST(LightTree, EnoughRepresentativesAreAllLights) {
+    const Mesh mesh = bulbs(5);
+    const Vec3 x(0.5, 0.5, -0.3), n(0, 0, 1);
+    const auto [mean, squares] = deviation(mesh, x, n, 1e6, 4);
+    EXPECT_NEAR(mean, 0.0, 400 * 0x1p-52);
+    EXPECT_LT(squares, std::pow(400 * 0x1p-52, 2));
+}
+
 /// Sixteen times as many lights take hardly more nodes.
 TEST(LightTree, CutsGrowSlowerThanTheNumberOfLights) {
     std::vector<std::size_t> sizes;

@@ -20,8 +20,12 @@ namespace {
 constexpr double largest_share = 0.1;
 constexpr double contrast = 4.0;
 
-/// Up to this many area lights are all evaluated; more are represented by one of them where seen under this angle.
-constexpr std::size_t few_triangles = 32;
+/// Up to this many area lights are all evaluated, which takes no more time than choosing among them; of more, about as
+/// many as `representatives`.
+constexpr std::size_t few_triangles = 4096;
+constexpr double representatives = 512.0;
+
+/// Groups that are seen under at most this angle may be represented by some of their lights.
 constexpr double opening = 0.15;
 
 /// Up to this many area lights, the one for a single ray is chosen by form factors.
@@ -163,11 +167,10 @@ void AreaLights::collect(const SurfacePoint& x, RandomStream& stream, Worker& wo
         }
         return;
     }
-    tree_->cut(x.position, x.normal, opening, worker.nodes);
-    for (const Index node : worker.nodes) {
-        if (const auto pick = tree_->pick(node, x.position, x.normal, stream.uniform())) {
-            add(triangles_[pick->light], 1.0 / pick->probability);
-        }
+    tree_->represent(x.position, x.normal, opening, representatives, stream, worker.nodes, worker.node_parts,
+                     worker.chosen);
+    for (const LightTree::Representative& one : worker.chosen) {
+        add(triangles_[one.light], one.weight);
     }
 }
 

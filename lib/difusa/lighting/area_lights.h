@@ -68,6 +68,8 @@ class AreaLights {
         std::vector<Part> parts;
         std::vector<Share> shares;
         std::vector<Index> nodes;
+        std::vector<LightTree::Part> node_parts;
+        std::vector<LightTree::Representative> chosen;
         std::vector<Segment> segments;
         std::vector<Rgb> light;
         std::vector<std::size_t> owner; ///< #segments: in `shares`
@@ -81,8 +83,8 @@ class AreaLights {
     /// factors (rays/lambert.h) times the visible share. The contribution of a material does not depend on how
     /// materials are assigned to sets.
     ///
-    /// Many lights: those of a group that x sees under a small angle are represented by one of them, chosen at random
-    /// (LightTree::cut): unbiased, and exact where each light is alone in its group.
+    /// Up to 4096 lights are all evaluated. Of more, those of a group that x sees under a small angle are represented
+    /// by some of them, chosen at random (LightTree::represent): unbiased.
     ///
     /// Visible share: 1 where no face reaches between x and the lights (Shafts). Otherwise `samples` shadow rays are
     /// cast, stratified over the lights by their contribution and weighted by the integrand, at least twice and up to

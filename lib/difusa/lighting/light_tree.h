@@ -3,6 +3,7 @@
 // Adaptive Tree Splitting", 2018).
 #pragma once
 
+#include <difusa/core/random.h>
 #include <difusa/mesh/mesh.h>
 
 #include <optional>
@@ -28,6 +29,25 @@ class LightTree {
     /// below `opening`.
     void cut(const Vec3& x, const Vec3& n, double opening, std::vector<Index>& nodes) const;
 
+    /// A light that stands for `weight` lights like it; 1: for itself alone.
+    struct Representative {
+        Index light = none; ///< index in `triangles`
+        double weight = 0.0;
+    };
+
+    /// A part of the tree that is still to be represented, and the interval of picks that falls to it.
+    struct Part {
+        Index node = none;
+        double begin = 0.0, end = 0.0;
+    };
+
+    /// Lights whose weighted contributions to a surface element at x with normal n add up, in the mean, to those of all
+    /// lights. The nodes of a cut share about `count` picks, at least one each, in proportion to what x can receive
+    /// from them; so do the nodes below. Where the picks are as many as the lights, these stand for themselves, and
+    /// nothing is left to chance. Picks are evenly spaced along the tree. `scratch`, `parts`: scratch.
+    void represent(const Vec3& x, const Vec3& n, double opening, double count, RandomStream& stream,
+                   std::vector<Index>& scratch, std::vector<Part>& parts, std::vector<Representative>& chosen) const;
+
     /// Chooses a light of the node, roughly in proportion to what x can receive from it, with the random number u in
     /// [0, 1). Every light that can reach x has a positive probability; with the remaining probability nothing is
     /// chosen: the search ended among lights that cannot reach x.
@@ -39,8 +59,8 @@ class LightTree {
     struct Node {
         Vec3 centre = Vec3::Zero(); ///< of a bounding ball of the lights
         double radius = 0.0;
-        Vec3 axis = Vec3::Zero(); ///< of a bounding cone of their normals
-        double spread = 0.0;      ///< its half angle
+        Vec3 axis = Vec3::Zero();                  ///< of a bounding cone of their normals
+        double cos_spread = 1.0, sin_spread = 0.0; ///< of its half angle
         double power = 0.0;
         Index first = 0, last = 0; ///< range of lights in `order_`
         Index right = none;        ///< none: a leaf of one light; the left child follows its parent
