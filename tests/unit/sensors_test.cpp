@@ -19,6 +19,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <memory>
 #include <numbers>
 #include <sstream>
 #include <string>
@@ -395,6 +397,25 @@ TEST(Places, WithANormalStandWhereTheyAreAndWithoutOneOnTheSurface) {
     EXPECT_EQ(coarse_bake(scene, options).sensors.size(), 1U);
     options.sensor = "diagonal";
     EXPECT_THROW(coarse_bake(scene, options), UsageError);
+}
+
+TEST(Sensors, UnsoundOnesAndPointsInMidAirAreRefused) {
+    const BakeResult result = coarse_bake(black_floor());
+    Sensor sensor;
+    sensor.position = Vec3(0.5, std::numeric_limits<double>::quiet_NaN(), 0.5);
+    EXPECT_THROW(read(result, {sensor}), UsageError);
+    sensor.position.y() = 0.5;
+    EXPECT_THROW(read(result, {sensor}, 3), UsageError);
+    EXPECT_NO_THROW(read(result, {sensor}, 4));
+    sensor.axis *= 2.0;
+    EXPECT_THROW(read(result, {sensor}), UsageError);
+
+    const SurfacePoint in_mid_air;
+    EXPECT_THROW(result.field().at({&in_mid_air, 1}, 0, 1, "place", Execution{}), UsageError);
+    Scene without = *result.scene;
+    without.materials.clear();
+    EXPECT_THROW(result.system->solve(std::make_shared<const Scene>(without), LightingOptions{}, Execution{}),
+                 UsageError);
 }
 
 } // namespace

@@ -121,10 +121,10 @@ void estimate_goals_of(BakeResult& result, const Execution& execution) {
     }
     execution.phase("estimate goals");
     const BakeOptions& options = result.options;
-    for (std::size_t i = 0; i < result.goals.size(); ++i) {
-        result.goal_estimates.push_back(estimate_goal(result.solution, result.goals[i], options.goal_samples,
-                                                      error_rays(options), options.seed, i, execution));
-        execution.count("goal rays", result.goal_estimates.back().rays);
+    result.goal_estimates = estimate_goals(result.solution, result.goals, options.goal_samples, error_rays(options),
+                                           options.seed, execution);
+    for (const GoalEstimate& estimate : result.goal_estimates) {
+        execution.count("goal rays", estimate.rays);
     }
 }
 

@@ -126,7 +126,8 @@ void check_options(const BakeOptions& options) {
     }
     for (const Sun& sun : options.suns) {
         if (!is_sound(sun)) {
-            refuse("--sun", "needs a direction, and an irradiance that is 0, or from 1e-100 to 1e100");
+            refuse("--sun", "needs a direction (in BakeOptions::suns a unit vector), and an irradiance that is 0, or "
+                            "from 1e-100 to 1e100");
         }
     }
     for (const PointLight& light : options.point_lights) {

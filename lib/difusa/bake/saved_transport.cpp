@@ -303,6 +303,9 @@ std::uint64_t content_fingerprint(const std::filesystem::path& file) {
 }
 
 SavedTransport saved_transport_of(const BakeResult& result) {
+    if (result.dry_run) {
+        throw UsageError("a dry run computes no transport that could be saved");
+    }
     if (!result.sites->dark.empty()) {
         throw UsageError("a transport can be saved only with sites on all of the surface, so that any light can be "
                          "shone on it: bake with BakeOptions::every_surface");

@@ -75,8 +75,8 @@ std::string error_sentence(const ErrorEstimate& error, bool thermal) {
     if (percent(error.bound) <= 100.0) {
         text << "bound from the residual: " << percent(error.bound) << " %";
     } else if (std::isfinite(error.bound)) {
-        text << "no useful bound from the residual, because the surfaces absorb little (largest reflectance "
-             << error.largest_reflectance << "); more sites and rays would tighten it";
+        text << "no useful bound from the residual (it is divided by the least absorptance, "
+             << 1.0 - error.largest_reflectance << "); more sites and rays would tighten it";
     } else {
         text << "no proven bound, since "
              << (thermal ? "the net flux of some surface is prescribed, or its emissivity is 0"

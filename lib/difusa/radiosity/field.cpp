@@ -1,6 +1,7 @@
 #include <difusa/radiosity/field.h>
 
 #include <difusa/core/colour.h>
+#include <difusa/core/error.h>
 #include <difusa/core/parallel.h>
 #include <difusa/discretisation/evaluate.h>
 #include <difusa/mesh/surface_sampling.h>
@@ -365,6 +366,13 @@ void Field::gather_twice(std::span<const SurfacePoint> x, std::size_t rays, std:
 PointValues Field::at(std::span<const SurfacePoint> x, std::size_t final_gather, std::uint64_t seed,
                       const std::string& purpose, const Execution& execution, const RowVisitor& visit) const {
     const Scene& scene = *parts_.scene;
+    for (const SurfacePoint& point : x) {
+        if (point.face >= scene.mesh.triangles.size()) {
+            throw UsageError(
+                "the light of a field is asked for at points that are on no face of its surface: in mid-air, "
+                "read_sensors measures it");
+        }
+    }
     PointValues values;
     Irradiance H;
     if (final_gather == 0) {

@@ -121,7 +121,8 @@ class Field {
 
     /// Everything at points, with no sum of irradiances below 0, except of thermal scenes. `final_gather` rays from
     /// each (an even number), in two independent halves whose difference gives the noise; 0: the basis is evaluated,
-    /// and shown to `visit`. Gathers use exact form factors where FieldParts::sent is known.
+    /// and shown to `visit`. Gathers use exact form factors where FieldParts::sent is known. Throws UsageError for
+    /// points without a face of the mesh.
     PointValues at(std::span<const SurfacePoint> x, std::size_t final_gather, std::uint64_t seed,
                    const std::string& purpose, const Execution& execution, const RowVisitor& visit = {}) const;
 

@@ -5,6 +5,7 @@
 #include <difusa/discretisation/evaluate.h>
 #include <difusa/mesh/surface_sampling.h>
 #include <difusa/radiosity/error_points.h>
+#include <difusa/radiosity/surfel_transport.h>
 #include <difusa/transport/gathered.h>
 #include <difusa/transport/glossy_transport.h>
 
@@ -12,6 +13,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 namespace difusa {
 
@@ -24,7 +26,8 @@ constexpr double t_quantile = 2.1314;
 /// Points of direct light for each at which the residual is gathered: they take no rays where nothing is in the way.
 constexpr std::size_t direct_points = 4;
 
-constexpr std::size_t adjoint_rays = 4096; ///< at least, for the first step of the adjoint from places
+constexpr std::size_t adjoint_rays = 4096;     ///< at least, for the first step of the adjoint from places
+constexpr std::size_t least_adjoint_rays = 16; ///< from each point where the residual is weighed
 
 /// Uniform over triangles, or each place in turn.
 class GoalSampler {
@@ -59,11 +62,13 @@ class GoalSampler {
 
 class GoalEstimation {
   public:
-    GoalEstimation(const Solution& solution, const Goal& goal, std::size_t samples, std::size_t rays,
-                   std::uint64_t seed, std::size_t number, const Execution& execution)
-        : solution_(solution), goal_(goal), field_(*solution.field), parts_(field_.parts()), system_(*parts_.system),
-          scene_(*parts_.scene), sampler_(scene_.mesh, goal), channels_(field_.channels()), rays_(rays),
-          count_(std::max<std::size_t>(1, samples / (2 * repetitions))),
+    /// `number`: of the goal, which selects its random streams. `between_surfels` may be null.
+    GoalEstimation(const Solution& solution, const Goal& goal, const SurfelTransport* between_surfels,
+                   std::size_t samples, std::size_t rays, std::uint64_t seed, std::size_t number,
+                   const Execution& execution)
+        : solution_(solution), goal_(goal), between_surfels_(between_surfels), field_(*solution.field),
+          parts_(field_.parts()), system_(*parts_.system), scene_(*parts_.scene), sampler_(scene_.mesh, goal),
+          channels_(field_.channels()), rays_(rays), count_(std::max<std::size_t>(1, samples / (2 * repetitions))),
           seed_(RandomStream(seed, "goal", number).bits()), execution_(execution.silent()) {
         if (goal.triangles.empty() && goal.places.empty()) {
             throw UsageError("the goal " + goal.name + " has neither triangles nor places");
@@ -151,14 +156,15 @@ class GoalEstimation {
         return light;
     }
 
-    /// z = adjoint_ on the surfels + the function of the coefficients adjoint_smooth_.
+    /// What the surfels send back and forth if the goal is a lamp: `sent_`, of which D sent_ is z, besides the light of
+    /// places, `from_places_`. `expected_` is z as the basis represents it.
     void find_adjoint() {
         const Values& rho = solution_.light.reflectance;
-        adjoint_ = Values::Zero(rho.rows(), channels_);
+        from_places_ = Values::Zero(rho.rows(), channels_);
         Values b;
         if (goal_.triangles.empty()) {
-            adjoint_ = light_of_places();
-            b = rho.cwiseProduct(adjoint_);
+            from_places_ = light_of_places();
+            b = rho.cwiseProduct(from_places_);
         } else {
             b = lamp();
         }
@@ -166,17 +172,21 @@ class GoalEstimation {
         solve.tolerance = 1e-3;
         solve.max_iterations = 100;
         const Values z = system_.respond(rho, b, solve, execution_);
-        adjoint_smooth_ = system_.discretisation().evaluation->coefficients(z, execution_);
+        adjoint_ = system_.discretisation().evaluation->coefficients(z, execution_);
+        Values means;
+        system_.discretisation().averages->apply(adjoint_, means, execution_);
+        expected_ = means + from_places_;
+        if (between_surfels_ != nullptr) {
+            sent_ =
+                b + rho.cwiseProduct(between_surfels_->respond(rho, b, std::move(means), solve.tolerance, execution_));
+        }
     }
 
     /// Points where the goal's error comes from: half of them in proportion to rho z, half to its product with the
     /// deviation of what is approximated there.
     void draw_sources() {
-        const Discretisation& discretisation = system_.discretisation();
-        const Surfels& surfels = *discretisation.surfels;
-        Values z;
-        discretisation.averages->apply(adjoint_smooth_, z, execution_);
-        const Values weight = (z + adjoint_).cwiseAbs().cwiseProduct(solution_.light.reflectance);
+        const Surfels& surfels = *system_.discretisation().surfels;
+        const Values weight = expected_.cwiseAbs().cwiseProduct(solution_.light.reflectance);
         const ErrorSources sources = error_sources(solution_, execution_);
         const Values deviation = (sources.variation + sources.noise / static_cast<double>(rays_)).cwiseSqrt();
         std::vector<double> density(surfels.size());
@@ -194,6 +204,16 @@ class GoalEstimation {
         }
         RandomStream own = stream("goal sources", 0);
         sources_ = draw_surfel_points(surfels, density, count_, static_cast<Index>(repetitions), own);
+        if (between_surfels_ == nullptr) {
+            adjoint_there_ = evaluate(*system_.discretisation().basis, adjoint_, sources_.place, execution_);
+            return;
+        }
+        // With rays of their own, so that their noise is independent of that of the residual.
+        const LightTransport sight =
+            gathered(system_.tracer(), sources_.place, surfels, system_.fresh_directions(),
+                     std::max(least_adjoint_rays, rays_ / 4), stream("goal adjoint", 0).bits(), execution_);
+        result_.rays += sight.rays;
+        sight.gather(sent_, {}, adjoint_there_, execution_);
     }
 
     /// h(x; h~) - h~(x), all sets together; adds up the rays.
@@ -253,20 +273,21 @@ class GoalEstimation {
             return product;
         }
         const Values s = residual(x, named("goal sources", k));
-        const Values z = evaluate(*system_.discretisation().basis, adjoint_smooth_, x, execution_);
         for (std::size_t i = 0; i < x.size(); ++i) {
             const std::size_t p = number[i];
             const auto row = static_cast<Eigen::Index>(i);
             const Eigen::RowVectorXd rho = scene_.reflectance(x[i]).head(channels_).matrix().transpose();
-            const Eigen::RowVectorXd all = z.row(row) + adjoint_.row(static_cast<Eigen::Index>(sources_.surfel[p]));
+            const Eigen::RowVectorXd z = adjoint_there_.row(static_cast<Eigen::Index>(p)) +
+                                         from_places_.row(static_cast<Eigen::Index>(sources_.surfel[p]));
             // The weights are those of a mean over all repetitions.
-            product += repetitions * sources_.weight[p] * rho.cwiseProduct(all).cwiseProduct(s.row(row));
+            product += repetitions * sources_.weight[p] * rho.cwiseProduct(z).cwiseProduct(s.row(row));
         }
         return product;
     }
 
     const Solution& solution_;
     const Goal& goal_;
+    const SurfelTransport* between_surfels_;
     const Field& field_;
     const FieldParts& parts_;
     const RadiositySystem& system_;
@@ -279,11 +300,20 @@ class GoalEstimation {
     std::vector<double> share_;     ///< #surfels: of the goal's area
     Values known_;                  ///< #surfels by #channels: mean irradiance
     Eigen::RowVectorXd mean_known_; ///< over the goal
-    Values adjoint_;                ///< #surfels by #channels
-    Values adjoint_smooth_;         ///< #S by #channels
+    Values from_places_, sent_;     ///< #surfels by #channels
+    Values adjoint_;                ///< #S by #channels: coefficients of z, without the light of places
+    Values expected_;               ///< #surfels by #channels: means of z
+    Values adjoint_there_;          ///< #sources by #channels: z, without the light of places
     SurfelPoints sources_;
     GoalEstimate result_;
 };
+
+/// From each surfel: in all about as many as from the sites.
+std::size_t rays_between_surfels(const RadiositySystem& system) {
+    constexpr std::size_t least = 8, most = 64;
+    const std::size_t surfels = std::max<std::size_t>(1, system.discretisation().surfels->size());
+    return std::clamp(system.transport().rays / surfels, least, most);
+}
 
 } // namespace
 
@@ -303,9 +333,22 @@ std::vector<double> goal_shares(const Goal& goal, double area, const Mesh& mesh,
     return share;
 }
 
-GoalEstimate estimate_goal(const Solution& solution, const Goal& goal, std::size_t samples, std::size_t rays,
-                           std::uint64_t seed, std::size_t number, const Execution& execution) {
-    return GoalEstimation(solution, goal, samples, rays, seed, number, execution).run();
+std::vector<GoalEstimate> estimate_goals(const Solution& solution, std::span<const Goal> goals, std::size_t samples,
+                                         std::size_t rays, std::uint64_t seed, const Execution& execution) {
+    std::vector<GoalEstimate> estimates;
+    std::optional<SurfelTransport> between_surfels;
+    for (std::size_t i = 0; i < goals.size(); ++i) {
+        if (i == 0 && glossy_part(*solution.field->parts().system->transport().W) == nullptr) {
+            const RadiositySystem& system = *solution.field->parts().system;
+            between_surfels.emplace(system, rays_between_surfels(system), RandomStream(seed, "goal surfels").bits(),
+                                    execution.silent());
+        }
+        GoalEstimation estimation(solution, goals[i], between_surfels ? &*between_surfels : nullptr, samples, rays,
+                                  seed, i, execution);
+        estimates.push_back(estimation.run());
+        estimates.back().rays += i == 0 && between_surfels ? between_surfels->rays() : 0;
+    }
+    return estimates;
 }
 
 } // namespace difusa

@@ -5,13 +5,15 @@
 // irradiance. K is symmetric: the mean of e over a goal, whose normalised indicator is d, is
 //     <d, e> = <d, s> + <rho z, s>,   z = K d + K rho z,
 // where z is the irradiance that the goal would cause as a lamp of radiosity d (the dual-weighted residual: Becker and
-// Rannacher 2001). Both products are measured with fresh rays. The correction is unbiased but for the product of the
-// errors of z and h~.
+// Rannacher 2001). Both products are measured with fresh rays. z is found twice: with the basis, to choose where s is
+// measured, and by rays between surfels (surfel_transport.h), to weigh it. The basis fails for z where it fails for h~,
+// as in a narrow cove full of light: with z from the basis the correction would lack the product of these errors.
 #pragma once
 
 #include <difusa/radiosity/system.h>
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -38,11 +40,12 @@ struct GoalEstimate {
     std::size_t rays = 0, segments = 0; ///< cast
 };
 
-/// `samples`: places at which the residual is gathered, half of them on the goal, half where its error comes from;
-/// `rays` from each. They are those of 16 repetitions, each of which takes all places of a goal that has places, as
-/// often as its samples suffice for, but at least once: many places take more than `samples`. `number`: of the goal,
-/// which selects its random streams. Throws UsageError for a goal without triangles and places.
-GoalEstimate estimate_goal(const Solution& solution, const Goal& goal, std::size_t samples, std::size_t rays,
-                           std::uint64_t seed, std::size_t number, const Execution& execution);
+/// `samples`: places at which the residual is gathered for each goal, half of them on the goal, half where its error
+/// comes from; `rays` from each. They are those of 16 repetitions, each of which takes all places of a goal that has
+/// places, as often as its samples suffice for, but at least once: many places take more than `samples`. The rays
+/// between surfels serve all goals and are counted with the first; where surfaces are glossy, z is that of the basis.
+/// Throws UsageError for a goal without triangles and places.
+std::vector<GoalEstimate> estimate_goals(const Solution& solution, std::span<const Goal> goals, std::size_t samples,
+                                         std::size_t rays, std::uint64_t seed, const Execution& execution);
 
 } // namespace difusa

@@ -1,6 +1,7 @@
 #include <difusa/radiosity/sensors.h>
 
 #include <difusa/core/colour.h>
+#include <difusa/core/error.h>
 #include <difusa/core/random.h>
 #include <difusa/radiosity/system.h>
 #include <difusa/rays/direction_pool.h>
@@ -198,6 +199,14 @@ class Sensing {
 
 SensorReadings read_sensors(const Field& field, std::span<const Sensor> sensors, std::size_t rays,
                             const ErrorMap* errors, std::uint64_t seed, const Execution& execution) {
+    if (rays < 4) {
+        throw UsageError("sensors need at least 4 rays");
+    }
+    for (const Sensor& sensor : sensors) {
+        if (!sensor.position.allFinite() || !(std::abs(sensor.axis.norm() - 1.0) <= 1e-6)) {
+            throw UsageError("a sensor needs a finite position and an axis of unit length");
+        }
+    }
     return Sensing(field, sensors, rays, errors, seed, execution).read();
 }
 

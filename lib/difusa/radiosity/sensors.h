@@ -40,7 +40,8 @@ struct SensorReadings {
 ///
 /// Errors: an error of the light where a sensor's rays end adds to its own in proportion to the share of the rays. What
 /// bounces carry on is taken to have one sign all around; what is local (noise and discretisation) to be independent
-/// from one of 64 probes to the next.
+/// from one of 64 probes to the next. Throws UsageError for fewer rays, and for sensors without a finite position or
+/// with an axis that is not of unit length.
 SensorReadings read_sensors(const Field& field, std::span<const Sensor> sensors, std::size_t rays,
                             const ErrorMap* errors, std::uint64_t seed, const Execution& execution);
 

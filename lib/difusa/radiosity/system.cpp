@@ -533,6 +533,10 @@ Contraction RadiositySystem::contraction_with(const Values& reflectance, const E
 
 void RadiositySystem::check_scene(const Scene& scene) const {
     const Mesh &own = parts_.scene->mesh, &other = scene.mesh;
+    if (std::any_of(other.material.begin(), other.material.end(),
+                    [&](Index material) { return material >= scene.materials.size(); })) {
+        throw UsageError("a triangle has a material that the scene does not have");
+    }
     const auto same_reflections = [&] {
         const Mirrors &a = own.mirrors, &b = other.mirrors;
         const GlossySurfaces &c = own.glossy, &d = other.glossy;
