@@ -337,16 +337,18 @@ std::vector<GoalEstimate> estimate_goals(const Solution& solution, std::span<con
                                          std::size_t rays, std::uint64_t seed, const Execution& execution) {
     std::vector<GoalEstimate> estimates;
     std::optional<SurfelTransport> between_surfels;
+    const RadiositySystem& system = *solution.field->parts().system;
+    if (!goals.empty() && glossy_part(*system.transport().W) == nullptr) {
+        between_surfels.emplace(system, rays_between_surfels(system), RandomStream(seed, "goal surfels").bits(),
+                                execution.silent());
+    }
     for (std::size_t i = 0; i < goals.size(); ++i) {
-        if (i == 0 && glossy_part(*solution.field->parts().system->transport().W) == nullptr) {
-            const RadiositySystem& system = *solution.field->parts().system;
-            between_surfels.emplace(system, rays_between_surfels(system), RandomStream(seed, "goal surfels").bits(),
-                                    execution.silent());
-        }
         GoalEstimation estimation(solution, goals[i], between_surfels ? &*between_surfels : nullptr, samples, rays,
                                   seed, i, execution);
         estimates.push_back(estimation.run());
-        estimates.back().rays += i == 0 && between_surfels ? between_surfels->rays() : 0;
+    }
+    if (between_surfels) {
+        estimates.front().rays += between_surfels->rays();
     }
     return estimates;
 }

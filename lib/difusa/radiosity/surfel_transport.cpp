@@ -1,9 +1,10 @@
 #include <difusa/radiosity/surfel_transport.h>
 
 #include <difusa/core/error.h>
+#include <difusa/core/random.h>
 #include <difusa/transport/gathered.h>
 
-#include <span>
+#include <utility>
 #include <vector>
 
 namespace difusa {
@@ -13,7 +14,6 @@ namespace {
 /// A random point of each surfel, with its shading normal.
 std::vector<SurfacePoint> point_of_each(const RadiositySystem& system, std::uint64_t seed) {
     const Surfels& surfels = *system.discretisation().surfels;
-    const Mesh& mesh = system.parts().scene->mesh;
     std::vector<SurfacePoint> points;
     points.reserve(surfels.size());
     std::vector<Surfels::Piece> pieces;
@@ -21,7 +21,7 @@ std::vector<SurfacePoint> point_of_each(const RadiositySystem& system, std::uint
         RandomStream stream(seed, "points of surfels", s);
         surfels.pieces(s, pieces);
         const double u = stream.uniform(), v = stream.uniform();
-        points.push_back(mesh.shaded(surfels.point_on(pieces, u, v)));
+        points.push_back(surfels.mesh().shaded(surfels.point_on(pieces, u, v)));
     }
     return points;
 }
