@@ -68,6 +68,11 @@ class GltfScene {
         Placement& place = result.place;
         if (const JsonValue* matrix = node.find("matrix")) {
             const std::vector<double> m = input_.checks().numbers(*matrix, quoted("matrix"), 16); // column by column
+            if (m[3] != 0.0 || m[7] != 0.0 || m[11] != 0.0 || m[15] != 1.0) {
+                input_.checks().fail(*matrix,
+                                     "\"matrix\" has 16 numbers column by column, and its last row must be 0 0 "
+                                     "0 1: export the scene again");
+            }
             for (std::size_t column = 0; column < 3; ++column) {
                 for (std::size_t row = 0; row < 3; ++row) {
                     place.linear(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(column)) =

@@ -442,11 +442,13 @@ class ObjFile {
         std::vector<std::string>& notes = soup_.notes;
         textures_.report(soup_);
         missing_libraries_.note("mtllib lines with missing files", "put the files next to the OBJ file", notes);
-        undefined_.note("materials that are used but not defined",
-                        "their faces, " + std::to_string(faces_without_) +
-                            " in all, have the default reflectance, or their vertex colours, unless a scene file "
-                            "gives them another material",
-                        notes);
+        if (faces_without_ > 0) {
+            undefined_.note("materials that are used but not defined",
+                            "their faces, " + std::to_string(faces_without_) +
+                                " in all, are like faces without a material, unless a scene file gives them another",
+                            notes);
+            soup_.undefined_note = notes.back();
+        }
         redefined_.note("materials defined by more than one library", "the first definition is used", notes);
         without_surface_.note("lines of kind l or p", "they have no surface and are ignored", notes);
         free_form_.note("free-form or called statements", "export polygons, or their surface is missing", notes);

@@ -1,3 +1,4 @@
+#include <difusa/core/error.h>
 #include <difusa/core/parallel.h>
 #include <difusa/import/shapes.h>
 #include <difusa/lighting/area_lights.h>
@@ -11,6 +12,7 @@
 #include <meshes.h>
 
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <numbers>
 #include <numeric>
@@ -242,7 +244,7 @@ TEST(AreaLights, ALampLightsNoFaceBackToBackWithIt) {
             Rgb H = Rgb::Zero();
             lights.irradiance(x, samples, stream, worker, std::vector<Index>{0, 0}, {&H, 1});
             EXPECT_EQ(H[2], 0.0);
-            EXPECT_EQ(lights.sample(x, {0.5, 0.5, 0.5, 0.5}, worker).H[2], 0.0);
+            EXPECT_EQ(lights.sample(x, {0.5, 0.5, 0.5, 0.5, 0.5}, worker).H[2], 0.0);
             x.face = none; // a sensor on it
             H = Rgb::Zero();
             x.normal = scene.mesh.normals[0];
@@ -400,8 +402,8 @@ TEST(AreaLights, SamplesHaveTheirIrradianceAsMean) {
         const int count = 20000;
         double mean = 0.0, squares = 0.0;
         for (int i = 0; i < count; ++i) {
-            const AreaLights::Sample sample =
-                light.sample(x, {stream.uniform(), stream.uniform(), stream.uniform(), stream.uniform()}, worker);
+            const AreaLights::Sample sample = light.sample(
+                x, {stream.uniform(), stream.uniform(), stream.uniform(), stream.uniform(), stream.uniform()}, worker);
             const Rgb& H = sample.H;
             EXPECT_TRUE((H == 0.0).all() || sample.material == 1);
             EXPECT_DOUBLE_EQ(H[1], 2.0 * H[0]);
@@ -432,7 +434,11 @@ TEST(AreaLights, SamplesOfALampNearbyAreUnbiased) {
         double mean = 0.0, squares = 0.0;
         for (int i = 0; i < count; ++i) {
             const double H =
-                light.sample(x, {stream.uniform(), stream.uniform(), stream.uniform(), stream.uniform()}, worker).H[0];
+                light
+                    .sample(x,
+                            {stream.uniform(), stream.uniform(), stream.uniform(), stream.uniform(), stream.uniform()},
+                            worker)
+                    .H[0];
             mean += H / count;
             squares += H * H / count;
         }
@@ -493,6 +499,22 @@ TEST(AreaLights, WhatEmitsUnevenlyIsNoLamp) {
     scene.materials[2].emission = Rgb::Ones();
     scene.mesh.material[7] = 2;
     EXPECT_EQ(lamp_triangles(scene), (std::vector<Index>{7})); // whatever the others do
+}
+
+TEST(AreaLights, APatternIsFiniteAndNotNegative) {
+    Scene scene;
+    scene.mesh = test::grid(1, 1, 1, 1.0);
+    scene.materials.resize(1);
+    scene.materials[0].emission = Rgb::Ones();
+    const SurfacePoint x = scene.mesh.at(0, 0.25, 0.5);
+    for (const double factor : {-1.0, std::numeric_limits<double>::quiet_NaN(), 0.5}) {
+        scene.materials[0].emission_pattern = [=](const Vec3&) { return factor; };
+        if (factor > 0.0) {
+            EXPECT_EQ(scene.emission(x)[0], factor);
+        } else {
+            EXPECT_THROW(scene.emission(x), InputError) << factor;
+        }
+    }
 }
 
 } // namespace

@@ -65,6 +65,8 @@ TEST(GltfReader, LightsDoNotCareForScale) {
     EXPECT_LT((gltf(lights(move, flat, "spot")).lights.points.at(0).direction - Vec3(-1, 0, 0)).norm(), 1e-15);
     EXPECT_THAT(refused(lights(move, no_matrix, "spot")), HasSubstr("is undefined"));
     EXPECT_THAT(refused(lights(no_matrix, about_x, "directional")), HasSubstr("is undefined"));
+    const std::string projective = "\"matrix\":[1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,2]";
+    EXPECT_THAT(refused(lights(move, projective, "spot")), HasSubstr("its last row must be 0 0 0 1"));
 }
 
 TEST(GltfReader, TheFirstPerspectiveCamera) {

@@ -210,7 +210,7 @@ TEST_F(ObjLibraries, WhatIsMissingIsNoted) {
     EXPECT_EQ(soup.materials[2].name, "c");
     EXPECT_THAT(notes(soup), AllOf(HasSubstr("mtllib lines with missing files: 2 (first at line 2: 'gone.mtl')"),
                                    HasSubstr("materials that are used but not defined: 2 (first at line 10: 'b')"),
-                                   HasSubstr("their faces, 3 in all, have the default reflectance")));
+                                   HasSubstr("their faces, 3 in all, are like faces without a material")));
 }
 
 TEST_F(ObjLibraries, AMalformedLibraryIsRefusedWithItsLine) {

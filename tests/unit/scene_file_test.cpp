@@ -129,6 +129,15 @@ TEST_F(SceneFile, MaterialsReplaceNamesThatAreNotDefined) {
     EXPECT_EQ(soup.materials[soup.face_material[0]].reflectance[0], 0.25);
     EXPECT_EQ(soup.materials[soup.face_material[1]].name, "wall");
     EXPECT_TRUE(soup.materials[soup.face_material[1]].is_undefined);
+    EXPECT_THAT(soup.notes, ElementsAre(HasSubstr("materials that are used but not defined: 2")));
+    const PolygonSoup all =
+        read("{\"difusa_scene\": 1, \"materials\": {\"a\": {}}, \"meshes\": [{\"file\": \"room.obj\", "
+             "\"materials\": {\"floor\": \"a\", \"wall\": \"a\"}}]}");
+    EXPECT_THAT(all.notes, IsEmpty()); // no face is left without a definition
+    const PolygonSoup same = read("{\"difusa_scene\": 1, \"materials\": {\"wall\": {\"reflectance\": 0.125}}, "
+                                  "\"meshes\": [{\"file\": \"room.obj\"}]}");
+    EXPECT_EQ(same.materials[same.face_material[1]].reflectance[0], 0.125); // the same name will do
+    EXPECT_TRUE(same.materials[same.face_material[0]].is_undefined);
 }
 
 /// Faces of such names have the vertex colours, if there are any, in a scene file as well.

@@ -5,6 +5,7 @@
 
 #include <meshes.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -64,6 +65,41 @@ TEST(SurfaceSampling, InsetPointsLieInsideAndNear) {
                     EXPECT_EQ(y.face, t);
                     EXPECT_LT((y.position - x.position).norm(), 0x1p-11 * scale);
                 }
+            }
+        }
+    }
+}
+
+/// The corner of a cube, whose walls are two triangles each: on each wall the point is as far from one edge as from the
+/// other, whichever triangle is asked, and whether the diagonal meets the corner or not.
+TEST(SurfaceSampling, InsetIsOnTheBisectorOfCorners) {
+    const Mesh mesh = test::box(1.0, 1, true);
+    std::size_t corners = 0;
+    for (Index t = 0; t < mesh.triangles.size(); ++t) {
+        for (const auto& [u, v] : {std::pair(0.0, 0.0), std::pair(1.0, 0.0), std::pair(0.0, 1.0)}) {
+            const SurfacePoint x = mesh.at(t, u, v), y = inset(mesh, x);
+            Vec3 moved = (y.position - x.position).cwiseAbs();
+            std::sort(moved.begin(), moved.end());
+            EXPECT_EQ(moved[0], 0.0);
+            EXPECT_GT(moved[1], 0x1p-17);
+            EXPECT_NEAR(moved[1], moved[2], 0x1p-50);
+            ++corners;
+        }
+    }
+    EXPECT_EQ(corners, 36U);
+}
+
+/// Within a plane there is no edge to move away from; beside one, the point moves straight away from it.
+TEST(SurfaceSampling, InsetIgnoresEdgesWithinAPlane) {
+    const Mesh mesh = test::grid(4, 4);
+    for (Index t = 0; t < mesh.triangles.size(); ++t) {
+        for (const auto& [u, v] :
+             {std::pair(0.0, 0.0), std::pair(1.0, 0.0), std::pair(0.5, 0.5), std::pair(0.0, 0.3)}) {
+            const SurfacePoint x = mesh.at(t, u, v), y = inset(mesh, x);
+            const Eigen::Array2d from = x.position.head<2>().array(), to = y.position.head<2>().array();
+            for (Eigen::Index k = 0; k < 2; ++k) {
+                const bool on_edge = from[k] == 0.0 || from[k] == 1.0;
+                EXPECT_EQ(to[k] != from[k], on_edge) << x.position.transpose();
             }
         }
     }

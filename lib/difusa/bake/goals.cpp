@@ -92,6 +92,10 @@ void check_materials(const GoalRequest& goal, const Scene& scene) {
 void check_faces(const GoalRequest& goal, const Mesh& mesh) {
     const Index last = *std::max_element(mesh.original_face.begin(), mesh.original_face.end());
     for (const auto& [first, end] : goal.faces) {
+        if (end < first) {
+            refuse(goal, "its faces from " + std::to_string(first) + " to " + std::to_string(end) +
+                             " are none: the last of a range must not come before the first");
+        }
         if (end > last) {
             refuse(goal, "there is no face " + std::to_string(end) + ": the last one is " + std::to_string(last));
         }
@@ -150,6 +154,9 @@ std::vector<Goal> find_goals(const std::vector<GoalRequest>& requests, const Sce
     std::vector<Goal> goals;
     std::optional<SurfaceFinder> surface; // made for the first goal with places
     for (const GoalRequest& request : requests) {
+        if (std::any_of(goals.begin(), goals.end(), [&](const Goal& other) { return other.name == request.name; })) {
+            refuse(request, "another one has this name: names must differ");
+        }
         Goal goal{request.name, {}, {}};
         if (request.places.empty()) {
             goal.triangles = triangles_of(request, scene);

@@ -3,6 +3,7 @@
 
 #include <difusa/bake/move_object.h>
 #include <difusa/bake/options.h>
+#include <difusa/core/error.h>
 #include <difusa/core/journal.h>
 #include <difusa/mesh/output_mesh.h>
 #include <difusa/radiosity/error_map.h>
@@ -144,7 +145,11 @@ struct BakeResult {
     std::optional<ErrorsAt> errors;       ///< of B at the vertices, of H in a thermal scene, with an error estimate
     std::optional<ThermalResult> thermal; ///< of a thermal scene
 
-    const Field& field() const { return *solution.field; }
+    /// Not of a dry run, which has none.
+    const Field& field() const {
+        DIFUSA_REQUIRE(solution.field != nullptr, "a dry run has no field");
+        return *solution.field;
+    }
     bool has_groups() const { return options.light_groups; }
 };
 

@@ -252,8 +252,8 @@ void read_places(BakeResult& result, const ErrorMap* errors, const Execution& ex
         for (const PlacedSensor& placed : result.sensors) {
             sensors.push_back(placed.sensor);
         }
-        constexpr std::size_t least = 4; // read_sensors
-        const std::size_t rays = options.final_gather > 0 ? std::max(least, options.final_gather) : rays_of_a_sensor;
+        const std::size_t rays =
+            options.final_gather > 0 ? std::max(least_sensor_rays, options.final_gather) : rays_of_a_sensor;
         result.readings = read_sensors(result.field(), sensors, rays, errors, options.seed, execution);
         note_dark(result, execution);
         execution.count("output rays", result.readings.rays);

@@ -12,7 +12,7 @@ inline double fraction(double x) {
     return x - std::floor(x);
 }
 
-/// For N = 2, 3 and 4: powers of 1/g, where g is the root above 1 of g^(N+1) = g + 1.
+/// For N = 2 to 5: powers of 1/g, where g is the root above 1 of g^(N+1) = g + 1.
 template <std::size_t N> constexpr std::array<double, N> even_steps = {};
 template <> inline constexpr std::array<double, 2> even_steps<2>{0.7548776662466927, 0.5698402909980532};
 template <>
@@ -20,6 +20,9 @@ inline constexpr std::array<double, 3> even_steps<3>{0.8191725133961645, 0.67104
 template <>
 inline constexpr std::array<double, 4> even_steps<4>{0.85667488385450286, 0.73389185662712597, 0.62870672103780856,
                                                      0.53859725722360996};
+template <>
+inline constexpr std::array<double, 5> even_steps<5>{0.88127146163356959, 0.77663938908976812, 0.68443012958534251,
+                                                     0.60316874068572824, 0.53155539771579124};
 
 /// Point i, from 0, of the sequence in [0, 1)^N that starts at `shift`: the fractional parts of shift + i / g^k
 /// (Roberts 2018, the additive recurrence R_N).

@@ -228,6 +228,7 @@ class SceneFile {
             turn_over(mesh);
         }
         const std::vector<Index> own = materials_of_faces(from, mesh);
+        forget_replaced_names(own, mesh);
         const std::size_t faces = soup_.face_count(), parts = soup_.parts.size();
         append(soup_, std::move(mesh));
         for (std::size_t part = parts; part < soup_.parts.size(); ++part) {
@@ -311,10 +312,11 @@ class SceneFile {
         return result;
     }
 
-    /// The scene's materials assigned to the faces of a mesh; `none` where the mesh file decides. "material", then
-    /// "materials", then "faces": later ones override earlier ones.
+    /// The scene's materials assigned to the faces of a mesh; `none` where the mesh file decides. Those of the names
+    /// that the mesh file uses and does not define, then "material", then "materials", then "faces": later ones
+    /// override earlier ones.
     std::vector<Index> materials_of_faces(const JsonValue& from, const PolygonSoup& mesh) const {
-        std::vector<Index> own(mesh.face_count(), none);
+        std::vector<Index> own = materials_by_name(mesh);
         if (const JsonValue* all = from.find("material")) {
             std::fill(own.begin(), own.end(), material(*all));
         }
@@ -341,6 +343,30 @@ class SceneFile {
             }
         }
         return own;
+    }
+
+    std::vector<Index> materials_by_name(const PolygonSoup& mesh) const {
+        std::vector<Index> by(mesh.materials.size(), none);
+        for (std::size_t m = 0; m < by.size(); ++m) {
+            const auto known = materials_.find(mesh.materials[m].name);
+            by[m] = mesh.materials[m].is_undefined && known != materials_.end() ? known->second : none;
+        }
+        std::vector<Index> own;
+        for (const Index m : mesh.face_material) {
+            own.push_back(m == none ? none : by[m]);
+        }
+        return own;
+    }
+
+    /// Nothing is to be said about undefined materials of a mesh if no face is left with one.
+    static void forget_replaced_names(const std::vector<Index>& own, PolygonSoup& mesh) {
+        for (std::size_t f = 0; f < own.size(); ++f) {
+            const Index material = mesh.face_material[f];
+            if (own[f] == none && material != none && mesh.materials[material].is_undefined) {
+                return;
+            }
+        }
+        std::erase(mesh.notes, mesh.undefined_note);
     }
 
     /// Materials of the scene that no face has. If these are all of the thermal ones, the scene would be baked as one

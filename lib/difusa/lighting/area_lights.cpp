@@ -28,9 +28,6 @@ constexpr double representatives = 512.0;
 /// Groups that are seen under at most this angle may be represented by some of their lights.
 constexpr double opening = 0.15;
 
-/// Up to this many area lights, the one for a single ray is chosen by form factors.
-constexpr std::size_t few_chosen = 4;
-
 /// Points on an area light from which one is chosen for a single ray.
 constexpr std::size_t candidates = 8;
 
@@ -280,38 +277,45 @@ void AreaLights::irradiance(const SurfacePoint& x, std::size_t samples, RandomSt
 }
 
 /// One area light for x, with the unblocked light it sends there divided by the probability of choosing it. A few
-/// lights are chosen in proportion to that light, so the choice adds no noise; more of them by the tree.
-AreaLights::Choice AreaLights::choose(const SurfacePoint& x, double u, Worker& worker) const {
-    if (triangles_.size() > few_chosen) {
-        const auto pick = tree_->pick(LightTree::root, x.position, x.normal, u);
-        if (!pick) {
-            return {};
-        }
-        const Index triangle = triangles_[pick->light];
-        return {triangle, 1.0 / pick->probability, form_factor(x, triangle)};
-    }
+/// lights are chosen in proportion to that light, so that the choice adds no noise. Of more, the tree proposes some,
+/// evenly spaced along it, and one of these is chosen likewise, with the mean of all as the light (resampled importance
+/// sampling; Talbot, Cline and Egbert 2005).
+AreaLights::Choice AreaLights::choose(const SurfacePoint& x, double u, double along, Worker& worker) const {
     worker.parts.clear();
     double mean = 0.0;
-    for (const Index triangle : triangles_) {
+    const auto add = [&](Index triangle, double weight) {
         const double F = form_factor(x, triangle);
         if (F > 0.0) {
-            const double own = F * strength(triangle);
-            mean += own;
-            worker.parts.push_back({triangle, F, 0.0, mean, 0});
+            mean += weight * F * strength(triangle);
+            worker.parts.push_back({triangle, F, weight, mean, 0});
+        }
+    };
+    if (chooses_by_form_factors()) {
+        for (const Index triangle : triangles_) {
+            add(triangle, 1.0);
+        }
+    } else {
+        constexpr auto count = static_cast<double>(proposals);
+        for (std::size_t i = 0; i < proposals; ++i) {
+            const auto pick =
+                tree_->pick(LightTree::root, x.position, x.normal, (static_cast<double>(i) + along) / count);
+            if (pick) {
+                add(triangles_[pick->light], 1.0 / (count * pick->probability));
+            }
         }
     }
     double before = 0.0;
     for (const Worker::Part& part : worker.parts) {
         if (u * mean < part.mean_below || &part == &worker.parts.back()) {
-            return {part.triangle, mean / (part.mean_below - before), part.form_factor};
+            return {part.triangle, part.weight * mean / (part.mean_below - before), part.form_factor};
         }
         before = part.mean_below;
     }
     return {};
 }
 
-AreaLights::Sample AreaLights::sample(const SurfacePoint& x, const std::array<double, 4>& u, Worker& worker) const {
-    const Choice choice = choose(x, u[0], worker);
+AreaLights::Sample AreaLights::sample(const SurfacePoint& x, const std::array<double, 5>& u, Worker& worker) const {
+    const Choice choice = choose(x, u[0], u[4], worker);
     if (choice.triangle == none || !(choice.form_factor > 0.0)) {
         return {};
     }
@@ -319,14 +323,19 @@ AreaLights::Sample AreaLights::sample(const SurfacePoint& x, const std::array<do
         return Sample{lamps().material[choice.triangle], choice.weight * seen * emission(choice.triangle)};
     };
     const SurfacePoint from = inset(scene_.mesh, x);
-    if (!may_be_blocked(from, choice.triangle, worker.last_blocker)) {
+    // Of many lights, each is small: a ray to a point on it is as good as a shaft, and takes less time.
+    if ((chooses_by_form_factors() || !blockers_) && !may_be_blocked(from, choice.triangle, worker.last_blocker)) {
         return sample_of(choice.form_factor);
     }
     const Target target = target_on(from, choice.triangle, {u[1], u[2], u[3]});
     if (!(target.form_factor > 0.0)) {
         return {};
     }
-    return is_blocked(from, target, choice.triangle, worker) ? Sample{} : sample_of(target.form_factor);
+    if (is_blocked(from, target, choice.triangle, worker)) {
+        ++worker.blocked_samples;
+        return {};
+    }
+    return sample_of(target.form_factor);
 }
 
 bool AreaLights::is_blocked(const SurfacePoint& from, const Target& target, Index light, Worker& worker) const {
@@ -336,9 +345,9 @@ bool AreaLights::is_blocked(const SurfacePoint& from, const Target& target, Inde
     return blocked != 0;
 }
 
-AreaLights::Sample AreaLights::sample_direction(const SurfacePoint& x, const std::array<double, 4>& u,
+AreaLights::Sample AreaLights::sample_direction(const SurfacePoint& x, const std::array<double, 5>& u,
                                                 Worker& worker) const {
-    const Choice choice = choose(x, u[0], worker);
+    const Choice choice = choose(x, u[0], u[4], worker);
     if (choice.triangle == none || !(choice.form_factor > 0.0)) {
         return {};
     }

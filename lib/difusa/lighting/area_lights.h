@@ -74,9 +74,10 @@ class AreaLights {
         std::vector<Rgb> light;
         std::vector<std::size_t> owner; ///< #segments: in `shares`
         std::vector<std::uint8_t> blocked;
-        Index last_blocker = none; ///< Shafts::may_be_blocked
-        std::size_t cast = 0;      ///< segments
-        std::size_t clear = 0;     ///< points whose lights nothing can occlude, so that no shadow ray was cast
+        Index last_blocker = none;       ///< Shafts::may_be_blocked
+        std::size_t cast = 0;            ///< segments
+        std::size_t blocked_samples = 0; ///< of `cast`, by `sample`
+        std::size_t clear = 0;           ///< points whose lights nothing can occlude, so that no shadow ray was cast
     };
 
     /// Adds the irradiance in W/m² that x receives to H[set_of[m]], for the lights of each material m: closed-form form
@@ -99,26 +100,38 @@ class AreaLights {
         Vec3 towards = Vec3::Zero(); ///< unit, if it was asked for
     };
 
-    /// An unbiased estimate of all light with at most one shadow ray, from four random numbers in [0, 1): the light of
-    /// one area light divided by the probability of choosing it, if the ray gets through. Where the lights are few and
-    /// no face reaches between x and the chosen one (Shafts), it is the irradiance itself, and no ray is cast; where
-    /// all is occluded, 0.
-    Sample sample(const SurfacePoint& x, const std::array<double, 4>& u, Worker& worker) const;
+    /// True if `sample` chooses among the lights by their form factors, which adds no noise; else there are so many
+    /// that the choice is rough.
+    bool chooses_by_form_factors() const { return triangles_.size() <= few_chosen; }
+
+    /// An unbiased estimate of all light with at most one shadow ray, from five random numbers in [0, 1): the light of
+    /// one area light divided by the probability of choosing it, if the ray gets through. Where the lights are chosen
+    /// by their form factors and no face reaches between x and the chosen one (Shafts), it is the irradiance itself,
+    /// and no ray is cast; where all is occluded, 0.
+    Sample sample(const SurfacePoint& x, const std::array<double, 5>& u, Worker& worker) const;
 
     /// The same for light whose direction matters: always of one point on the light, which is drawn in proportion to
     /// what it sends to x.
-    Sample sample_direction(const SurfacePoint& x, const std::array<double, 4>& u, Worker& worker) const;
+    Sample sample_direction(const SurfacePoint& x, const std::array<double, 5>& u, Worker& worker) const;
 
     /// Rounds of shadow rays stop once the standard error of their mean share is at most this.
     static constexpr double settled = 0.002;
     static constexpr std::size_t most_rounds = 16;
+
+    static constexpr std::size_t few_chosen = 24; ///< lights among which `sample` chooses by their form factors
+    static constexpr std::size_t proposals = 8;   ///< of more, so many are looked at for a sample
+
+    /// Shadow rays of `sample`, or as many as take its time.
+    std::size_t rays_per_sample() const {
+        return triangles_.empty() ? 0 : chooses_by_form_factors() ? 1 : 2 * proposals;
+    }
 
   private:
     struct Choice {
         Index triangle = none;
         double weight = 0.0, form_factor = 0.0; ///< weight: 1 / probability
     };
-    Choice choose(const SurfacePoint& x, double u, Worker& worker) const;
+    Choice choose(const SurfacePoint& x, double u, double along, Worker& worker) const;
     struct Target {
         Vec3 position;
         double form_factor = 0.0; ///< an unbiased estimate

@@ -333,7 +333,8 @@ void DirectLight::for_each_lamp_sample(std::size_t count, RandomStream& stream, 
     if (area_lights_.count() == 0) {
         return;
     }
-    const std::array<double, 4> shift{stream.uniform(), stream.uniform(), stream.uniform(), stream.uniform()};
+    const std::array<double, 5> shift{stream.uniform(), stream.uniform(), stream.uniform(), stream.uniform(),
+                                      stream.uniform()};
     for (std::size_t i = 0; i < count; ++i) {
         const AreaLights::Sample one = sample(i, even_point(i, shift));
         if (one.material != none) {
@@ -343,14 +344,15 @@ void DirectLight::for_each_lamp_sample(std::size_t count, RandomStream& stream, 
 }
 
 void DirectLight::sample(std::span<const SurfacePoint> x, RandomStream& stream, std::span<Rgb> H, Worker& worker,
-                         Rgb* from_outside) const {
+                         std::span<Rgb> from_outside) const {
     std::fill(H.begin(), H.end(), Rgb(Rgb::Zero()));
+    std::fill(from_outside.begin(), from_outside.end(), Rgb(Rgb::Zero()));
     cast_drawn(x, stream, worker);
     for (std::size_t k = 0; k < worker.owner.size(); ++k) {
         if (worker.blocked[k] == 0) {
             H[worker.owner[k]] += worker.light[k];
-            if (from_outside != nullptr) {
-                *from_outside += worker.light[k];
+            if (!from_outside.empty()) {
+                from_outside[worker.owner[k] / sets_.count()] += worker.light[k];
             }
         }
     }
@@ -359,7 +361,7 @@ void DirectLight::sample(std::span<const SurfacePoint> x, RandomStream& stream, 
     }
     for_each_lamp_sample(
         x.size(), stream,
-        [&](std::size_t i, const std::array<double, 4>& u) { return area_lights_.sample(x[i], u, worker.area_lights); },
+        [&](std::size_t i, const std::array<double, 5>& u) { return area_lights_.sample(x[i], u, worker.area_lights); },
         [&](std::size_t i, Index set, const AreaLights::Sample& one) { H[i * sets_.count() + set] += one.H; });
 }
 
@@ -376,7 +378,7 @@ void DirectLight::sample_directions(std::span<const SurfacePoint> x, RandomStrea
     }
     for_each_lamp_sample(
         x.size(), stream,
-        [&](std::size_t i, const std::array<double, 4>& u) {
+        [&](std::size_t i, const std::array<double, 5>& u) {
             return area_lights_.sample_direction(x[i], u, worker.area_lights);
         },
         [&](std::size_t i, Index set, const AreaLights::Sample& one) {

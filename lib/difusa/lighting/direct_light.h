@@ -46,10 +46,10 @@ class DirectLight {
                (area_lights_.count() > 0 ? samples : 0) + (images_ ? images_->rays_per_point(samples) : 0);
     }
 
-    /// Those that `sample` casts for a point.
+    /// Those that `sample` casts for a point, or could in the time that it takes to choose among many area lights.
     std::size_t rays_per_sample() const {
         return std::min(suns_.size(), most_sampled) + std::min(points_.size(), most_sampled) +
-               (area_lights_.count() > 0 ? 1 : 0) + (images_ ? images_->rays_per_sample() : 0);
+               area_lights_.rays_per_sample() + (images_ ? images_->rays_per_sample() : 0);
     }
 
     /// Of an infinite series of images beyond symmetry planes and periods: how many periods, or reflections in a row,
@@ -101,9 +101,12 @@ class DirectLight {
     /// unbiased, and for more than
     /// `most_sampled` suns, or point lights with their images, of which that many are drawn, likewise unbiased: suns by
     /// their strength, point lights by their strength, direction and distance from x[i].
-    /// `from_outside`, if not null, is increased by the contribution of suns and point lights to all points.
+    /// `from_outside`, #x unless it is empty, is set to the part from suns and point lights.
     void sample(std::span<const SurfacePoint> x, RandomStream& stream, std::span<Rgb> H, Worker& worker,
-                Rgb* from_outside = nullptr) const;
+                std::span<Rgb> from_outside = {}) const;
+
+    /// True if area lights are so many that values of `sample` differ by chance (AreaLights::chooses_by_form_factors).
+    bool chooses_roughly() const { return !area_lights_.chooses_by_form_factors(); }
 
     /// What arrives at a place from one direction.
     struct Arrival {

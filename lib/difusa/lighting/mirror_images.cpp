@@ -524,7 +524,7 @@ void MirrorImages::irradiance(const SurfacePoint& x, std::size_t samples, Random
 }
 
 void MirrorImages::sample(std::span<const SurfacePoint> x, RandomStream& stream, Worker& worker, std::span<Rgb> H,
-                          Rgb* from_outside) const {
+                          std::span<Rgb> from_outside) const {
     if (x.empty()) {
         return;
     }
@@ -540,7 +540,7 @@ void MirrorImages::sample(std::span<const SurfacePoint> x, RandomStream& stream,
     const std::size_t sets = H.size() / x.size();
     for (std::size_t i = 0; i < x.size(); ++i) {
         const std::span<Rgb> own = H.subspan(i * sets, sets);
-        add_points(x[i], 1, stream, worker, own, from_outside);
+        add_points(x[i], 1, stream, worker, own, from_outside.empty() ? nullptr : &from_outside[i]);
         if (!lamps_.empty()) {
             sample_lamps(x[i], stream, worker, own);
         }

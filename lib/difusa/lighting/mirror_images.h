@@ -65,9 +65,9 @@ class MirrorImages {
 
     /// Unbiased estimates of the same at each x, H[i #sets + set], with one path for each image of a sun or point light
     /// and one for all images of area lights. The contribution of suns and point lights is also added to
-    /// `from_outside`, if not null. Quickest for places close to each other.
+    /// `from_outside`, #x unless it is empty. Quickest for places close to each other.
     void sample(std::span<const SurfacePoint> x, RandomStream& stream, Worker& worker, std::span<Rgb> H,
-                Rgb* from_outside) const;
+                std::span<Rgb> from_outside) const;
 
   private:
     /// The faces of mirrors that lie in one plane, n·p = offset, and a ball around them.

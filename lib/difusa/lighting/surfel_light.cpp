@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
+#include <numeric>
 #include <vector>
 
 namespace difusa {
@@ -61,25 +61,44 @@ class Averages {
                             [&](const SurfacePoint& x, double share) { add_material(s, x, share, result); });
     }
 
-    /// Sets `H_` to the sum of the light at `count` points; returns whether it is about the same at all of them.
+    static double largest(const std::vector<double>& values) {
+        return std::transform_reduce(
+            values.begin(), values.end(), 0.0, [](double a, double b) { return std::max(a, b); },
+            [](double value) { return std::abs(value); });
+    }
+
+    /// Whether values differ by little of what is the largest value of them and others.
+    static bool are_even(const std::vector<double>& values, double largest) {
+        const auto [least, most] = std::minmax_element(values.begin(), values.end());
+        return *most - *least <= uneven * largest;
+    }
+
+    /// Sets `H_` to the sum of the light at `count` points; returns whether it is about the same at all of them. Where
+    /// area lights are chosen roughly, their light is if all shadow rays, or none, get through.
     bool sample(std::size_t count, RandomStream& stream) {
         std::fill(H_.begin(), H_.end(), Rgb(Rgb::Zero()));
-        outside_ = Rgb::Zero();
         const std::array<double, 2> shift{stream.uniform(), stream.uniform()};
         spread_points(surfels_, pieces_, count, shift, points_);
         at_points_.resize(count * H_.size());
-        light_.sample(points_, stream, at_points_, worker_, &outside_);
-        double least = std::numeric_limits<double>::infinity(), most = -least;
+        outside_at_points_.resize(count);
+        const AreaLights::Worker& lamps = worker_.area_lights;
+        const std::size_t cast_before = lamps.cast, blocked_before = lamps.blocked_samples;
+        light_.sample(points_, stream, at_points_, worker_, outside_at_points_);
+        outside_ = Rgb::Zero();
+        all_.assign(count, 0.0);
+        outside_all_.clear();
         for (std::size_t i = 0; i < count; ++i) {
-            double sum = 0.0;
             for (std::size_t set = 0; set < H_.size(); ++set) {
                 H_[set] += at_points_[i * H_.size() + set];
-                sum += at_points_[i * H_.size() + set].sum();
+                all_[i] += at_points_[i * H_.size() + set].sum();
             }
-            least = std::min(least, sum);
-            most = std::max(most, sum);
+            outside_ += outside_at_points_[i];
+            outside_all_.push_back(outside_at_points_[i].sum());
         }
-        return most - least <= uneven * std::max(std::abs(most), std::abs(least));
+        const std::size_t blocked = lamps.blocked_samples - blocked_before;
+        const bool alike = light_.chooses_roughly() && (blocked == 0 || blocked == lamps.cast - cast_before);
+        const double most = largest(all_);
+        return are_even(all_, most) || (alike && are_even(outside_all_, most));
     }
 
     void average_direct(Index s, RandomStream& stream, SurfelLight& result) {
@@ -88,7 +107,7 @@ class Averages {
         const bool even = sample(count, stream);
         // Between points that see no image in a mirror there may be some that do.
         const bool sees_images = light_.images() != nullptr && worker_.images.near;
-        if (!even || cast() > cast_before || sees_images) {
+        if (!even || cast() > cast_before || sees_images || light_.chooses_roughly()) {
             count = even ? samples_.even : samples_.edge;
             sample(count, stream);
         }
@@ -107,8 +126,9 @@ class Averages {
     DirectLight::Worker worker_;
     std::vector<Surfels::Piece> pieces_;
     std::vector<SurfacePoint> points_;
-    std::vector<Rgb> at_points_, H_;
-    Rgb outside_ = Rgb::Zero(); ///< from suns and point lights
+    std::vector<Rgb> at_points_, outside_at_points_, H_;
+    std::vector<double> all_, outside_all_; ///< sums of the channels at each point
+    Rgb outside_ = Rgb::Zero();             ///< from suns and point lights
 };
 
 } // namespace

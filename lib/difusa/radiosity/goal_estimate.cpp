@@ -2,6 +2,7 @@
 
 #include <difusa/core/colour.h>
 #include <difusa/core/even_sequence.h>
+#include <difusa/core/frame.h>
 #include <difusa/discretisation/evaluate.h>
 #include <difusa/mesh/surface_sampling.h>
 #include <difusa/radiosity/error_points.h>
@@ -12,6 +13,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <optional>
 
@@ -28,6 +30,19 @@ constexpr std::size_t direct_points = 4;
 
 constexpr std::size_t adjoint_rays = 4096;     ///< at least, for the first step of the adjoint from places
 constexpr std::size_t least_adjoint_rays = 16; ///< from each point where the residual is weighed
+constexpr std::size_t least_met_rays = 8;      ///< from each place, in a repetition
+
+/// A random ray from x, distributed as the cosine from its normal.
+Ray diffuse_ray(const Mesh& mesh, const SurfacePoint& x, RandomStream& stream) {
+    Vec3 t, b;
+    tangents(x.normal, t, b);
+    const double area = stream.uniform(), angle = 2.0 * std::numbers::pi * stream.uniform();
+    const Vec3 direction =
+        std::sqrt(area) * (std::cos(angle) * t + std::sin(angle) * b) + std::sqrt(1.0 - area) * x.normal;
+    const Vec3& face = mesh.normals[x.face];
+    // What a shading normal has below the face is above the smooth surface (Sight::lift).
+    return {inset(mesh, x).position, face.dot(direction) < 0.0 ? mirrored(direction, face) : direction, x.face};
+}
 
 /// Uniform over triangles, or each place in turn.
 class GoalSampler {
@@ -68,7 +83,8 @@ class GoalEstimation {
                    const Execution& execution)
         : solution_(solution), goal_(goal), between_surfels_(between_surfels), field_(*solution.field),
           parts_(field_.parts()), system_(*parts_.system), scene_(*parts_.scene), sampler_(scene_.mesh, goal),
-          channels_(field_.channels()), rays_(rays), count_(std::max<std::size_t>(1, samples / (2 * repetitions))),
+          channels_(field_.channels()), follows_places_(between_surfels != nullptr && !goal.places.empty()),
+          rays_(rays), count_(std::max<std::size_t>(1, samples / (2 * repetitions))),
           seed_(RandomStream(seed, "goal", number).bits()), execution_(execution.silent()) {
         if (goal.triangles.empty() && goal.places.empty()) {
             throw UsageError("the goal " + goal.name + " has neither triangles nor places");
@@ -86,7 +102,7 @@ class GoalEstimation {
         for (std::size_t k = 0; k < repetitions; ++k) {
             const auto row = static_cast<Eigen::Index>(k);
             own.row(row) = field_mean(k);
-            corrected.row(row) = own.row(row) + residual_mean(k) + carried_mean(k);
+            corrected.row(row) = own.row(row) + residual_mean(k) + met_mean(k) + carried_mean(k);
         }
         const Eigen::RowVectorXd mean = corrected.colwise().mean();
         const Eigen::RowVectorXd reach =
@@ -157,7 +173,8 @@ class GoalEstimation {
     }
 
     /// What the surfels send back and forth if the goal is a lamp: `sent_`, of which D sent_ is z, besides the light of
-    /// places, `from_places_`. `expected_` is z as the basis represents it.
+    /// places, `from_places_`, and without the first bounces of paths. `expected_` is z as the basis represents it, for
+    /// the places likewise without the former.
     void find_adjoint() {
         const Values& rho = solution_.light.reflectance;
         from_places_ = Values::Zero(rho.rows(), channels_);
@@ -175,10 +192,15 @@ class GoalEstimation {
         adjoint_ = system_.discretisation().evaluation->coefficients(z, execution_);
         Values means;
         system_.discretisation().averages->apply(adjoint_, means, execution_);
-        expected_ = means + from_places_;
+        expected_ = means;
+        if (!follows_places_) {
+            expected_ += from_places_;
+        }
         if (between_surfels_ != nullptr) {
-            sent_ =
-                b + rho.cwiseProduct(between_surfels_->respond(rho, b, std::move(means), solve.tolerance, execution_));
+            sent_ = rho.cwiseProduct(between_surfels_->respond(rho, b, std::move(means), solve.tolerance, execution_));
+            if (!follows_places_) {
+                sent_ += b;
+            }
         }
     }
 
@@ -258,7 +280,64 @@ class GoalEstimation {
         return residual(sampler_.draw(count_, stream("goal residual", k)), named("goal residual", k)).colwise().mean();
     }
 
-    /// <rho z, s> from the points of group k.
+    /// Where light comes from: a surface point, and what its radiosity counts with.
+    struct Met {
+        SurfacePoint place;
+        Rgb weight;
+    };
+
+    /// Appends what of `sight` are surfaces.
+    void add_met(const Sight& sight, const Rgb& factor, std::vector<Met>& met) const {
+        const auto add = [&](const Hit& hit, double share, const Rgb& colour) {
+            met.push_back({scene_.mesh.shaded(scene_.mesh.at(hit.face, hit.u, hit.v)), share * factor * colour});
+        };
+        sight.for_each([&](const Hit& hit, double share) { add(hit, share, Rgb::Ones()); }, [](const Vec3&, double) {});
+        sight.for_each_in_mirrors(
+            add, [](const Vec3&, double, const Rgb&) {}, [](double, const Rgb&, bool) {});
+    }
+
+    /// K rho s + K rho K rho s at the places, by paths over one and two surface points: exact however the light varies
+    /// near the places, as it does in corners.
+    Eigen::RowVectorXd met_mean(std::size_t k) {
+        Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(channels_);
+        if (!follows_places_) {
+            return sum;
+        }
+        const std::size_t places = goal_.places.size();
+        const DirectionPool pool(system_.fresh_directions(), std::max(least_met_rays, count_ / places),
+                                 stream("goal rays", k).bits());
+        Hemisphere from_place(system_.tracer(), pool);
+        std::vector<Met> met;
+        for (std::size_t i = 0; i < places; ++i) {
+            from_place.look(goal_.places[i], i);
+            result_.rays += from_place.count();
+            add_met(from_place, Rgb::Constant(1.0 / static_cast<double>(places)), met);
+        }
+        RandomStream own = stream("goal paths", k);
+        ChosenRays onwards(system_.tracer());
+        const double one = 1.0;
+        for (std::size_t i = 0, first = met.size(); i < first; ++i) {
+            const SurfacePoint x = met[i].place;
+            const Ray ray = diffuse_ray(scene_.mesh, x, own);
+            onwards.look({&ray, 1}, {&one, 1});
+            ++result_.rays;
+            add_met(onwards, met[i].weight * scene_.reflectance(x), met);
+        }
+        std::vector<SurfacePoint> x;
+        for (const Met& each : met) {
+            x.push_back(each.place);
+        }
+        if (!x.empty()) {
+            const Values s = residual(x, named("goal met", k));
+            for (std::size_t i = 0; i < x.size(); ++i) {
+                const Rgb factor = met[i].weight * scene_.reflectance(x[i]);
+                sum += factor.head(channels_).matrix().transpose().cwiseProduct(s.row(static_cast<Eigen::Index>(i)));
+            }
+        }
+        return sum;
+    }
+
+    /// <rho z, s> from the points of group k; of places, without the parts of z that `met_mean` weighs.
     Eigen::RowVectorXd carried_mean(std::size_t k) {
         Eigen::RowVectorXd product = Eigen::RowVectorXd::Zero(channels_);
         std::vector<SurfacePoint> x;
@@ -277,8 +356,10 @@ class GoalEstimation {
             const std::size_t p = number[i];
             const auto row = static_cast<Eigen::Index>(i);
             const Eigen::RowVectorXd rho = scene_.reflectance(x[i]).head(channels_).matrix().transpose();
-            const Eigen::RowVectorXd z = adjoint_there_.row(static_cast<Eigen::Index>(p)) +
-                                         from_places_.row(static_cast<Eigen::Index>(sources_.surfel[p]));
+            Eigen::RowVectorXd z = adjoint_there_.row(static_cast<Eigen::Index>(p));
+            if (!follows_places_) {
+                z += from_places_.row(static_cast<Eigen::Index>(sources_.surfel[p]));
+            }
             // The weights are those of a mean over all repetitions.
             product += repetitions * sources_.weight[p] * rho.cwiseProduct(z).cwiseProduct(s.row(row));
         }
@@ -294,6 +375,7 @@ class GoalEstimation {
     const Scene& scene_;
     GoalSampler sampler_;
     int channels_;
+    bool follows_places_;      ///< the first two bounces from the goal are those of paths
     std::size_t rays_, count_; ///< a gather; points of a repetition
     std::uint64_t seed_;
     Execution execution_;

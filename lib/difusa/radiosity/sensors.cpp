@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <string>
 
@@ -182,7 +183,16 @@ class Sensing {
         const ErrorsAt errors = errors_->at(met, execution_.silent());
         const Values local = errors.noise.cwiseAbs2() + errors.discretisation.cwiseAbs2();
         const double carried = (errors.error.cwiseAbs2() - local).cwiseMax(0.0).cwiseSqrt().sum();
-        return std::sqrt(local.sum() + carried * carried) / static_cast<double>(probes);
+        std::map<Index, double> of_surfel; // sums of local errors
+        for (std::size_t i = 0; i < met.size(); ++i) {
+            const Index s = field_.parts().system->discretisation().surfels->at(met[i].face, met[i].u, met[i].v);
+            of_surfel[s] += std::sqrt(local(static_cast<Eigen::Index>(i), 0));
+        }
+        double squares = carried * carried;
+        for (const auto& [surfel, sum] : of_surfel) {
+            squares += sum * sum;
+        }
+        return std::sqrt(squares) / static_cast<double>(probes);
     }
 
     const Field& field_;
@@ -199,8 +209,8 @@ class Sensing {
 
 SensorReadings read_sensors(const Field& field, std::span<const Sensor> sensors, std::size_t rays,
                             const ErrorMap* errors, std::uint64_t seed, const Execution& execution) {
-    if (rays < 4) {
-        throw UsageError("sensors need at least 4 rays");
+    if (rays < least_sensor_rays) {
+        throw UsageError("sensors need at least " + std::to_string(least_sensor_rays) + " rays");
     }
     for (const Sensor& sensor : sensors) {
         if (!sensor.position.allFinite() || !(std::abs(sensor.axis.norm() - 1.0) <= 1e-6)) {

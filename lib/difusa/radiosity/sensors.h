@@ -34,14 +34,16 @@ struct SensorReadings {
     std::size_t rays = 0, segments = 0; ///< cast
 };
 
-/// Gathers the light at each sensor with about `rays` fresh rays (at least 4), in four independent parts whose
-/// scatter gives the noise; suns, point lights and area lights are evaluated as on surfaces. Spherical and cylindrical
-/// sensors are means over planar ones, randomly turned: 4 times 128 all around, 4 times 32 around the axis.
+constexpr std::size_t least_sensor_rays = 4;
+
+/// Gathers the light at each sensor with about `rays` fresh rays (at least least_sensor_rays), in four independent
+/// parts whose scatter gives the noise; suns, point lights and area lights are evaluated as on surfaces. Spherical and
+/// cylindrical sensors are means over planar ones, randomly turned: 4 times 128 all around, 4 times 32 around the axis.
 ///
 /// Errors: an error of the light where a sensor's rays end adds to its own in proportion to the share of the rays. What
-/// bounces carry on is taken to have one sign all around; what is local (noise and discretisation) to be independent
-/// from one of 64 probes to the next. Throws UsageError for fewer rays, and for sensors without a finite position or
-/// with an axis that is not of unit length.
+/// bounces carry on is taken to have one sign all around; what is local (noise and discretisation) to have one sign
+/// over a surfel, and to be independent from one surfel to the next, as 64 probes find them. Throws UsageError for
+/// fewer rays, and for sensors without a finite position or with an axis that is not of unit length.
 SensorReadings read_sensors(const Field& field, std::span<const Sensor> sensors, std::size_t rays,
                             const ErrorMap* errors, std::uint64_t seed, const Execution& execution);
 

@@ -61,6 +61,7 @@ struct PolygonSoup {
 
     /// Notes of the reader for the user ("2 lines of kind `l` carry no surface").
     std::vector<std::string> notes;
+    std::string undefined_note; ///< that of `notes` about faces whose materials are names alone; "": there is none
 
     /// Every file that was read: the mesh or scene file itself, what it names, and what those name. None may be
     /// overwritten by what is made from them.

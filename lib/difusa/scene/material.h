@@ -25,7 +25,7 @@ struct Material {
     std::shared_ptr<const Texture> reflectance_texture = {}; ///< a factor on rho, by Mesh::corner_texture; null: 1
     std::shared_ptr<const Texture> emission_texture = {};    ///< a factor on E, likewise
     std::string light_group = {};                            ///< of the light it emits; empty: its name
-    /// A factor >= 0 on the emission by position; null: 1 everywhere.
+    /// A factor on the emission by position, finite and >= 0; null: 1 everywhere.
     std::function<double(const Vec3& position)> emission_pattern = {};
     Rgb mirror = Rgb::Zero();            ///< share of light reflected specularly, as by a mirror; rho + mirror <= 1
     std::optional<Gloss> gloss = {};     ///< share of light reflected in a lobe; rho + mirror + gloss <= 1

@@ -1,8 +1,11 @@
 #include <difusa/scene/scene.h>
 
 #include <difusa/core/colour.h>
+#include <difusa/core/error.h>
+#include <difusa/core/text.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace difusa {
 
@@ -39,6 +42,10 @@ Rgb Scene::emission(const SurfacePoint& x) const {
         return material.emission;
     }
     const double pattern = material.emission_pattern ? material.emission_pattern(x.position) : 1.0;
+    if (!(pattern >= 0.0 && std::isfinite(pattern))) {
+        throw InputError("the emission pattern of the material " + material.name + " is " + text_of(pattern) + " at " +
+                         coordinates(x.position) + ": it must be finite and not negative");
+    }
     return pattern * material.emission * factor(material.emission_texture.get(), mesh, x);
 }
 

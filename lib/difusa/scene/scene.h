@@ -26,7 +26,8 @@ struct Scene {
     /// Reflectance rho at a surface point, per channel, in [0,1].
     Rgb reflectance(const SurfacePoint& x) const;
 
-    /// Emitted radiosity E at a surface point, W/m².
+    /// Emitted radiosity E at a surface point, W/m². Throws InputError if the emission pattern is not finite and
+    /// nonnegative there.
     Rgb emission(const SurfacePoint& x) const;
 
     /// Radiance arriving from the unit direction `towards` where rays hit nothing, W/(m² sr).
