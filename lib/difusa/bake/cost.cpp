@@ -177,8 +177,11 @@ void count_further_rays(BakeEstimate& estimate, const BakeResult& result, const 
     const BakeOptions& options = result.options;
     const std::size_t points = error_points(options, estimate.sites);
     const std::size_t first = points < 2 * few_error_points ? 0 : few_error_points; // those that others replace
-    estimate.further_rays =
-        2 * error_rays(options) * (points + first + options.goals.size() * options.goal_samples / 2);
+    std::size_t samples = 0; // of goals; paths from places have about as many more
+    for (const GoalRequest& goal : options.goals) {
+        samples += goal.places.empty() ? options.goal_samples / 2 : options.goal_samples;
+    }
+    estimate.further_rays = 2 * error_rays(options) * (points + first + samples);
     if (options.final_gather > 0) {
         const OutputMesh output =
             refine(result.scene->mesh, options.output_spacing, most_output_triangles(execution), execution);

@@ -30,15 +30,14 @@ constexpr std::size_t direct_points = 4;
 
 constexpr std::size_t adjoint_rays = 4096;     ///< at least, for the first step of the adjoint from places
 constexpr std::size_t least_adjoint_rays = 16; ///< from each point where the residual is weighed
-constexpr std::size_t least_met_rays = 8;      ///< from each place, in a repetition
 
-/// A random ray from x, distributed as the cosine from its normal.
-Ray diffuse_ray(const Mesh& mesh, const SurfacePoint& x, RandomStream& stream) {
+/// A ray from x, distributed as the cosine from its normal if u is uniform in the unit square.
+Ray diffuse_ray(const Mesh& mesh, const SurfacePoint& x, const std::array<double, 2>& u) {
     Vec3 t, b;
     tangents(x.normal, t, b);
-    const double area = stream.uniform(), angle = 2.0 * std::numbers::pi * stream.uniform();
+    const double angle = 2.0 * std::numbers::pi * u[1];
     const Vec3 direction =
-        std::sqrt(area) * (std::cos(angle) * t + std::sin(angle) * b) + std::sqrt(1.0 - area) * x.normal;
+        std::sqrt(u[0]) * (std::cos(angle) * t + std::sin(angle) * b) + std::sqrt(1.0 - u[0]) * x.normal;
     const Vec3& face = mesh.normals[x.face];
     // What a shading normal has below the face is above the smooth surface (Sight::lift).
     return {inset(mesh, x).position, face.dot(direction) < 0.0 ? mirrored(direction, face) : direction, x.face};
@@ -286,11 +285,16 @@ class GoalEstimation {
         Rgb weight;
     };
 
-    /// Appends what of `sight` are surfaces.
-    void add_met(const Sight& sight, const Rgb& factor, std::vector<Met>& met) const {
+    /// Appends what a ray from x meets: a surface, and others in mirrors.
+    void add_met(const SurfacePoint& x, const std::array<double, 2>& u, const Rgb& factor, ChosenRays& sight,
+                 std::vector<Met>& met) {
         const auto add = [&](const Hit& hit, double share, const Rgb& colour) {
             met.push_back({scene_.mesh.shaded(scene_.mesh.at(hit.face, hit.u, hit.v)), share * factor * colour});
         };
+        const Ray ray = diffuse_ray(scene_.mesh, x, u);
+        const double one = 1.0;
+        sight.look({&ray, 1}, {&one, 1});
+        ++result_.rays;
         sight.for_each([&](const Hit& hit, double share) { add(hit, share, Rgb::Ones()); }, [](const Vec3&, double) {});
         sight.for_each_in_mirrors(
             add, [](const Vec3&, double, const Rgb&) {}, [](double, const Rgb&, bool) {});
@@ -303,25 +307,21 @@ class GoalEstimation {
         if (!follows_places_) {
             return sum;
         }
-        const std::size_t places = goal_.places.size();
-        const DirectionPool pool(system_.fresh_directions(), std::max(least_met_rays, count_ / places),
-                                 stream("goal rays", k).bits());
-        Hemisphere from_place(system_.tracer(), pool);
-        std::vector<Met> met;
-        for (std::size_t i = 0; i < places; ++i) {
-            from_place.look(goal_.places[i], i);
-            result_.rays += from_place.count();
-            add_met(from_place, Rgb::Constant(1.0 / static_cast<double>(places)), met);
-        }
+        const std::size_t places = goal_.places.size(), rays = std::max<std::size_t>(1, count_ / places);
         RandomStream own = stream("goal paths", k);
-        ChosenRays onwards(system_.tracer());
-        const double one = 1.0;
+        ChosenRays sight(system_.tracer());
+        std::vector<Met> met;
+        for (const SurfacePoint& place : goal_.places) {
+            const std::array<double, 2> shift{own.uniform(), own.uniform()};
+            for (std::size_t r = 0; r < rays; ++r) {
+                add_met(place, even_point(r, shift), Rgb::Constant(1.0 / static_cast<double>(places * rays)), sight,
+                        met);
+            }
+        }
         for (std::size_t i = 0, first = met.size(); i < first; ++i) {
-            const SurfacePoint x = met[i].place;
-            const Ray ray = diffuse_ray(scene_.mesh, x, own);
-            onwards.look({&ray, 1}, {&one, 1});
-            ++result_.rays;
-            add_met(onwards, met[i].weight * scene_.reflectance(x), met);
+            const Met from = met[i];
+            add_met(from.place, {own.uniform(), own.uniform()}, from.weight * scene_.reflectance(from.place), sight,
+                    met);
         }
         std::vector<SurfacePoint> x;
         for (const Met& each : met) {
