@@ -507,7 +507,8 @@ TEST(AreaLights, APatternIsFiniteAndNotNegative) {
     scene.materials.resize(1);
     scene.materials[0].emission = Rgb::Ones();
     const SurfacePoint x = scene.mesh.at(0, 0.25, 0.5);
-    for (const double factor : {-1.0, std::numeric_limits<double>::quiet_NaN(), 0.5}) {
+    for (const double factor :
+         {-1.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 0.5}) {
         scene.materials[0].emission_pattern = [=](const Vec3&) { return factor; };
         if (factor > 0.0) {
             EXPECT_EQ(scene.emission(x)[0], factor);

@@ -177,7 +177,7 @@ void count_further_rays(BakeEstimate& estimate, const BakeResult& result, const 
     const BakeOptions& options = result.options;
     const std::size_t points = error_points(options, estimate.sites);
     const std::size_t first = points < 2 * few_error_points ? 0 : few_error_points; // those that others replace
-    std::size_t samples = 0; // of goals; paths from places have about as many more
+    std::size_t samples = 0; // of goals; as many more, at most, are on paths from places
     for (const GoalRequest& goal : options.goals) {
         samples += goal.places.empty() ? options.goal_samples / 2 : options.goal_samples;
     }

@@ -16,9 +16,9 @@ namespace difusa {
 std::vector<GoalRequest> read_goals(const std::filesystem::path& file);
 
 /// The triangles and places meant. Places are the nearest points of the surface whose front turns from the normal, if
-/// given, by less than 90°. Throws InputError, naming the goal, for a second goal of one name, for materials and faces
-/// that the scene does not have or that have no area, and places without such a surface; notes places farther from it
-/// than `spacing`.
+/// given, by less than 90°. Throws InputError, naming the goal, for a second goal of one name, ranges of faces that end
+/// before they begin, for materials and faces that the scene does not have or that have no area, and places without
+/// such a surface; notes places farther from it than `spacing`.
 std::vector<Goal> find_goals(const std::vector<GoalRequest>& requests, const Scene& scene, double spacing,
                              const Execution& execution);
 

@@ -351,9 +351,10 @@ class SceneFile {
             const auto known = materials_.find(mesh.materials[m].name);
             by[m] = mesh.materials[m].is_undefined && known != materials_.end() ? known->second : none;
         }
-        std::vector<Index> own;
-        for (const Index m : mesh.face_material) {
-            own.push_back(m == none ? none : by[m]);
+        std::vector<Index> own(mesh.face_count(), none);
+        for (std::size_t f = 0; f < own.size(); ++f) {
+            const Index m = mesh.face_material[f];
+            own[f] = m == none ? none : by[m];
         }
         return own;
     }

@@ -96,7 +96,9 @@ class Averages {
             outside_all_.push_back(outside_at_points_[i].sum());
         }
         const std::size_t blocked = lamps.blocked_samples - blocked_before;
-        const bool alike = light_.chooses_roughly() && (blocked == 0 || blocked == lamps.cast - cast_before);
+        const bool sees_images = light_.images() != nullptr && worker_.images.near;
+        const bool alike =
+            light_.chooses_roughly() && !sees_images && (blocked == 0 || blocked == lamps.cast - cast_before);
         const double most = largest(all_);
         return are_even(all_, most) || (alike && are_even(outside_all_, most));
     }

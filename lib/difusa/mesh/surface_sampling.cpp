@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
+#include <limits>
 #include <numeric>
 
 namespace difusa {
@@ -41,64 +41,78 @@ std::vector<SurfacePoint> even_points(const Mesh& mesh, std::size_t count, Rando
 
 namespace {
 
-/// What of the plane of a triangle is around one of its corners: the joined triangles in that plane.
+/// What of the plane of a triangle is around one of its corners: joined triangles of about the same normal.
 struct FlatFan {
-    Vec3 first = Vec3::Zero(); ///< unit, along the side where it begins, counterclockwise
-    double angle = 0.0;        ///< from there to where it ends
-    double nearest = 0.0;      ///< distance to the nearest side opposite the corner
-    bool is_whole = false;     ///< it is all around
+    std::vector<std::size_t> sides; ///< that leave the corner, one in each triangle, counterclockwise
+    std::vector<double> angles;     ///< of the triangles
+    double nearest = std::numeric_limits<double>::infinity(); ///< distance to the sides opposite the corner
 };
 
 bool is_flat(const Mesh& mesh, std::size_t side) {
     const Index other = mesh.twin[side];
-    return other != none && (mesh.normals[side / 3] - mesh.normals[other / 3]).norm() <= same_normal;
+    return other != none && (mesh.normals[triangle_of(side)] - mesh.normals[triangle_of(other)]).norm() <= same_normal;
 }
 
-/// The side that leaves the same point in the next triangle, clockwise, across the side that leaves it; likewise
-/// counterclockwise, across the one that arrives there.
-std::size_t clockwise(const Mesh& mesh, std::size_t side) {
-    const std::size_t twin = mesh.twin[side];
-    return twin - twin % 3 + (twin + 1) % 3;
-}
-std::size_t arriving(std::size_t side) {
-    return side - side % 3 + (side + 2) % 3;
-}
-
-/// `side`: the one that leaves the corner.
+/// `side`: the one that leaves the corner. No triangles if they are all around.
 FlatFan fan_around(const Mesh& mesh, std::size_t side) {
     FlatFan fan;
-    std::size_t begin = side;
-    for (std::size_t steps = 0; is_flat(mesh, begin) && steps < mesh.triangles.size(); ++steps) {
-        begin = clockwise(mesh, begin);
-        if (begin == side) {
-            fan.is_whole = true;
+    std::size_t at = side;
+    while (is_flat(mesh, at)) {
+        at = after(mesh.twin[at]); // clockwise
+        if (at == side) {
             return fan;
         }
     }
-    for (std::size_t at = begin;;) {
-        const auto t = static_cast<Index>(at / 3), k = static_cast<Index>(at % 3);
-        const Vec3& p = mesh.corner(t, k);
-        const Vec3 out = mesh.corner(t, (k + 1) % 3) - p, in = mesh.corner(t, (k + 2) % 3) - p;
-        const double height = 2.0 * mesh.areas[t] / (in - out).norm();
-        fan.nearest = at == begin ? height : std::min(fan.nearest, height);
-        fan.first = at == begin ? out.normalized() : fan.first;
-        fan.angle += std::atan2(out.cross(in).norm(), out.dot(in));
-        if (!is_flat(mesh, arriving(at)) || fan.angle > 2.0 * std::numbers::pi) {
+    for (;; at = mesh.twin[before(at)]) { // counterclockwise
+        const Vec3& p = mesh.points[mesh.triangles[triangle_of(at)][at % 3]];
+        const Vec3 out = mesh.points[mesh.triangles[triangle_of(at)][after(at) % 3]] - p;
+        const Vec3 in = mesh.points[mesh.triangles[triangle_of(at)][before(at) % 3]] - p;
+        fan.sides.push_back(at);
+        fan.angles.push_back(std::atan2(out.cross(in).norm(), out.dot(in)));
+        fan.nearest = std::min(fan.nearest, out.cross(in).norm() / (in - out).norm());
+        if (!is_flat(mesh, before(at))) {
             return fan;
         }
-        at = mesh.twin[arriving(at)];
     }
 }
 
-/// x moved in the plane of its face to `position`, which may lie just outside of the face, in another one of the plane.
-SurfacePoint moved_to(const Mesh& mesh, const SurfacePoint& x, const Vec3& position) {
-    const auto [a, b, c] = mesh.corners(x.face);
-    const Vec3 along = position - a, ab = b - a, ac = c - a, n = ab.cross(ac) / ab.cross(ac).squaredNorm();
-    SurfacePoint moved = x;
-    moved.position = position;
-    moved.u = std::clamp(n.dot(along.cross(ac)), 0.0, 1.0);
-    moved.v = std::clamp(n.dot(ab.cross(along)), 0.0, 1.0 - moved.u);
-    return moved;
+/// How far inside a point has to be, as shares of the corners of a triangle, of which 0 is a side.
+struct Margin {
+    double edge, within_plane;
+
+    /// Well above the rounding of coordinates, also where the triangle is small relative to them. Sides within a plane
+    /// need no more, but the normals beside them may differ a little, so that rays must not start just on them.
+    static Margin of(const Mesh& mesh, Index triangle) {
+        const double rounding = 0x1p-40 * mesh.magnitude() / std::sqrt(mesh.areas[triangle]);
+        return {std::min(0.25, std::max(0x1p-16, rounding)), std::min(0.25, std::max(0x1p-22, rounding))};
+    }
+
+    /// For the share of the corner opposite this side.
+    double at(const Mesh& mesh, std::size_t side) const { return is_flat(mesh, side) ? within_plane : edge; }
+};
+
+/// On the bisector of the angle that the plane of a triangle has at one of its corners, `step` away from it: in the
+/// triangle of the fan that the bisector leads to, and inside of it.
+SurfacePoint on_bisector(const Mesh& mesh, const FlatFan& fan, double step) {
+    double rest = 0.5 * std::accumulate(fan.angles.begin(), fan.angles.end(), 0.0);
+    std::size_t k = 0;
+    while (k + 1 < fan.sides.size() && rest > fan.angles[k]) {
+        rest -= fan.angles[k++];
+    }
+    const std::size_t side = fan.sides[k];
+    const auto t = static_cast<Index>(triangle_of(side));
+    const Vec3& p = mesh.points[mesh.triangles[t][side % 3]];
+    const Vec3 out = mesh.points[mesh.triangles[t][after(side) % 3]] - p;
+    const Vec3 in = mesh.points[mesh.triangles[t][before(side) % 3]] - p;
+    // The law of sines for the components along both sides.
+    const double sine = std::sin(fan.angles[k]);
+    const Margin margin = Margin::of(mesh, t);
+    std::array<double, 3> share{};
+    share[after(side) % 3] =
+        std::max(step * std::sin(fan.angles[k] - rest) / (sine * out.norm()), margin.at(mesh, before(side)));
+    share[before(side) % 3] = std::max(step * std::sin(rest) / (sine * in.norm()), margin.at(mesh, side));
+    return mesh.at(t, share[1] + (side % 3 == 1 ? 1.0 - share[0] - share[2] : 0.0),
+                   share[2] + (side % 3 == 2 ? 1.0 - share[0] - share[1] : 0.0));
 }
 
 } // namespace
@@ -107,35 +121,31 @@ SurfacePoint inset(const Mesh& mesh, const SurfacePoint& x) {
     if (x.face == none) {
         return x;
     }
-    // Well above the rounding of coordinates where the triangle is small relative to them.
-    const double size = std::sqrt(mesh.areas[x.face]);
-    const double least = std::min(0.25, std::max(0x1p-16, 0x1p-40 * mesh.magnitude() / size));
+    const std::size_t first = 3 * std::size_t{x.face};
+    const Margin margin = Margin::of(mesh, x.face);
     const std::array<double, 3> share{1.0 - x.u - x.v, x.u, x.v}; // of each corner
+    double step = 0.0;                                            // towards the centre
     for (std::size_t k = 0; k < 3; ++k) {
-        if (share[(k + 1) % 3] < least && share[(k + 2) % 3] < least) { // at corner k
-            const FlatFan fan = fan_around(mesh, 3 * std::size_t{x.face} + k);
-            if (fan.is_whole) {
-                return x;
+        const double least = margin.at(mesh, after(first + k)); // the side opposite corner k
+        step = share[k] < least ? std::max(step, (least - share[k]) / (1.0 / 3.0 - share[k])) : step;
+    }
+    if (step == 0.0) {
+        return x;
+    }
+    SurfacePoint moved = mesh.at(x.face, x.u + step * (1.0 / 3.0 - x.u), x.v + step * (1.0 / 3.0 - x.v));
+    for (std::size_t k = 0; k < 3; ++k) {
+        if (share[(k + 1) % 3] < margin.edge && share[(k + 2) % 3] < margin.edge) { // at corner k
+            const FlatFan fan = fan_around(mesh, first + k);
+            if (!fan.sides.empty()) {
+                const Vec3& corner = mesh.corner(x.face, static_cast<Index>(k));
+                const Vec3 centre = mesh.at(x.face, 1.0 / 3.0, 1.0 / 3.0).position;
+                moved =
+                    on_bisector(mesh, fan, std::min(3.0 * margin.edge * (centre - corner).norm(), 0.5 * fan.nearest));
             }
-            const Vec3& corner = mesh.corner(x.face, static_cast<Index>(k));
-            const Vec3 centre = (mesh.corner(x.face, 0) + mesh.corner(x.face, 1) + mesh.corner(x.face, 2)) / 3.0;
-            const Vec3 across = mesh.normals[x.face].cross(fan.first);
-            const double step = std::min(3.0 * least * (centre - corner).norm(), 0.5 * fan.nearest);
-            return moved_to(
-                mesh, x, corner + step * (std::cos(0.5 * fan.angle) * fan.first + std::sin(0.5 * fan.angle) * across));
         }
     }
-    for (std::size_t k = 0; k < 3; ++k) {
-        const std::size_t side = 3 * std::size_t{x.face} + (k + 1) % 3; // opposite corner k
-        if (share[k] < least && !is_flat(mesh, side)) {
-            const Vec3& a = mesh.corner(x.face, static_cast<Index>((k + 1) % 3));
-            const Vec3 along = mesh.corner(x.face, static_cast<Index>((k + 2) % 3)) - a;
-            const double height = 2.0 * mesh.areas[x.face] / along.norm();
-            const Vec3 inwards = mesh.normals[x.face].cross(along).normalized();
-            return moved_to(mesh, x, x.position + (least - share[k]) * height * inwards);
-        }
-    }
-    return x;
+    moved.normal = x.normal;
+    return moved;
 }
 
 } // namespace difusa

@@ -47,7 +47,7 @@ class CellRays final : public Sight {
                 parted += weight;
                 cut_.push_back(rays_.size());
             }
-            rays_.push_back({from.position, towards, x.face});
+            rays_.push_back({from.position, towards, from.face});
             weight_.push_back(weight);
         }
         const double factor = parted > 0.0 ? std::max(0.0, (std::numbers::pi - whole_) / parted) : 0.0;

@@ -38,9 +38,10 @@ Ray diffuse_ray(const Mesh& mesh, const SurfacePoint& x, const std::array<double
     const double angle = 2.0 * std::numbers::pi * u[1];
     const Vec3 direction =
         std::sqrt(u[0]) * (std::cos(angle) * t + std::sin(angle) * b) + std::sqrt(1.0 - u[0]) * x.normal;
-    const Vec3& face = mesh.normals[x.face];
+    const SurfacePoint from = inset(mesh, x);
+    const Vec3& face = mesh.normals[from.face];
     // What a shading normal has below the face is above the smooth surface (Sight::lift).
-    return {inset(mesh, x).position, face.dot(direction) < 0.0 ? mirrored(direction, face) : direction, x.face};
+    return {from.position, face.dot(direction) < 0.0 ? mirrored(direction, face) : direction, from.face};
 }
 
 /// Uniform over triangles, or each place in turn.
@@ -172,8 +173,9 @@ class GoalEstimation {
     }
 
     /// What the surfels send back and forth if the goal is a lamp: `sent_`, of which D sent_ is z, besides the light of
-    /// places, `from_places_`, and without the first bounces of paths. `expected_` is z as the basis represents it, for
-    /// the places likewise without the former.
+    /// places, `from_places_`. Of places that paths are followed from, z is without the light that comes to a surfel
+    /// directly or after one reflection: `met_mean` has these. `expected_`, which only says where to measure, is z as
+    /// the basis represents it, then without the former only.
     void find_adjoint() {
         const Values& rho = solution_.light.reflectance;
         from_places_ = Values::Zero(rho.rows(), channels_);

@@ -7,7 +7,9 @@
 // where z is the irradiance that the goal would cause as a lamp of radiosity d (the dual-weighted residual: Becker and
 // Rannacher 2001). Both products are measured with fresh rays. z is found twice: with the basis, to choose where s is
 // measured, and by rays between surfels (surfel_transport.h), to weigh it. The basis fails for z where it fails for h~,
-// as in a narrow cove full of light: with z from the basis the correction would lack the product of these errors.
+// as in a narrow cove full of light: with z from the basis the correction would lack the product of these errors. From
+// places, K rho s and K rho K rho s are measured along paths, since K d varies within surfels near a place; z is then
+// what follows.
 #pragma once
 
 #include <difusa/radiosity/system.h>
@@ -41,10 +43,10 @@ struct GoalEstimate {
 };
 
 /// `samples`: places at which the residual is gathered for each goal, half of them on the goal, half where its error
-/// comes from; `rays` from each. They are those of 16 repetitions, each of which takes all places of a goal that has
-/// places, as often as its samples suffice for, but at least once: many places take more than `samples`. The rays
-/// between surfels serve all goals and are counted with the first; where surfaces are glossy, z is that of the basis.
-/// Throws UsageError for a goal without triangles and places.
+/// comes from, and of places as many again on paths from them; `rays` from each. They are those of 16 repetitions, each
+/// of which takes all places of a goal that has places, as often as its samples suffice for, but at least once: many
+/// places take more than `samples`. The rays between surfels serve all goals and are counted with the first; where
+/// surfaces are glossy, z is that of the basis. Throws UsageError for a goal without triangles and places.
 std::vector<GoalEstimate> estimate_goals(const Solution& solution, std::span<const Goal> goals, std::size_t samples,
                                          std::size_t rays, std::uint64_t seed, const Execution& execution);
 

@@ -49,8 +49,8 @@ class Tracer {
 
 /// The ray that goes on where a ray of this direction has hit a mirror.
 inline Ray reflected_ray(const Mesh& mesh, const Hit& hit, const Vec3& direction) {
-    return {inset(mesh, mesh.at(hit.face, hit.u, hit.v)).position, mirrored(direction, mesh.normals[hit.face]),
-            hit.face};
+    const SurfacePoint from = inset(mesh, mesh.at(hit.face, hit.u, hit.v));
+    return {from.position, mirrored(direction, mesh.normals[hit.face]), from.face};
 }
 
 /// A ray that goes on where a ray of this direction has hit a glossy surface, drawn from its lobe around the normal n
@@ -65,7 +65,8 @@ inline DrawnRay drawn_ray(const Mesh& mesh, const Hit& hit, const Vec3& directio
     const double u = stream.uniform(), v = stream.uniform(), w = stream.uniform();
     const GlossyLobe::Draw drawn = mesh.glossy.lobe_of(kind).draw(n, -direction.normalized(), {u, v, w});
     const bool above = mesh.normals[hit.face].dot(drawn.direction) > 0.0;
-    return {{inset(mesh, mesh.at(hit.face, hit.u, hit.v)).position, drawn.direction, hit.face},
+    const SurfacePoint from = inset(mesh, mesh.at(hit.face, hit.u, hit.v));
+    return {{from.position, drawn.direction, from.face},
             (above ? drawn.weight : 0.0) * mesh.glossy.kinds[kind].reflectance};
 }
 
