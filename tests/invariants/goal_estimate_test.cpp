@@ -238,7 +238,7 @@ TEST(GoalEstimate, TheIntervalHoldsBesideAnEdge) {
 /// The floor of a cube shines, the rest is black. From a point on a wall on the bisector of the corner of an infinite
 /// floor and side wall, 3/8 of the rays meet the floor: those that go down in the quadrant without the side wall, and
 /// half of those that go down towards it. The point is moved off the corner by less than 2^-13, and what ends an edge
-/// away is off by at most as much.
+/// away is off by at most as much; the diagonal turns it by less than 2^-11, or 2^-13 of the rays.
 TEST(GoalEstimate, APlaceInACornerIsOnItsBisector) {
     Scene scene;
     scene.mesh = box(Vec3::Zero(), Vec3::Ones(), 1, Front::inside);
@@ -253,7 +253,7 @@ TEST(GoalEstimate, APlaceInACornerIsOnItsBisector) {
         const std::vector<Goal> goals =
             find_goals({{"corner", {}, {}, {{corner, Vec3::UnitX()}}}}, *result.scene, 0.25, Execution{});
         const GoalEstimate estimate = estimate_of(result.solution, goals.front(), 65536, 1);
-        EXPECT_NEAR(estimate.mean[0], 0.375, 0x1p-13 + estimate.high[0] - estimate.low[0]);
+        EXPECT_NEAR(estimate.mean[0], 0.375, 0x1p-12 + estimate.high[0] - estimate.low[0]);
         EXPECT_LT(estimate.high[0] - estimate.low[0], 0.005);
     }
 }

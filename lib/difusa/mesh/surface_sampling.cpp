@@ -84,7 +84,7 @@ struct Margin {
     /// need no more, but the normals beside them may differ a little, so that rays must not start just on them.
     static Margin of(const Mesh& mesh, Index triangle) {
         const double rounding = 0x1p-40 * mesh.magnitude() / std::sqrt(mesh.areas[triangle]);
-        return {std::min(0.25, std::max(0x1p-16, rounding)), std::min(0.25, std::max(0x1p-22, rounding))};
+        return {std::min(0.25, std::max(0x1p-16, rounding)), std::min(0.25, std::max(0x1p-26, rounding))};
     }
 
     /// For the share of the corner opposite this side.

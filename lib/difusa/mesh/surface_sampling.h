@@ -40,7 +40,7 @@ class TriangleSampler {
 std::vector<SurfacePoint> even_points(const Mesh& mesh, std::size_t count, RandomStream stream);
 
 /// x, or if it is on an edge or within 2^-16 of the triangle's size of one, a point that far inside, so that rays do
-/// not start on an edge; from edges that the surface crosses in one plane, 2^-22. At a corner, or within 2^-16 of one,
+/// not start on an edge; from edges that the surface crosses in one plane, 2^-26. At a corner, or within 2^-16 of one,
 /// where the view depends on the direction from which one approaches, it is a point on the bisector of the angle that
 /// the plane has there, however the plane is divided into triangles: it may be on another face than x. The normal is
 /// kept. A point in mid-air is returned as it is.
