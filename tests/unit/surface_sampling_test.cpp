@@ -131,11 +131,7 @@ TEST(SurfaceSampling, RaysFromInsetPointsStayInside) {
                 EXPECT_EQ(y.position, mesh.at(y.face, y.u, y.v).position);
                 for (int k = 0; k < 8; ++k) {
                     const double up = stream.uniform(), angle = 2.0 * std::numbers::pi * stream.uniform();
-                    const Eigen::Matrix3d frame = frame_of(mesh.normals[y.face]);
-                    const Ray ray{y.position,
-                                  frame * Vec3(std::sqrt(up) * std::cos(angle), std::sqrt(up) * std::sin(angle),
-                                               std::sqrt(1.0 - up)),
-                                  y.face};
+                    const Ray ray{y.position, cosine_direction(mesh.normals[y.face], up, angle), y.face};
                     Hit hit;
                     engine.first_hits({&ray, 1}, {&hit, 1});
                     EXPECT_TRUE(hit.face != none && hit.front) << turn << " " << t;

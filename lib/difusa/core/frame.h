@@ -17,6 +17,14 @@ inline void tangents(const Vec3& n, Vec3& t, Vec3& b) {
     b = Vec3(c, sign + n[1] * n[1] * a, -n[1]);
 }
 
+/// The direction at this angle around n, of the share u of the disc below it: distributed as the cosine from n if u is
+/// uniform in [0, 1) and the angle around the circle.
+inline Vec3 cosine_direction(const Vec3& n, double u, double angle) {
+    Vec3 t, b;
+    tangents(n, t, b);
+    return std::sqrt(u) * (std::cos(angle) * t + std::sin(angle) * b) + std::sqrt(1.0 - u) * n;
+}
+
 /// The rotation from that frame, in which n is z, to the world.
 inline Eigen::Matrix3d frame_of(const Vec3& n) {
     Eigen::Matrix3d frame;

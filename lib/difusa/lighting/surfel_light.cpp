@@ -61,6 +61,9 @@ class Averages {
                             [&](const SurfacePoint& x, double share) { add_material(s, x, share, result); });
     }
 
+    /// Whether some points of the last surfel may see a light in a mirror: between samples that see none there may be.
+    bool sees_images() const { return light_.images() != nullptr && worker_.images.near; }
+
     static double largest(const std::vector<double>& values) {
         return std::transform_reduce(
             values.begin(), values.end(), 0.0, [](double a, double b) { return std::max(a, b); },
@@ -96,9 +99,8 @@ class Averages {
             outside_all_.push_back(outside_at_points_[i].sum());
         }
         const std::size_t blocked = lamps.blocked_samples - blocked_before;
-        const bool sees_images = light_.images() != nullptr && worker_.images.near;
         const bool alike =
-            light_.chooses_roughly() && !sees_images && (blocked == 0 || blocked == lamps.cast - cast_before);
+            light_.chooses_roughly() && !sees_images() && (blocked == 0 || blocked == lamps.cast - cast_before);
         const double most = largest(all_);
         return are_even(all_, most) || (alike && are_even(outside_all_, most));
     }
@@ -107,9 +109,7 @@ class Averages {
         const std::size_t cast_before = cast();
         std::size_t count = samples_.pilot;
         const bool even = sample(count, stream);
-        // Between points that see no image in a mirror there may be some that do.
-        const bool sees_images = light_.images() != nullptr && worker_.images.near;
-        if (!even || cast() > cast_before || sees_images || light_.chooses_roughly()) {
+        if (!even || cast() > cast_before || sees_images() || light_.chooses_roughly()) {
             count = even ? samples_.even : samples_.edge;
             sample(count, stream);
         }

@@ -33,11 +33,7 @@ constexpr std::size_t least_adjoint_rays = 16; ///< from each point where the re
 
 /// A ray from x, distributed as the cosine from its normal if u is uniform in the unit square.
 Ray diffuse_ray(const Mesh& mesh, const SurfacePoint& x, const std::array<double, 2>& u) {
-    Vec3 t, b;
-    tangents(x.normal, t, b);
-    const double angle = 2.0 * std::numbers::pi * u[1];
-    const Vec3 direction =
-        std::sqrt(u[0]) * (std::cos(angle) * t + std::sin(angle) * b) + std::sqrt(1.0 - u[0]) * x.normal;
+    const Vec3 direction = cosine_direction(x.normal, u[0], 2.0 * std::numbers::pi * u[1]);
     const SurfacePoint from = inset(mesh, x);
     const Vec3& face = mesh.normals[from.face];
     // What a shading normal has below the face is above the smooth surface (Sight::lift).

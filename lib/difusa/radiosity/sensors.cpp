@@ -2,6 +2,7 @@
 
 #include <difusa/core/colour.h>
 #include <difusa/core/error.h>
+#include <difusa/core/frame.h>
 #include <difusa/core/random.h>
 #include <difusa/radiosity/system.h>
 #include <difusa/rays/direction_pool.h>
@@ -165,12 +166,9 @@ class Sensing {
         std::vector<Ray> rays;
         for (std::size_t k = 0; k < probes; ++k) {
             const Vec3& n = planes[k * planes.size() / probes].normal;
-            Vec3 t, b;
-            tangents(n, t, b);
             const double u = (static_cast<double>(k) + stream.uniform()) / static_cast<double>(probes);
             const double angle = 2.0 * std::numbers::pi * stream.uniform();
-            rays.push_back({sensors_[number].position,
-                            std::sqrt(u) * (std::cos(angle) * t + std::sin(angle) * b) + std::sqrt(1.0 - u) * n, none});
+            rays.push_back({sensors_[number].position, cosine_direction(n, u, angle), none});
         }
         std::vector<Hit> hits(rays.size());
         tracer.first_hits(rays, hits);
