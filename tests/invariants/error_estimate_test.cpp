@@ -107,7 +107,9 @@ TEST(ErrorEstimate, SurfelsStandForTheLightAtHitsWithoutBias) {
     FieldParts constant = result.field().parts();
     constant.smooth.setConstant(0.75);
     const auto surfels = static_cast<Eigen::Index>(result.system->discretisation().surfels->size());
-    const auto difference = [&](const Field& field, const Values& means) {
+    const SurfelLight& light = result.solution.light;
+    const auto difference = [&](const Field& field, const Values& smooth) {
+        const Field::SurfelMeans means{smooth, light.first_bounce(), light.even};
         const Irradiance plain = field.gather_smooth(x, 100, 5, "rays", Execution{});
         const Irradiance fast = field.gather_by_surfels(x, means, nullptr, 100, 5, "rays", Execution{});
         EXPECT_EQ(fast.rays, plain.rays);
@@ -117,7 +119,7 @@ TEST(ErrorEstimate, SurfelsStandForTheLightAtHitsWithoutBias) {
     const Values same = Values::Constant(surfels, constant.smooth.cols(), 0.75);
     EXPECT_LT(difference(Field(constant), same).cwiseAbs().maxCoeff(), 1e-14);
 
-    // Too bright by 1: a point has 12 or 13 of its 100 hits corrected by 8, and a mean of one half that is reflected.
+    // Too bright by 1: a point has 6 or 7 of its 100 hits corrected by 16, and a mean of one half that is reflected.
     Values wrong;
     result.system->discretisation().averages->apply(result.field().parts().smooth, wrong, Execution{});
     wrong.array() += 1.0;
@@ -266,7 +268,7 @@ TEST(ErrorEstimate, ItsPointsIntegrateAnythingThatIsReflected) {
     double largest = 0.0; // weight, over the mean
     double of_fewer = 0.0;
     for (std::uint64_t seed = 1; seed <= 64; ++seed) {
-        const ErrorPoints points = draw_error_points(result.solution, 1200, seed, Execution{});
+        const ErrorPoints points = ErrorPointSampler(result.solution, Execution{}).draw(1200, seed);
         ASSERT_EQ(points.size(), 1204U);
         double sum = 0.0, area = 0.0;
         RandomStream stream(seed, "fewer");
@@ -310,7 +312,7 @@ TEST(ErrorEstimate, ItsPointsAreDenserBesideWhatTheyFace) {
     const BakeResult result = baked(furnace(0.5, 0.5), coarse(0.25, 64));
     const double spacing = 2.0 * result.system->discretisation().surfels->edge();
     const FacingDistance facing(result.scene->mesh);
-    const ErrorPoints points = draw_error_points(result.solution, 900, 1, Execution{});
+    const ErrorPoints points = ErrorPointSampler(result.solution, Execution{}).draw(900, 1);
     std::array<double, ErrorPoints::groups> quotient{};
     int near = 0;
     for (std::size_t p = 0; p < points.size(); ++p) {

@@ -77,8 +77,10 @@ class SunThroughAHole : public testing::Test {
         Rgb exactly;    ///< fresh shadow rays, at what rays hit and at what is drawn
         Rgb on_surfels; ///< the light of the surfels that rays hit and of those that are drawn
         Rgb rays;       ///< fresh shadow rays at what rays hit alone
+        Rgb shortened;  ///< as `exactly`, with `shortcut`
     };
-    Estimates estimate(const SurfacePoint& x, std::size_t number, const DirectionPool& pool) const {
+    Estimates estimate(const SurfacePoint& x, std::size_t number, const DirectionPool& pool,
+                       const BrightSurfels::Shortcut* shortcut = nullptr) const {
         Hemisphere around(tracer(), pool);
         around.look(x, number);
         std::vector<SurfacePoint> met;
@@ -93,10 +95,11 @@ class SunThroughAHole : public testing::Test {
             [](const Vec3&, double) {});
         RandomStream stream(9, "bounce", number);
         BrightSurfels::Worker worker;
-        Estimates result{Rgb::Zero(), Rgb::Zero(), Rgb::Zero()};
+        Estimates result{Rgb::Zero(), Rgb::Zero(), Rgb::Zero(), Rgb::Zero()};
         bounce->gather_exactly(x, met, weights, pool.count(), stream, worker, {&result.exactly, 1});
         const Eigen::RowVectorXd H = bounce->gather(x, bins, weights, pool.count(), first_bounce, stream, worker);
         result.on_surfels = H.transpose().array();
+        bounce->gather_exactly(x, met, weights, pool.count(), stream, worker, {&result.shortened, 1}, shortcut);
         std::vector<Rgb> sampled(met.size());
         light->sample(met, stream, sampled, worker.light);
         for (std::size_t p = 0; p < sampled.size(); ++p) {
@@ -119,11 +122,12 @@ TEST_F(SunThroughAHole, TheBrightShareIsThatOfTheLitSquare) {
 TEST_F(SunThroughAHole, RaysAndPlacesTogetherBringWhatLambertSays) {
     constexpr std::size_t N = 1024;
     const DirectionPool pool(*directions, N, 3);
-    double both = 0.0, rays = 0.0, bound = 0.0, surfels_too = 0.0;
+    double both = 0.0, rays = 0.0, bound = 0.0, surfels_too = 0.0, shortened = 0.0;
+    const BrightSurfels::Shortcut shortcut{first_bounce, on_surfels.even, 8};
     const std::vector<SurfacePoint> points = on_wall(400);
     for (std::size_t i = 0; i < points.size(); ++i) {
         const double exact = 0.5 * form_factor(points[i]);
-        const Estimates got = estimate(points[i], i, pool);
+        const Estimates got = estimate(points[i], i, pool, &shortcut);
         // Each of the samples, the radiosity over N or less, is between 0 and 1/2 over N, and together they come to
         // `exact` in the mean: independent ones have the variance exact/(2N) at most, stratified ones less.
         const double sigma = std::sqrt(0.5 * exact / double(N));
@@ -131,29 +135,40 @@ TEST_F(SunThroughAHole, RaysAndPlacesTogetherBringWhatLambertSays) {
         EXPECT_NEAR(got.exactly[2], 3.0 * got.exactly[0], 4.0 * double(N) * 0x1p-53);
         both += std::pow(got.exactly[0] - exact, 2);
         surfels_too += std::pow(got.on_surfels[0] - exact, 2);
+        shortened += std::pow(got.shortened[0] - exact, 2);
         rays += std::pow(got.rays[0] - exact, 2);
         bound += sigma * sigma;
     }
     EXPECT_LT(both, 0.1 * bound);
     EXPECT_LT(surfels_too, 0.1 * bound);
+    EXPECT_LT(shortened, 0.1 * bound);
     EXPECT_LT(both, 0.2 * rays); // five times the rays and more for the same error, with half as many places
 }
 
-/// A mean over many points has next to no noise left, so that what the cells miss at the border would show.
+/// A mean over many points has next to no noise left, so that what the cells miss at the border would show; or that the
+/// light of surfels is wrong, as here, if it were not corrected.
 TEST_F(SunThroughAHole, NothingIsMissedOrCountedTwice) {
     constexpr std::size_t N = 16;
-    double sum = 0.0, exact = 0.0, variance = 0.0;
+    const Values wrong = 0.5 * first_bounce + Values::Constant(first_bounce.rows(), 3, 0.05);
+    const std::vector<std::uint8_t> all(surfels->size(), 1);
+    const BrightSurfels::Shortcut shortcut{wrong, all, 4};
     const std::vector<SurfacePoint> points = on_wall(8000);
     const DirectionPool pool(*directions, N, 3);
+    Eigen::Array2d sum = Eigen::Array2d::Zero(), variance = sum;
+    double exact = 0.0;
     for (std::size_t i = 0; i < points.size(); ++i) {
         const double expected = 0.5 * form_factor(points[i]);
-        const double error = estimate(points[i], i, pool).exactly[0] - expected;
+        const Estimates got = estimate(points[i], i, pool, &shortcut);
+        const Eigen::Array2d error = Eigen::Array2d(got.exactly[0], got.shortened[0]) - expected;
         sum += error;
         exact += expected;
-        variance += error * error;
+        variance += error.square();
     }
-    EXPECT_NEAR(sum, 0.0, 4.0 * std::sqrt(variance));
-    EXPECT_LT(std::sqrt(variance), 0.005 * exact); // or the line above says little
+    EXPECT_LT(std::abs(sum[0]), 4.0 * std::sqrt(variance[0]));
+    EXPECT_LT(std::abs(sum[1]), 4.0 * std::sqrt(variance[1]));
+    // Or the lines above say little: uncorrected, it would be off by about half of this.
+    EXPECT_LT(std::sqrt(variance[0]), 0.005 * exact);
+    EXPECT_LT(std::sqrt(variance[1]), 0.02 * exact);
 }
 
 /// Directions below the plane of the face are mirrored to above it, with rays and with places.

@@ -222,7 +222,7 @@ TEST(SurfelLight, TheSunThroughAHoleBringsItsFlux) {
     EXPECT_GE(lit.light.segments, static_cast<std::size_t>(4 * 16.0 / area)); // the ceiling faces away from the sun
     // Surfels that are wholly in the light or out of it are exact.
     std::vector<Surfels::Piece> pieces;
-    int inside = 0;
+    int inside = 0, border = 0;
     for (Index s = 0; s < lit.surfels.size(); ++s) {
         const SurfacePoint x = lit.surfels.centre(s, pieces);
         if (x.face >= 2) {
@@ -232,10 +232,16 @@ TEST(SurfelLight, TheSunThroughAHoleBringsItsFlux) {
         const double within = std::min({above.x() - 1.5, 2.5 - above.x(), above.y() - 1.5, 2.5 - above.y()});
         if (std::abs(within) > 1.5 * edge) {
             EXPECT_NEAR(lit.light.direct(static_cast<Eigen::Index>(s), 0), within > 0.0 ? flux : 0.0, 8 * 0x1p-53);
+            EXPECT_EQ(lit.light.even[s], 1);
             inside += within > 0.0 ? 1 : 0;
+        }
+        if (const double share = lit.light.direct(static_cast<Eigen::Index>(s), 0) / flux; share > 0.4 && share < 0.6) {
+            EXPECT_EQ(lit.light.even[s], 0);
+            ++border;
         }
     }
     EXPECT_GT(inside, 200);
+    EXPECT_GT(border, 5);
 }
 
 /// A lamp half behind a plate: surfels in the penumbra have the mean of what arrives there. (Samples that are taken

@@ -63,7 +63,7 @@ void average_columns(std::span<const Entry> entries, const double* from, Eigen::
 
 /// A row of P x from the entries of P.
 template <class Entry> void average(std::span<const Entry> entries, const Values& x, double* out) {
-    for_panels<96, 24, 8, 3, 1>(x.cols(), [&](auto count, Eigen::Index c) {
+    for_panels<96, 24, 21, 8, 7, 3, 1>(x.cols(), [&](auto count, Eigen::Index c) {
         average_columns<count>(entries, x.data() + c, x.cols(), out + c);
     });
 }

@@ -16,10 +16,6 @@ namespace {
 /// varies too much to be represented by the density at the centre.
 constexpr double near = 4.0;
 
-bool is_dark(const Rgb& light) {
-    return !(light != 0.0).any();
-}
-
 } // namespace
 
 BrightSurfels::BrightSurfels(const Scene& scene, const Tracer& tracer, const Surfels& surfels,
@@ -148,44 +144,72 @@ Eigen::RowVectorXd BrightSurfels::gather(const SurfacePoint& x, std::span<const 
     return sum;
 }
 
+/// Adds rho H at each y, times Worker::factor, with fresh shadow rays. Worker::surfel: the surfels, for the shortcut.
+void BrightSurfels::add_reflected(std::span<const SurfacePoint> y, RandomStream& stream, Worker& worker,
+                                  std::span<Rgb> H, const Shortcut* shortcut) const {
+    const std::size_t sets = H.size(), first = shortcut != nullptr ? stream.below(shortcut->stride) : 0;
+    const auto is_short = [&](std::size_t p) { return shortcut != nullptr && shortcut->even[worker.surfel[p]] != 0; };
+    worker.sampled.clear();
+    worker.sampled_at.clear();
+    for (std::size_t p = 0; p < y.size(); ++p) {
+        if (!is_short(p) || p % shortcut->stride == first) {
+            worker.sampled.push_back(p);
+            worker.sampled_at.push_back(y[p]);
+        }
+    }
+    worker.H.resize(worker.sampled.size() * sets);
+    sources_.sample(worker.sampled_at, stream, worker.H, worker.light);
+    for (std::size_t k = 0; k < worker.sampled.size(); ++k) {
+        double& factor = worker.factor[worker.sampled[k]];
+        const double times = is_short(worker.sampled[k]) ? static_cast<double>(shortcut->stride) : 1.0;
+        const Rgb rho = times * factor * scene_.reflectance(worker.sampled_at[k]);
+        for (std::size_t set = 0; set < sets; ++set) {
+            H[set] += rho * worker.H[k * sets + set];
+        }
+        factor -= times * factor;
+    }
+    if (shortcut == nullptr) {
+        return;
+    }
+    const Eigen::Index channels = shortcut->first_bounce.cols() / static_cast<Eigen::Index>(sets);
+    for (std::size_t p = 0; p < y.size(); ++p) {
+        const double* light = shortcut->first_bounce.row(static_cast<Eigen::Index>(worker.surfel[p])).data();
+        for (std::size_t set = 0; is_short(p) && set < sets; ++set, light += channels) {
+            for (Eigen::Index channel = 0; channel < channels; ++channel) {
+                H[set][channel] += worker.factor[p] * light[channel];
+            }
+        }
+    }
+}
+
 void BrightSurfels::gather_exactly(const SurfacePoint& x, std::span<const SurfacePoint> met,
                                    std::span<const double> weight, std::size_t rays, RandomStream& stream,
-                                   Worker& worker, std::span<Rgb> H) const {
+                                   Worker& worker, std::span<Rgb> H, const Shortcut* shortcut) const {
     std::fill(H.begin(), H.end(), Rgb(Rgb::Zero()));
     const SurfacePoint from = inset(scene_.mesh, x);
-    const std::size_t count = places(rays), sets = H.size();
+    const std::size_t count = places(rays);
     const auto by_rays = static_cast<double>(rays), by_places = static_cast<double>(count);
-    const auto add = [&](const SurfacePoint& y, std::size_t at, double factor) {
-        const Rgb rho = factor * scene_.reflectance(y);
-        for (std::size_t set = 0; set < sets; ++set) {
-            H[set] += rho * worker.H[at * sets + set];
-        }
-    };
-    worker.H.resize(met.size() * sets);
-    sources_.sample(met, stream, worker.H, worker.light);
-    for (std::size_t p = 0; p < met.size(); ++p) {
-        if (std::all_of(&worker.H[p * sets], &worker.H[p * sets] + sets, is_dark)) {
-            continue;
-        }
-        double share = 1.0;
+    worker.factor.assign(weight.begin(), weight.end());
+    worker.surfel.clear();
+    for (std::size_t p = 0; p < met.size() && (count > 0 || shortcut != nullptr); ++p) {
+        worker.surfel.push_back(surfels_.at(met[p].face, met[p].u, met[p].v));
         if (count > 0) {
-            const double other = by_places * density(surfels_.at(met[p].face, met[p].u, met[p].v));
+            const double other = by_places * density(worker.surfel[p]);
             const double own = other > 0.0 ? by_rays * ray_density(from, met[p].position, met[p].normal) : 1.0;
-            share = own / (own + other);
+            worker.factor[p] *= own / (own + other);
         }
-        add(met[p], p, weight[p] * share);
     }
+    add_reflected(met, stream, worker, H, shortcut);
     if (count == 0) {
         return;
     }
     draw(from, count, stream, worker);
-    worker.H.resize(worker.places.size() * sets);
-    sources_.sample(worker.places, stream, worker.H, worker.light);
+    worker.factor.clear();
     for (std::size_t k = 0; k < worker.places.size(); ++k) {
-        const SurfacePoint& y = worker.places[k];
-        const double own = ray_density(from, y.position, y.normal);
-        add(y, k, own / (by_rays * own + by_places * density(worker.surfel[k])));
+        const double own = ray_density(from, worker.places[k].position, worker.places[k].normal);
+        worker.factor.push_back(own / (by_rays * own + by_places * density(worker.surfel[k])));
     }
+    add_reflected(worker.places, stream, worker, H, shortcut);
 }
 
 } // namespace difusa

@@ -38,6 +38,17 @@ class BrightSurfels {
         std::vector<std::uint8_t> blocked;
         std::vector<Surfels::Piece> pieces;
         std::vector<Rgb> H;
+        std::vector<double> factor;           ///< #points, of their light
+        std::vector<std::size_t> sampled;     ///< numbers of points with fresh shadow rays
+        std::vector<SurfacePoint> sampled_at; ///< these points
+    };
+
+    /// The light of its surfel in place of that at each point, plus `stride` times the difference at one point of so
+    /// many, which leaves no bias; not on surfels that are lit unevenly. `first_bounce`: rho ∘ H of the surfels.
+    struct Shortcut {
+        const Values& first_bounce;
+        const std::vector<std::uint8_t>& even; ///< SurfelLight::even
+        std::size_t stride = 1;
     };
 
     /// D (rho ∘ H) at x: #sets #channels, W/m². The row of D has the bins `hit` with these weights (bins that are not
@@ -48,11 +59,14 @@ class BrightSurfels {
 
     /// The same with fresh shadow rays, at the hits of the rays from x and at the sampled points: H[set], in W/m².
     /// `met`: the hits on front faces; `weight`: the weights of these rays, parallel to it; `rays`: their total number,
-    /// including those that hit no front.
+    /// including those that hit no front. `shortcut`: or null.
     void gather_exactly(const SurfacePoint& x, std::span<const SurfacePoint> met, std::span<const double> weight,
-                        std::size_t rays, RandomStream& stream, Worker& worker, std::span<Rgb> H) const;
+                        std::size_t rays, RandomStream& stream, Worker& worker, std::span<Rgb> H,
+                        const Shortcut* shortcut = nullptr) const;
 
   private:
+    void add_reflected(std::span<const SurfacePoint> y, RandomStream& stream, Worker& worker, std::span<Rgb> H,
+                       const Shortcut* shortcut) const;
     void draw(const SurfacePoint& x, std::size_t count, RandomStream& stream, Worker& worker) const;
     double density(Index s) const;
     double ray_density(const SurfacePoint& x, const Vec3& y, const Vec3& n_y) const;

@@ -27,9 +27,9 @@ class Averages {
 
     void add(Index s, RandomStream stream, SurfelLight& result) {
         surfels_.pieces(s, pieces_);
-        average_materials(s, result);
+        const bool even = average_materials(s, result);
         if (light_.any()) {
-            average_direct(s, stream, result);
+            result.even[s] = average_direct(s, stream, result) && even ? 1 : 0;
         }
     }
 
@@ -54,11 +54,15 @@ class Averages {
                (material.emits_unevenly() && (material.emission > 0.0).any());
     }
 
-    void average_materials(Index s, SurfelLight& result) {
+    /// Returns whether they are constant.
+    bool average_materials(Index s, SurfelLight& result) {
         const bool spread =
             std::any_of(pieces_.begin(), pieces_.end(), [&](const Surfels::Piece& piece) { return is_uneven(piece); });
         for_material_places(surfels_, pieces_, spread, points_,
                             [&](const SurfacePoint& x, double share) { add_material(s, x, share, result); });
+        return !spread && std::all_of(pieces_.begin(), pieces_.end(), [&](const Surfels::Piece& piece) {
+            return scene_.mesh.material[piece.triangle] == scene_.mesh.material[pieces_.front().triangle];
+        });
     }
 
     /// Whether some points of the last surfel may see a light in a mirror: between samples that see none there may be.
@@ -105,19 +109,22 @@ class Averages {
         return are_even(all_, most) || (alike && are_even(outside_all_, most));
     }
 
-    void average_direct(Index s, RandomStream& stream, SurfelLight& result) {
+    /// Returns whether single values of DirectLight::sample differ little from the mean, as far as is known.
+    bool average_direct(Index s, RandomStream& stream, SurfelLight& result) {
         const std::size_t cast_before = cast();
         std::size_t count = samples_.pilot;
-        const bool even = sample(count, stream);
-        if (!even || cast() > cast_before || sees_images() || light_.chooses_roughly()) {
+        bool even = sample(count, stream);
+        const bool by_chance = sees_images() || light_.chooses_roughly();
+        if (!even || cast() > cast_before || by_chance) {
             count = even ? samples_.even : samples_.edge;
-            sample(count, stream);
+            even = sample(count, stream) && even;
         }
         result.from_outside.row(s) = (outside_ / static_cast<double>(count)).head(channels_).matrix().transpose();
         for (std::size_t set = 0; set < H_.size(); ++set) {
             columns(result.direct, s, static_cast<Index>(set)) =
                 (H_[set] / static_cast<double>(count)).head(channels_).matrix().transpose();
         }
+        return even && !by_chance;
     }
 
     const Scene& scene_;
@@ -173,6 +180,7 @@ SurfelLight light_on_surfels(const Scene& scene, const Surfels& surfels, const D
     result.direct.setZero(count, columns);
     result.all_emission.setZero(count, channels);
     result.from_outside.setZero(count, channels);
+    result.even.assign(surfels.size(), 0);
     std::vector<std::size_t> cast((surfels.size() + surfels_at_once - 1) / surfels_at_once, 0);
     parallel_for(surfels.size(), surfels_at_once, execution, [&](std::size_t begin, std::size_t end, unsigned) {
         Averages averages(scene, surfels, light, channels);

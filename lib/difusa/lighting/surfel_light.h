@@ -13,12 +13,13 @@ namespace difusa {
 
 /// Means over surfels; columns are the channels, or the channels of each set of lights in turn.
 struct SurfelLight {
-    Values reflectance;       ///< rho: #surfels by #channels
-    Values emission;          ///< E, W/m²: #surfels by #sets #channels, from faces that are not area lights
-    Values direct;            ///< H, W/m²: likewise, shadowed irradiance from suns, point lights and area lights
-    Values all_emission;      ///< W/m²: #surfels by #channels, from all faces and sets
-    Values from_outside;      ///< W/m²: #surfels by #channels, the part of `direct` from suns and point lights
-    std::size_t segments = 0; ///< shadow rays cast
+    Values reflectance;             ///< rho: #surfels by #channels
+    Values emission;                ///< E, W/m²: #surfels by #sets #channels, from faces that are not area lights
+    Values direct;                  ///< H, W/m²: likewise, shadowed irradiance from suns, point lights and area lights
+    Values all_emission;            ///< W/m²: #surfels by #channels, from all faces and sets
+    Values from_outside;            ///< W/m²: #surfels by #channels, the part of `direct` from suns and point lights
+    std::vector<std::uint8_t> even; ///< #surfels: 1 where `direct` and the reflectance represent all of the surfel
+    std::size_t segments = 0;       ///< shadow rays cast
 
     /// rho ∘ H: likewise, direct light after one reflection.
     Values first_bounce() const;
@@ -66,7 +67,8 @@ void for_material_places(const Surfels& surfels, const std::vector<Surfels::Piec
     }
 }
 
-/// Constants are averaged exactly; textures, patterns and corner colours over 16 points, direct light over those of
+/// `even` is set where the materials are constant and direct light differed by little at all points that it was sampled
+/// at. Constants are averaged exactly; textures, patterns and corner colours over 16 points, direct light over those of
 /// SurfelSamples.
 SurfelLight light_on_surfels(const Scene& scene, const Surfels& surfels, const DirectLight& light, int channels,
                              std::uint64_t seed, const Execution& execution);

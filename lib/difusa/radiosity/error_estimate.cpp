@@ -228,7 +228,9 @@ class Estimation {
             result_.segments += effort.segments;
         }
         const RadiositySystem& system = *field_.parts().system;
-        system.discretisation().averages->apply(field_.parts().smooth, means_, execution_);
+        system.discretisation().averages->apply(field_.parts().smooth, means_.smooth, execution_);
+        means_.first_bounce = solution_.light.first_bounce();
+        means_.even = solution_.light.even;
     }
 
     void measure_once(std::size_t rays, const std::string& purpose, Values Measured::*which) {
@@ -422,7 +424,7 @@ class Estimation {
     Values rho_, weight_;                          ///< #points by #channels, as all below; weight_: judged_weight
     std::unique_ptr<const ExactCorrection> exact_; ///< null: there are no exact form factors
     std::size_t exact_rays_ = 0;                   ///< for which it is exact enough
-    Values means_; ///< #surfels by the channels of each set in turn: Field::gather_by_surfels
+    Field::SurfelMeans means_;
     /// Indirect light; that of which the residuals are carried on; that which the basis displays; and all light.
     Measured indirect_, smooth_, shown_, total_;
     double doubt_ = 0.0;
@@ -435,10 +437,10 @@ class Estimation {
 class Measurements {
   public:
     Measurements(const Solution& solution, std::uint64_t seed, const Execution& execution)
-        : solution_(solution), seed_(seed), execution_(execution) {}
+        : solution_(solution), seed_(seed), execution_(execution), sampler_(solution, execution) {}
 
     ErrorEstimate run(std::size_t points, std::size_t rays, const FurtherRounds& further) {
-        ErrorPoints drawn = draw_error_points(solution_, points, seed_, execution_);
+        ErrorPoints drawn = sampler_.draw(points, seed_);
         if (drawn.size() == 0) {
             return Estimation(solution_, std::move(drawn), seed_, "", execution_).result();
         }
@@ -450,7 +452,7 @@ class Measurements {
         for (std::size_t round = 1; round <= further.most && estimation.is_undecided(further.limit); ++round) {
             const std::string purpose = "error, round " + std::to_string(round);
             const auto other_points = [&](std::size_t count) {
-                return draw_error_points(solution_, count, RandomStream(seed_, purpose).bits(), execution_);
+                return sampler_.draw(count, RandomStream(seed_, purpose).bits());
             };
             if (direct.mean().deviation > estimation.doubt()) {
                 direct.add(other_points(direct.points()));
@@ -535,6 +537,7 @@ class Measurements {
     const Solution& solution_;
     std::uint64_t seed_;
     const Execution& execution_;
+    ErrorPointSampler sampler_;
     std::size_t all_rays_ = 0;                              ///< of each measurement of each point
     std::size_t replaced_rays_ = 0, replaced_segments_ = 0; ///< cast for points that have been replaced
 };

@@ -4,7 +4,6 @@
 #include <difusa/algebra/sparse_rows.h>
 #include <difusa/core/parallel.h>
 #include <difusa/core/random.h>
-#include <difusa/discretisation/facing_distance.h>
 #include <difusa/scene/sky_parts.h>
 #include <difusa/transport/mirrored.h>
 
@@ -134,24 +133,24 @@ ErrorSources error_sources(const Solution& solution, const Execution& execution)
     return sources;
 }
 
-ErrorPoints draw_error_points(const Solution& solution, std::size_t count, std::uint64_t seed,
-                              const Execution& execution) {
-    const Surfels& surfels = *solution.field->parts().system->discretisation().surfels;
-    ErrorSources sources = error_sources(solution, execution);
-    const std::vector<double> density = density_of(solution, sources, execution);
+ErrorPointSampler::ErrorPointSampler(const Solution& solution, const Execution& execution)
+    : surfels_(*solution.field->parts().system->discretisation().surfels), execution_(execution),
+      sources_(error_sources(solution, execution)), density_(density_of(solution, sources_, execution)),
+      facing_(solution.field->parts().scene->mesh) {
+    for (Index s = 0; s < surfels_.size(); ++s) {
+        area_ += density_[s] > 0.0 ? surfels_.area(s) : 0.0;
+    }
+}
+
+ErrorPoints ErrorPointSampler::draw(std::size_t count, std::uint64_t seed) const {
     RandomStream stream(seed, "error points");
     const std::size_t shares = (count + ErrorPoints::groups - 1) / ErrorPoints::groups;
     const SurfelPoints drawn =
-        draw_surfel_points(surfels, density, candidates_per_point * shares, ErrorPoints::groups, stream);
-    const FacingDistance facing(solution.field->parts().scene->mesh);
-    const std::vector<double> chance = chances(drawn, facing, 2.0 * surfels.edge(), execution);
-    ErrorPoints points{choose_points(drawn, chance, shares, ErrorPoints::groups, stream), std::move(sources.variance),
-                       std::move(sources.variance_of_fresh)};
-    double area = 0.0;
-    for (Index s = 0; s < surfels.size(); ++s) {
-        area += density[s] > 0.0 ? surfels.area(s) : 0.0;
-    }
-    fit_weights(points, area);
+        draw_surfel_points(surfels_, density_, candidates_per_point * shares, ErrorPoints::groups, stream);
+    const std::vector<double> chance = chances(drawn, facing_, 2.0 * surfels_.edge(), execution_);
+    ErrorPoints points{choose_points(drawn, chance, shares, ErrorPoints::groups, stream), sources_.variance,
+                       sources_.variance_of_fresh};
+    fit_weights(points, area_);
     return points;
 }
 

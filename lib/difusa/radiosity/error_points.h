@@ -1,10 +1,12 @@
 // Surface points where the error of a solution is measured: more of them where it may be large.
 #pragma once
 
+#include <difusa/discretisation/facing_distance.h>
 #include <difusa/radiosity/surfel_points.h>
 #include <difusa/radiosity/system.h>
 
 #include <cstdint>
+#include <vector>
 
 namespace difusa {
 
@@ -41,15 +43,29 @@ Rgb judged_weight(const Scene& scene, const SurfacePoint& x);
 
 ErrorSources error_sources(const Solution& solution, const Execution& execution);
 
-/// `count` points, rounded up to a multiple of the groups: one of each group from each of as many equal shares of a
-/// density as there are points in a group. The density is a mixture divided by a distance. The mixture: in equal parts
+/// Draws error points of a solution by a density, which is a mixture divided by a distance. The mixture: in equal parts
 /// in proportion to w², with which the square of an error of the irradiance counts (w = judged_weights), and to w²
 /// times the square of ErrorSources::light, times its variation, and times its noise. The distance is that to what the
 /// point faces (discretisation/facing_distance.h), but at least a twentieth of the spacing and at most all of it: where
 /// walls meet floors, errors are large in strips narrower than any element, which the coefficients do not tell of. The
-/// distance is computed at 16 candidates for each point, from which the points are chosen. None if nothing reflects.
-ErrorPoints draw_error_points(const Solution& solution, std::size_t count, std::uint64_t seed,
-                              const Execution& execution);
+/// distance is computed at 16 candidates for each point, from which the points are chosen.
+class ErrorPointSampler {
+  public:
+    /// Keeps references to both.
+    ErrorPointSampler(const Solution& solution, const Execution& execution);
+
+    /// `count` points, rounded up to a multiple of the groups: one of each group from each of as many equal shares of
+    /// the density as there are points in a group. None if nothing reflects.
+    ErrorPoints draw(std::size_t count, std::uint64_t seed) const;
+
+  private:
+    const Surfels& surfels_;
+    const Execution& execution_;
+    ErrorSources sources_;
+    std::vector<double> density_; ///< the mixture's integral over each surfel
+    double area_ = 0.0;           ///< of the surfels where it is not 0
+    FacingDistance facing_;
+};
 
 /// About `count` of the points, as many of each group, in equal steps through the order of the points from a random
 /// start; all if there are no more. The weights sum to the same area.

@@ -28,10 +28,16 @@ class Gatherer {
     }
 
   public:
-    /// `means`: over the surfels, for Field::gather_by_surfels; or null.
-    Gatherer(const FieldParts& parts, const Values* means, const DirectionPool& pool, std::uint64_t seed)
-        : parts_(parts), means_(means), scene_(*parts.scene), basis_(*parts.system->discretisation().basis),
-          around_(parts.system->tracer(), pool), sets_(parts.direct->sets()), seed_(seed), sharp_(sets_.count()) {}
+    /// `means`: over the surfels, for Field::gather_by_surfels; or null. One hit of `stride` corrects them.
+    Gatherer(const FieldParts& parts, const Field::SurfelMeans* means, std::size_t stride, const DirectionPool& pool,
+             std::uint64_t seed)
+        : parts_(parts), means_(means), stride_(stride), scene_(*parts.scene),
+          basis_(*parts.system->discretisation().basis), around_(parts.system->tracer(), pool),
+          sets_(parts.direct->sets()), seed_(seed), sharp_(sets_.count()) {
+        if (means != nullptr) {
+            shortcut_.emplace(BrightSurfels::Shortcut{means->first_bounce, means->even, stride_});
+        }
+    }
 
     const BrightSurfels::Worker& light() const { return light_; }
 
@@ -61,13 +67,14 @@ class Gatherer {
         of_set(direct, sets_.sky) += row_of(sky);
         if (parts_.bright) {
             RandomStream stream(seed_, "bounce", number);
-            parts_.bright->gather_exactly(x, met_, weight_, around_.count(), stream, light_, sharp_);
+            parts_.bright->gather_exactly(x, met_, weight_, around_.count(), stream, light_, sharp_,
+                                          shortcut_ ? &*shortcut_ : nullptr);
             for (Index set = 0; set < sharp_.size(); ++set) {
                 of_set(indirect, set) += row_of(sharp_[set]);
             }
         }
         colour_.clear();
-        first_corrected_ = means_ != nullptr ? RandomStream(seed_, "corrected", number).below(stride) : 0;
+        first_corrected_ = means_ != nullptr ? RandomStream(seed_, "corrected", number).below(stride_) : 0;
         add_surface(direct, indirect);
         if (scene_.mesh.mirrors.any() || gloss) {
             add_mirrored(number, direct, indirect);
@@ -130,13 +137,15 @@ class Gatherer {
     void add_surface(Eigen::Ref<Eigen::RowVectorXd> direct, Eigen::Ref<Eigen::RowVectorXd> indirect) {
         const std::vector<char>& evaluated = parts_.direct->area_light_materials();
         evaluate_basis();
-        Eigen::RowVectorXd H(indirect.size());
+        H_.resize(indirect.size());
         for (std::size_t p = 0; p < met_.size(); ++p) {
-            smooth_at(p, H);
+            smooth_at(p);
             const Rgb colour = colour_.empty() ? Rgb(Rgb::Ones()) : colour_[p];
-            const Eigen::RowVectorXd rho = row_of(colour * scene_.reflectance(met_[p]));
-            for (Index set = 0; set < sets_.count(); ++set) {
-                of_set(indirect, set) += weight_[p] * of_set(H, set).cwiseProduct(rho);
+            const Rgb rho = colour * scene_.reflectance(met_[p]);
+            for (Eigen::Index column = 0; column < H_.size(); column += parts_.channels) {
+                for (Eigen::Index channel = 0; channel < parts_.channels; ++channel) {
+                    indirect[column + channel] += weight_[p] * (H_[column + channel] * rho[channel]);
+                }
             }
             const Index material = scene_.mesh.material[met_[p].face];
             if (evaluated[material] == 0 && (scene_.materials[material].emission != 0.0).any()) {
@@ -145,13 +154,13 @@ class Gatherer {
         }
     }
 
-    bool needs_basis(std::size_t p) const { return means_ == nullptr || p % stride == first_corrected_; }
+    bool needs_basis(std::size_t p) const { return means_ == nullptr || p % stride_ == first_corrected_; }
 
     void evaluate_basis() {
         std::span<const SurfacePoint> where = met_;
         if (means_ != nullptr) {
             corrected_.clear();
-            for (std::size_t p = first_corrected_; p < met_.size(); p += stride) {
+            for (std::size_t p = first_corrected_; p < met_.size(); p += stride_) {
                 corrected_.push_back(met_[p]);
             }
             where = corrected_;
@@ -160,30 +169,30 @@ class Gatherer {
         basis_.evaluate(where, std::span(rows_).first(where.size()));
     }
 
-    /// sum_i c_i phi_i at hit p, or what stands for it.
-    void smooth_at(std::size_t p, Eigen::RowVectorXd& H) {
-        H.setZero();
+    /// Sets `H_` to sum_i c_i phi_i at hit p, or what stands for it.
+    void smooth_at(std::size_t p) {
+        H_.setZero();
         if (needs_basis(p)) {
-            const BasisRow& row = rows_[means_ == nullptr ? p : p / stride];
+            const BasisRow& row = rows_[means_ == nullptr ? p : p / stride_];
             for (std::size_t k = 0; k < row.element.size(); ++k) {
-                H += row.weight[k] * parts_.smooth.row(static_cast<Eigen::Index>(row.element[k]));
+                H_ += row.weight[k] * parts_.smooth.row(static_cast<Eigen::Index>(row.element[k]));
             }
         }
         if (means_ != nullptr) {
             const Index s = parts_.system->discretisation().surfels->at(met_[p].face, met_[p].u, met_[p].v);
-            const auto mean = means_->row(static_cast<Eigen::Index>(s));
+            const auto mean = means_->smooth.row(static_cast<Eigen::Index>(s));
             if (needs_basis(p)) {
-                H = mean + static_cast<double>(stride) * (H - mean);
+                H_ = mean + static_cast<double>(stride_) * (H_ - mean);
             } else {
-                H = mean;
+                H_ = mean;
             }
         }
     }
 
-    static constexpr std::size_t stride = Field::correction_stride;
-
     const FieldParts& parts_;
-    const Values* means_;
+    const Field::SurfelMeans* means_;
+    std::size_t stride_;
+    std::optional<BrightSurfels::Shortcut> shortcut_;
     const Scene& scene_;
     const Basis& basis_;
     Hemisphere around_;
@@ -197,6 +206,7 @@ class Gatherer {
     std::vector<SurfacePoint> corrected_; ///< hits at which the basis corrects the means
     std::vector<BasisRow> rows_;          ///< there
     std::size_t first_corrected_ = 0;
+    Eigen::RowVectorXd H_;
     std::vector<Rgb> sharp_;
     GatheredRows::Scratch scratch_;
 };
@@ -252,17 +262,17 @@ Irradiance Field::gather_smooth(std::span<const SurfacePoint> x, std::size_t ray
     return gather_smooth(x, nullptr, nullptr, rays, seed, purpose, execution);
 }
 
-Irradiance Field::gather_by_surfels(std::span<const SurfacePoint> x, const Values& means,
+Irradiance Field::gather_by_surfels(std::span<const SurfacePoint> x, const SurfelMeans& means,
                                     const ExactCorrection* correction, std::size_t rays, std::uint64_t seed,
                                     std::string_view purpose, const Execution& execution) const {
-    DIFUSA_REQUIRE(static_cast<std::size_t>(means.rows()) == parts_.system->discretisation().surfels->size() &&
-                   means.cols() == parts_.smooth.cols());
+    DIFUSA_REQUIRE(static_cast<std::size_t>(means.smooth.rows()) == parts_.system->discretisation().surfels->size() &&
+                   means.smooth.cols() == parts_.smooth.cols());
     return gather_smooth(x, &means, correction, rays, seed, purpose, execution);
 }
 
-Irradiance Field::gather_smooth(std::span<const SurfacePoint> x, const Values* means, const ExactCorrection* correction,
-                                std::size_t rays, std::uint64_t seed, std::string_view purpose,
-                                const Execution& execution) const {
+Irradiance Field::gather_smooth(std::span<const SurfacePoint> x, const SurfelMeans* means,
+                                const ExactCorrection* correction, std::size_t rays, std::uint64_t seed,
+                                std::string_view purpose, const Execution& execution) const {
     // A different seed: the directions must not be those of the sites.
     const std::uint64_t own_seed = RandomStream(seed, purpose).bits();
     const DirectionPool pool(parts_.system->fresh_directions(), rays, own_seed);
@@ -280,7 +290,7 @@ Irradiance Field::gather_smooth(std::span<const SurfacePoint> x, const Values* m
     }
     parallel_for(x.size(), grain, execution, [&](std::size_t begin, std::size_t end, unsigned number) {
         if (!workers[number]) {
-            workers[number] = std::make_unique<Gatherer>(parts_, means, pool, own_seed);
+            workers[number] = std::make_unique<Gatherer>(parts_, means, correction != nullptr ? 8 : 16, pool, own_seed);
         }
         for (std::size_t i = begin; i < end; ++i) {
             const auto row = static_cast<Eigen::Index>(i);

@@ -104,13 +104,20 @@ class Field {
     Irradiance gather_smooth(std::span<const SurfacePoint> x, std::size_t rays, std::uint64_t seed,
                              std::string_view purpose, const Execution& execution) const;
 
-    /// What `gather_smooth` gives, with the same rays and no bias, in less time: as if sum_i c_i phi_i were at each hit
-    /// its mean over the surfel, `means` (#surfels by the channels of each set in turn, P c), plus `correction_stride`
-    /// times the difference at the hits of one ray of so many. That varies little, and adds little to the noise.
-    Irradiance gather_by_surfels(std::span<const SurfacePoint> x, const Values& means,
+    /// Light of the surfels: #surfels by the channels of each set in turn, W/m².
+    struct SurfelMeans {
+        Values smooth;                  ///< P c
+        Values first_bounce;            ///< SurfelLight::first_bounce
+        std::vector<std::uint8_t> even; ///< SurfelLight::even
+    };
+
+    /// What `gather_smooth` gives, with the same rays and no bias, in less time: as if sum_i c_i phi_i, and direct
+    /// light where it is even, were at each hit their means over the surfel, plus 16 times the difference at the hits
+    /// of one ray of 16: that varies little, and adds little to the noise. With `correction`, which leaves no other
+    /// noise than that within surfels, it is one of 8.
+    Irradiance gather_by_surfels(std::span<const SurfacePoint> x, const SurfelMeans& means,
                                  const ExactCorrection* correction, std::size_t rays, std::uint64_t seed,
                                  std::string_view purpose, const Execution& execution) const;
-    static constexpr std::size_t correction_stride = 8;
 
     /// H_sharp: #x by the channels of each set in turn. Adds the rays cast to `effort`.
     Values sharp(std::span<const SurfacePoint> x, std::uint64_t seed, std::string_view purpose,
@@ -127,9 +134,9 @@ class Field {
                    const std::string& purpose, const Execution& execution, const RowVisitor& visit = {}) const;
 
   private:
-    Irradiance gather_smooth(std::span<const SurfacePoint> x, const Values* means, const ExactCorrection* correction,
-                             std::size_t rays, std::uint64_t seed, std::string_view purpose,
-                             const Execution& execution) const;
+    Irradiance gather_smooth(std::span<const SurfacePoint> x, const SurfelMeans* means,
+                             const ExactCorrection* correction, std::size_t rays, std::uint64_t seed,
+                             std::string_view purpose, const Execution& execution) const;
 
     FieldParts parts_;
 };

@@ -205,7 +205,7 @@ void look_up(const BakeResult& result, std::size_t rays, const Execution& execut
 KnownLight known_light(const BakeResult& result, const std::string& name, std::size_t places,
                        const Execution& execution) {
     KnownLight light = at_even_places(result, name, places);
-    const ErrorPoints dense = draw_error_points(result.solution, places, result.options.seed + 1, execution);
+    const ErrorPoints dense = ErrorPointSampler(result.solution, execution).draw(places, result.options.seed + 1);
     light.places.insert(light.places.end(), dense.place.begin(), dense.place.end());
     light.weight.insert(light.weight.end(), dense.weight.begin(), dense.weight.end());
     look_up(result, 8192, execution, light);
