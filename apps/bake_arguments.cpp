@@ -211,6 +211,10 @@ void add_place_arguments(CLI::App& app, BakeArguments& arguments, const std::str
              "what is measured where the sensors stand: planar (irradiance by the normal), horizontal, spherical, "
              "cylindrical (mean irradiance of a small sphere, or of an upright cylinder)",
              group);
+    add_whole<std::size_t>(app, "--sensor-rays", options.sensor_rays, 4,
+                           "rays from each sensor (default: 4096, and up to 65536 where their noise is above 2 %)")
+        ->group(group)
+        ->type_name("N");
     app.add_flag("--snap", options.snap, "places with a normal, too, are moved to the nearest surface that faces it")
         ->group(group);
     add_repeated(app, "--grid", options.grids,
@@ -459,6 +463,9 @@ void check_bake_outputs(const BakeArguments& arguments, std::vector<OutputName> 
     }
     if (arguments.options.sensor != "planar" && !places) {
         throw UsageError("--sensor " + arguments.options.sensor + ": there are no sensors; give --at or --grid");
+    }
+    if (arguments.options.sensor_rays > 0 && !places) {
+        throw UsageError("--sensor-rays: there are no sensors; give --at or --grid");
     }
     if (const std::filesystem::path& chart = arguments.files.error_chart;
         !chart.empty() && lower_case(chart.extension().string()) != ".svg") {

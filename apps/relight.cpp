@@ -344,6 +344,7 @@ void check_files(const Arguments& a) {
         inputs.emplace_back(bake.at, "the list of points"); // which need no table of their own
         bake.at.clear();
         bake.options.sensor = "planar";
+        bake.options.sensor_rays = 0;
         bake.options.snap = false;
     }
     if (a.path) {

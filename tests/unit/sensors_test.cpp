@@ -148,6 +148,53 @@ TEST(Sensors, InAFurnaceAllKindsMeasureItsRadiosity) {
     EXPECT_LT((readings.H.array() - 1.0).abs().maxCoeff(), 1e-6); // the solver's tolerance
 }
 
+/// A large black wall y = 0 with a window of 1.5 by 1.5, behind which the sky is. Few rays meet the window, and by
+/// chance all parts of them as often: the noise has to tell all the same.
+TEST(Sensors, FarFromAWindow) {
+    constexpr double far = 2000.0, half = 0.75;
+    const auto from_to = [](double x0, double x1, double z0, double z1) {
+        return rectangle(Vec3(x0, 0, z0), Vec3(0, 0, z1 - z0), Vec3(x1 - x0, 0, 0));
+    };
+    Mesh mesh = from_to(-far, -half, -far, far);
+    add(mesh, from_to(half, far, -far, far), 0);
+    add(mesh, from_to(-half, half, -far, -half), 0);
+    add(mesh, from_to(-half, half, half, far), 0);
+    Scene scene = test::uniform_scene(std::move(mesh), 0.0, 0.0);
+    scene.sky = Rgb::Constant(3.0);
+    const BakeResult result = coarse_bake(scene);
+    std::vector<Sensor> sensors;
+    std::vector<double> exact;
+    RandomStream stream(1, "sensors");
+    for (int i = 0; i < 100; ++i) {
+        const Vec3 x(4.0 * stream.uniform() - 2.0, 5.0 + 5.0 * stream.uniform(), 4.0 * stream.uniform() - 2.0);
+        const Vec3 n = Vec3(stream.uniform() - 0.5, -0.3, stream.uniform() - 0.5).normalized();
+        const auto seen = [&](double size) {
+            return lambert_form_factor(x, n,
+                                       std::array<Vec3, 4>{Vec3(-size, 0, -size), Vec3(-size, 0, size),
+                                                           Vec3(size, 0, size), Vec3(size, 0, -size)});
+        };
+        sensors.push_back({x, n, SensorKind::planar});
+        exact.push_back(3.0 * (1.0 - seen(far) + seen(half)));
+    }
+    const auto off_by = [&](const SensorRays& rays, double& largest) {
+        const SensorReadings read = read_sensors(result.field(), sensors, rays, nullptr, 1, Execution{});
+        double squares = 0.0, in_noises = 0.0;
+        for (std::size_t i = 0; i < sensors.size(); ++i) {
+            const auto row = static_cast<Eigen::Index>(i);
+            const double off = read.H(row, 0) - exact[i];
+            squares += std::pow(off / exact[i], 2) / 100.0;
+            in_noises += std::pow(off / read.noise(row, 0), 2) / 100.0;
+            largest = std::max(largest, std::abs(off / read.noise(row, 0)));
+        }
+        EXPECT_LT(std::sqrt(in_noises), 1.5);
+        return std::sqrt(squares);
+    };
+    double largest = 0.0;
+    off_by(4096, largest);
+    EXPECT_LT(off_by({4096, 65536}, largest), 0.02); // as its noise is to be
+    EXPECT_LT(largest, 5.0);
+}
+
 TEST(Sensors, UnderAPointLight) {
     Scene scene = black_floor();
     PointLight lamp;

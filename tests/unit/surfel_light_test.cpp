@@ -1,7 +1,9 @@
+#include <difusa/bake.h>
 #include <difusa/import/shapes.h>
 #include <difusa/lighting/surfel_light.h>
 #include <difusa/rays/brute_force.h>
 
+#include <support/plugins.h>
 #include <support/rooms.h>
 #include <support/sited.h>
 
@@ -117,6 +119,45 @@ TEST(SurfelLight, PatternsOfEmissionAreAveraged) {
     EXPECT_GT(between, 5);
     // Only surfels that the line x = 0.4 crosses err, at most by their share of it: a strip of their width.
     EXPECT_NEAR(lit.integral(lit.light.emission, 0), 4.0 * 0.4, 4.0 * 2.0 * edge * 0.3);
+}
+
+/// A display of 64 by 64 pixels, dark but for 16 that are far apart: none of these is missed. The energy balance tells
+/// their power exactly, because interpolated pixels are patterns of the second degree on the parts that it adds up.
+TEST(SurfelLight, SmallBrightPixelsAreNotMissed) {
+    constexpr int N = 64;
+    Image image;
+    image.width = image.height = N;
+    image.pixels.assign(N * N, {0.0F, 0.0F, 0.0F});
+    for (int i = 0; i < 16; ++i) {
+        const int row = 6 + 16 * (i / 4), column = 5 + 16 * (i % 4);
+        image.pixels[static_cast<std::size_t>(row * N + column)] = {1.0F, 0.5F, 0.25F};
+    }
+    Scene scene = test::uniform_scene(test::grid(1, 1), 0.5, 4.0);
+    scene.materials[0].emission_texture = std::make_shared<Texture>(image);
+    for (const std::array<Index, 3>& corners : scene.mesh.triangles) {
+        std::array<TextureCoordinates, 3> uv;
+        for (std::size_t k = 0; k < 3; ++k) {
+            uv[k] = scene.mesh.points[corners[k]].head<2>();
+        }
+        scene.mesh.corner_texture.push_back(uv);
+        EXPECT_DOUBLE_EQ(scene.pixels_of_emission(static_cast<Index>(scene.mesh.corner_texture.size() - 1)),
+                         0.5 * N * N);
+    }
+    const double power = 4.0 * 16.0 / (N * N);
+    // A pixel has 16 points in the place of its bilinear hat, which are spread more evenly than at random: independent
+    // ones would make the sum of 16 pixels off by 1/16 (one standard deviation).
+    for (const double edge : {0.03, 0.1, 0.5}) {
+        const Lit lit(scene, edge);
+        EXPECT_NEAR(lit.integral(lit.light.emission, 0), power, 4.0 / 16.0 * power) << edge;
+        EXPECT_NEAR(lit.integral(lit.light.emission, 1), 0.5 * lit.integral(lit.light.emission, 0), 1e-12);
+    }
+    BakeOptions options;
+    options.sites = 100;
+    options.rays = 16;
+    options.error_points = 0;
+    const BakeResult result = bake(test::registry(), scene, "display", options, Execution{});
+    EXPECT_NEAR(result.solution.energy.emitted[0], power, 1e-12);
+    EXPECT_NEAR(result.solution.energy.emitted[1], 0.5 * power, 1e-12);
 }
 
 /// A room with a small lamp, a sun that shines in, a point light and an emitting wall.

@@ -3,6 +3,7 @@
 #include <difusa/core/error.h>
 #include <difusa/discretisation/patch_elements.h>
 #include <difusa/mesh/lobe_harmonics.h>
+#include <difusa/radiosity/sensors.h>
 
 #include <cmath>
 #include <string>
@@ -120,6 +121,10 @@ void check_options(const BakeOptions& options) {
     }
     if (options.target) {
         check_target(options, *options.target);
+    }
+    if (options.sensor_rays > (std::size_t{1} << 24U) ||
+        (options.sensor_rays > 0 && options.sensor_rays < least_sensor_rays)) {
+        refuse("--sensor-rays", "must be from " + std::to_string(least_sensor_rays) + " to 16777216");
     }
     if (options.final_gather > (std::size_t{1} << 24U)) {
         refuse("--final-gather", "must be at most 16777216");

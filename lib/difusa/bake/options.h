@@ -110,9 +110,11 @@ struct BakeOptions {
     std::string sensor = "planar";        ///< what is measured in mid-air (bake/sensing.h): "planar", "horizontal",
                                           ///< "spherical", "cylindrical"
     std::vector<SensorGrid> grids;        ///< further sensors
-    std::vector<GoalRequest> goals;       ///< estimate their mean irradiance
-    std::size_t goal_samples = 4096;      ///< places where residuals are gathered for each goal; at least 32
-    double output_spacing = 0.0;          ///< longest edge of the output; 0: `output_in_spacings`
+    std::size_t sensor_rays = 0;     ///< from each sensor; 0: 4096, or as many as `final_gather`, and up to 65536 where
+                                     ///< they are noisy (read_sensors)
+    std::vector<GoalRequest> goals;  ///< estimate their mean irradiance
+    std::size_t goal_samples = 4096; ///< places where residuals are gathered for each goal; at least 32
+    double output_spacing = 0.0;     ///< longest edge of the output; 0: `output_in_spacings`
     /// Which faces of a file are turned over: "auto", parts that are certainly inside out (lighting/inside_out.h; those
     /// that seem to be are noted), "all", or "none". The faces of a scene made by a program are turned over by "all"
     /// alone.

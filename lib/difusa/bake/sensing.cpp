@@ -15,7 +15,7 @@ namespace difusa {
 
 namespace {
 
-constexpr std::size_t rays_of_a_sensor = 4096;
+constexpr std::size_t rays_of_a_sensor = 4096, most_rays_of_a_sensor = 65536; ///< unless the options say
 constexpr double touching = 1e-6;   ///< distance from the surface, relative to the scene, of a sensor that is on it
 constexpr double off_surface = 2.0; ///< how far it is then moved off it, in these
 
@@ -252,8 +252,10 @@ void read_places(BakeResult& result, const ErrorMap* errors, const Execution& ex
         for (const PlacedSensor& placed : result.sensors) {
             sensors.push_back(placed.sensor);
         }
-        const std::size_t rays =
-            options.final_gather > 0 ? std::max(least_sensor_rays, options.final_gather) : rays_of_a_sensor;
+        const SensorRays rays = options.sensor_rays > 0
+                                    ? SensorRays(options.sensor_rays)
+                                    : SensorRays(std::max(rays_of_a_sensor, options.final_gather),
+                                                 std::max(most_rays_of_a_sensor, options.final_gather));
         result.readings = read_sensors(result.field(), sensors, rays, errors, options.seed, execution);
         note_dark(result, execution);
         execution.count("output rays", result.readings.rays);

@@ -48,21 +48,14 @@ class Averages {
         }
     }
 
-    bool is_uneven(const Surfels::Piece& piece) const {
-        const Material& material = scene_.materials[scene_.mesh.material[piece.triangle]];
-        return material.reflectance_texture || material.vertex_colours ||
-               (material.emits_unevenly() && (material.emission > 0.0).any());
-    }
-
     /// Returns whether they are constant.
     bool average_materials(Index s, SurfelLight& result) {
-        const bool spread =
-            std::any_of(pieces_.begin(), pieces_.end(), [&](const Surfels::Piece& piece) { return is_uneven(piece); });
-        for_material_places(surfels_, pieces_, spread, points_,
+        const std::size_t samples = material_samples(scene_, pieces_);
+        for_material_places(surfels_, pieces_, samples, points_,
                             [&](const SurfacePoint& x, double share) { add_material(s, x, share, result); });
-        return !spread && std::all_of(pieces_.begin(), pieces_.end(), [&](const Surfels::Piece& piece) {
-            return scene_.mesh.material[piece.triangle] == scene_.mesh.material[pieces_.front().triangle];
-        });
+        return samples == 0 && std::all_of(pieces_.begin(), pieces_.end(), [&](const Surfels::Piece& piece) {
+                   return scene_.mesh.material[piece.triangle] == scene_.mesh.material[pieces_.front().triangle];
+               });
     }
 
     /// Whether some points of the last surfel may see a light in a mirror: between samples that see none there may be.
@@ -150,6 +143,22 @@ void spread_points(const Surfels& surfels, const std::vector<Surfels::Piece>& pi
         points.push_back(
             surfels.point_on(pieces, along, fraction(shift[1] + static_cast<double>(i) * even_steps<2>[0])));
     }
+}
+
+std::size_t material_samples(const Scene& scene, const std::vector<Surfels::Piece>& pieces) {
+    constexpr double few = 16.0, most = 4096.0, for_each_pixel = 4.0;
+    bool uneven = false;
+    double pixels = 0.0;
+    for (const Surfels::Piece& piece : pieces) {
+        const Material& material = scene.materials[scene.mesh.material[piece.triangle]];
+        const bool emits = (material.emission > 0.0).any();
+        uneven =
+            uneven || material.reflectance_texture || material.vertex_colours || (emits && material.emits_unevenly());
+        if (emits && material.emission_texture && piece.area > 0.0) {
+            pixels += piece.area / scene.mesh.areas[piece.triangle] * scene.pixels_of_emission(piece.triangle);
+        }
+    }
+    return uneven ? static_cast<std::size_t>(std::clamp(for_each_pixel * pixels, few, most)) : 0;
 }
 
 SurfelSamples SurfelSamples::of(std::size_t rays) {

@@ -43,16 +43,20 @@ struct SurfelSamples {
     static SurfelSamples of(std::size_t rays);
 };
 
+/// The number of points that materials are averaged over on a surfel with these pieces: 0 where they are constant. Else
+/// 16, and where emission has a texture, four for each of its pixels, if these are more, but at most 4096: displays and
+/// rows of LEDs are dark but for a few pixels.
+std::size_t material_samples(const Scene& scene, const std::vector<Surfels::Piece>& pieces);
+
 /// What materials are averaged over on a surfel with these pieces: calls `act(x, share)` for each piece, of which only
-/// x.face is set, or for 16 points `spread` over it, which are left there.
+/// x.face is set, or for so many `samples` spread over it, which are left in `points`.
 template <class Act>
-void for_material_places(const Surfels& surfels, const std::vector<Surfels::Piece>& pieces, bool spread,
+void for_material_places(const Surfels& surfels, const std::vector<Surfels::Piece>& pieces, std::size_t samples,
                          std::vector<SurfacePoint>& points, const Act& act) {
-    constexpr std::size_t samples = 16;
-    if (spread) {
+    if (samples > 0) {
         spread_points(surfels, pieces, samples, {0.5, 0.5}, points);
         for (const SurfacePoint& x : points) {
-            act(x, 1.0 / samples);
+            act(x, 1.0 / static_cast<double>(samples));
         }
         return;
     }
@@ -68,8 +72,8 @@ void for_material_places(const Surfels& surfels, const std::vector<Surfels::Piec
 }
 
 /// `even` is set where the materials are constant and direct light differed by little at all points that it was sampled
-/// at. Constants are averaged exactly; textures, patterns and corner colours over 16 points, direct light over those of
-/// SurfelSamples.
+/// at. Constants are averaged exactly; textures, patterns and corner colours over points (material_samples), direct
+/// light over those of SurfelSamples.
 SurfelLight light_on_surfels(const Scene& scene, const Surfels& surfels, const DirectLight& light, int channels,
                              std::uint64_t seed, const Execution& execution);
 

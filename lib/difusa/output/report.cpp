@@ -177,6 +177,7 @@ Json options_of(const BakeResult& result) {
     chosen["lumens_per_watt"] = lumens_per_watt;
     chosen["flip"] = options.flip;
     chosen["sensor"] = options.sensor;
+    chosen["sensor_rays"] = options.sensor_rays;
     chosen["face_centres"] = options.face_centres;
     chosen["output_spacing"] = options.output_spacing;
     chosen["seed"] = options.seed;

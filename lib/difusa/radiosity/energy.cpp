@@ -1,5 +1,7 @@
 #include <difusa/radiosity/energy.h>
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace difusa {
@@ -15,6 +17,31 @@ struct EmittedPower {
     }
 };
 
+/// Of a triangle with a pattern or texture, as a sum over n² equal parts: of the edge midpoints of each, which is exact
+/// for second-degree patterns. n is 1 without a texture, else such that there are eight parts for each pixel.
+void add_unevenly(const Scene& scene, Index t, Eigen::Index channels, EmittedPower& power) {
+    constexpr double most = 2048.0;
+    const double divisions = std::ceil(2.0 * std::sqrt(2.0 * scene.pixels_of_emission(t)));
+    const auto n = static_cast<int>(std::clamp(divisions, 1.0, most));
+    const double edge = 1.0 / n, area = scene.mesh.areas[t] / (3.0 * n * n);
+    const auto add = [&](double u, double v) {
+        power.add(area, scene.emission(scene.mesh.at(t, u, v)).head(channels));
+    };
+    for (int i = 0; i < n; ++i) {
+        for (int j = 0; i + j < n; ++j) {
+            const double u = edge * i, v = edge * j, half = 0.5 * edge;
+            add(u + half, v);
+            add(u, v + half);
+            add(u + half, v + half);
+            if (i + j < n - 1) { // the part upside down on the other side of the last of these edges
+                add(u + half, v + half);
+                add(u + edge, v + half);
+                add(u + half, v + edge);
+            }
+        }
+    }
+}
+
 EmittedPower emitted_power(const Scene& scene, Eigen::Index channels) {
     EmittedPower power{Eigen::ArrayXd::Zero(channels), Eigen::ArrayXd::Zero(channels)};
     for (Index t = 0; t < scene.mesh.triangles.size(); ++t) {
@@ -23,10 +50,7 @@ EmittedPower emitted_power(const Scene& scene, Eigen::Index channels) {
             power.add(scene.mesh.areas[t], material.emission.head(channels));
             continue;
         }
-        // Edge midpoints: exact for second-degree patterns on each triangle.
-        for (const auto& [u, v] : {std::pair(0.5, 0.0), std::pair(0.5, 0.5), std::pair(0.0, 0.5)}) {
-            power.add(scene.mesh.areas[t] / 3.0, scene.emission(scene.mesh.at(t, u, v)).head(channels));
-        }
+        add_unevenly(scene, t, channels, power);
     }
     return power;
 }

@@ -6,6 +6,7 @@
 #include <difusa/discretisation/evaluate.h>
 #include <difusa/mesh/surface_sampling.h>
 #include <difusa/radiosity/exact_correction.h>
+#include <difusa/radiosity/gathering_noise.h>
 #include <difusa/radiosity/system.h>
 #include <difusa/scene/sky_parts.h>
 #include <difusa/transport/gathered_rows.h>
@@ -45,9 +46,12 @@ class Gatherer {
     const Hemisphere& around() const { return around_; }
     GatheredRows::Scratch& scratch() { return scratch_; }
 
-    /// Adds what x receives directly from the sky and emitters to `direct`, and the rest to `indirect`.
-    void add(const SurfacePoint& x, std::size_t number, Eigen::Ref<Eigen::RowVectorXd> direct,
-             Eigen::Ref<Eigen::RowVectorXd> indirect) {
+    /// Adds what x receives directly from the sky and emitters to `direct`, and the rest to `indirect`. Returns
+    /// Irradiance::variance.
+    double add(const SurfacePoint& x, std::size_t number, Eigen::Ref<Eigen::RowVectorXd> direct,
+               Eigen::Ref<Eigen::RowVectorXd> indirect) {
+        sum_ = Rgb::Zero();
+        squares_ = 0.0;
         std::optional<RandomStream> gloss; // of rays that glossy surfaces reflect
         if (scene_.mesh.glossy.any()) {
             gloss.emplace(seed_, "gloss", number);
@@ -62,7 +66,9 @@ class Gatherer {
                 weight_.push_back(weight);
             },
             [&](const Vec3& direction, double weight) {
-                sky += weight * (scene_.dome ? std::numbers::pi * scene_.sky_radiance(direction) : scene_.sky);
+                const Rgb H = weight * (scene_.dome ? std::numbers::pi * scene_.sky_radiance(direction) : scene_.sky);
+                sky += H;
+                count_ray(H);
             });
         of_set(direct, sets_.sky) += row_of(sky);
         if (parts_.bright) {
@@ -82,9 +88,23 @@ class Gatherer {
         if (!around_.glossy_hits().empty() && parts_.direct->any()) {
             add_glossy(*gloss, indirect);
         }
+        return std::max(0.0, squares_ - squares_of(sum_) / static_cast<double>(around_.count()));
     }
 
   private:
+    /// Counts what one ray brings, times its weight, for the variance.
+    void count_ray(const Rgb& H) {
+        sum_ += H;
+        squares_ += squares_of(H);
+    }
+    double squares_of(const Rgb& H) const {
+        double sum = 0.0;
+        for (int c = 0; c < parts_.channels; ++c) {
+            sum += H[c] * H[c];
+        }
+        return sum;
+    }
+
     /// What glossy surfaces reflect towards x of the light of sharp sources.
     void add_glossy(RandomStream& stream, Eigen::Ref<Eigen::RowVectorXd> indirect) {
         const std::span<const GlossyHit> hits = around_.glossy_hits();
@@ -116,7 +136,9 @@ class Gatherer {
                 colour_.push_back(colour);
             },
             [&](const Vec3& direction, double weight, const Rgb& colour) {
-                sky += weight * colour * (std::numbers::pi * scene_.sky_radiance(direction));
+                const Rgb H = weight * colour * (std::numbers::pi * scene_.sky_radiance(direction));
+                sky += H;
+                count_ray(H);
             },
             [](double, const Rgb&, bool) {});
         of_set(direct, sets_.sky) += row_of(sky);
@@ -142,15 +164,21 @@ class Gatherer {
             smooth_at(p);
             const Rgb colour = colour_.empty() ? Rgb(Rgb::Ones()) : colour_[p];
             const Rgb rho = colour * scene_.reflectance(met_[p]);
+            Rgb brought = Rgb::Zero();
             for (Eigen::Index column = 0; column < H_.size(); column += parts_.channels) {
                 for (Eigen::Index channel = 0; channel < parts_.channels; ++channel) {
-                    indirect[column + channel] += weight_[p] * (H_[column + channel] * rho[channel]);
+                    const double reflected = weight_[p] * (H_[column + channel] * rho[channel]);
+                    indirect[column + channel] += reflected;
+                    brought[channel] += reflected;
                 }
             }
             const Index material = scene_.mesh.material[met_[p].face];
             if (evaluated[material] == 0 && (scene_.materials[material].emission != 0.0).any()) {
-                of_set(direct, sets_.material[material]) += weight_[p] * row_of(colour * scene_.emission(met_[p]));
+                const Rgb emitted = weight_[p] * (colour * scene_.emission(met_[p]));
+                of_set(direct, sets_.material[material]) += row_of(emitted);
+                brought += emitted;
             }
+            count_ray(brought);
         }
     }
 
@@ -208,6 +236,8 @@ class Gatherer {
     std::size_t first_corrected_ = 0;
     Eigen::RowVectorXd H_;
     std::vector<Rgb> sharp_;
+    Rgb sum_ = Rgb::Zero(); ///< of what the rays bring
+    double squares_ = 0.0;  ///< of that of each
     GatheredRows::Scratch scratch_;
 };
 
@@ -279,6 +309,7 @@ Irradiance Field::gather_smooth(std::span<const SurfacePoint> x, const SurfelMea
     Irradiance result;
     result.direct.setZero(static_cast<Eigen::Index>(x.size()), parts_.smooth.cols());
     result.indirect.setZero(static_cast<Eigen::Index>(x.size()), parts_.smooth.cols());
+    result.variance.setZero(static_cast<Eigen::Index>(x.size()), 1);
     result.rays = x.size() * pool.count();
     std::vector<std::unique_ptr<Gatherer>> workers(execution.threads);
     const std::size_t grain = std::clamp<std::size_t>(4096 / pool.count(), 1, 16);
@@ -294,7 +325,7 @@ Irradiance Field::gather_smooth(std::span<const SurfacePoint> x, const SurfelMea
         }
         for (std::size_t i = begin; i < end; ++i) {
             const auto row = static_cast<Eigen::Index>(i);
-            workers[number]->add(x[i], i, result.direct.row(row), result.indirect.row(row));
+            result.variance(row, 0) = workers[number]->add(x[i], i, result.direct.row(row), result.indirect.row(row));
             if (rows) {
                 rows->set(i, workers[number]->around(), workers[number]->scratch());
             }
@@ -315,6 +346,7 @@ Irradiance Field::gather_smooth(std::span<const SurfacePoint> x, const SurfelMea
         const Irradiance change = correction->of(rows->finish(), execution);
         result.direct += change.direct;
         result.indirect += change.indirect;
+        result.variance.setZero(); // what is left is little, and unknown
     }
     return result;
 }
@@ -355,6 +387,7 @@ void Field::gather_twice(std::span<const SurfacePoint> x, std::size_t rays, std:
     for (Irradiance* const both : {&first, &second}) {
         both->direct.resize(static_cast<Eigen::Index>(x.size()), parts_.smooth.cols());
         both->indirect = both->direct;
+        both->variance.setZero(static_cast<Eigen::Index>(x.size()), 1);
     }
     for (std::size_t begin = 0; begin < x.size(); begin += most) {
         const std::span<const SurfacePoint> block = x.subspan(begin, std::min(most, x.size() - begin));
@@ -391,11 +424,22 @@ PointValues Field::at(std::span<const SurfacePoint> x, std::size_t final_gather,
         Irradiance other;
         gather_twice(x, final_gather, seed, purpose, execution, H, other);
         const Values first = H.direct + H.indirect, second = other.direct + other.indirect;
-        const auto noise = [&](const Values& difference) {
-            return Values(0.5 / std::sqrt(channels()) * difference.rowwise().norm());
-        };
-        values.noise_of_irradiance = noise(sum_of_parts(Values(first - second), channels()));
-        values.noise = scene.thermal ? values.noise_of_irradiance : noise(radiosity(x, first) - radiosity(x, second));
+        const Values difference = sum_of_parts(Values(first - second), channels());
+        const Values squares = 0.25 * difference.rowwise().squaredNorm();
+        const Values sum = 0.5 * sum_of_parts(Values(first + second), channels());
+        const Values all = noise_of_gathers(squares, 1, 0.25 * (H.variance + other.variance), sum);
+        values.noise_of_irradiance = all / std::sqrt(channels());
+        values.noise = values.noise_of_irradiance;
+        for (Eigen::Index i = 0; i < all.rows() && !scene.thermal; ++i) {
+            const Eigen::RowVectorXd rho =
+                scene.reflectance(x[static_cast<std::size_t>(i)]).head(channels()).matrix().transpose();
+            const double own = difference.row(i).norm();
+            // In the channels as the difference, or as all light.
+            const Eigen::RowVectorXd part = own > 0.0
+                                                ? Eigen::RowVectorXd(difference.row(i) / own)
+                                                : Eigen::RowVectorXd::Constant(channels(), std::sqrt(1.0 / channels()));
+            values.noise(i, 0) *= part.cwiseProduct(rho).norm();
+        }
         H.direct = 0.5 * (H.direct + other.direct);
         H.indirect = 0.5 * (H.indirect + other.indirect);
         H.rays += other.rays;

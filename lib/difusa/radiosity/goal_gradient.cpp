@@ -42,18 +42,16 @@ class MaterialShares {
     void add(Index s, std::vector<MaterialShare>& shares) {
         surfels_.pieces(s, pieces_);
         materials_.clear();
-        bool textured = false;
         for (const Surfels::Piece& piece : pieces_) {
             materials_.push_back(scene_.mesh.material[piece.triangle]);
-            textured = textured || scene_.materials[materials_.back()].reflectance_texture;
         }
         std::sort(materials_.begin(), materials_.end());
         materials_.erase(std::unique(materials_.begin(), materials_.end()), materials_.end());
+        const std::size_t samples = material_samples(scene_, pieces_);
         for (const Index m : materials_) {
-            const Material& material = scene_.materials[m];
             MaterialShare share{s, m};
-            for_material_places(surfels_, pieces_, textured || material.vertex_colours || material.emits_unevenly(),
-                                points_, [&](const SurfacePoint& x, double part) { include(x, part, share); });
+            for_material_places(surfels_, pieces_, samples, points_,
+                                [&](const SurfacePoint& x, double part) { include(x, part, share); });
             shares.push_back(share);
         }
     }

@@ -4,6 +4,7 @@
 #include <difusa/core/error.h>
 #include <difusa/core/frame.h>
 #include <difusa/core/random.h>
+#include <difusa/radiosity/gathering_noise.h>
 #include <difusa/radiosity/system.h>
 #include <difusa/rays/direction_pool.h>
 
@@ -13,6 +14,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <string>
 
 namespace difusa {
@@ -21,8 +23,10 @@ namespace {
 
 constexpr std::size_t around_a_sphere = 128, around_an_axis = 32;
 constexpr std::size_t probes = 64;
-constexpr std::size_t parts_of_a_reading = 4; ///< gathered apart from each other, for the noise
-constexpr std::size_t sensors_at_once = 1024; ///< the points of that many are in memory
+constexpr int parts_of_a_reading = 4;                     ///< gathered apart from each other, for the noise
+constexpr std::size_t sensors_at_once = 1024;             ///< the points of that many are in memory
+constexpr double precise = 0.02;                          ///< noise, over what is measured, that needs no further rays
+constexpr std::size_t rays_again = std::size_t{1} << 24U; ///< of all sensors at once, at least as many as may be added
 
 /// Number of planar sensors that a sensor is the mean of.
 std::size_t count_of(SensorKind kind) {
@@ -63,6 +67,7 @@ void add_planes(const Sensor& sensor, RandomStream stream, std::vector<SurfacePo
 /// What some sensors of one kind receive, by set and channel.
 struct Reading {
     Values direct, indirect; ///< #sensors by the channels of each set in turn
+    Values variance;         ///< Irradiance::variance
 };
 
 /// Means over the planes of each sensor.
@@ -77,7 +82,7 @@ Values means(const Values& planes, std::size_t count) {
 
 class Sensing {
   public:
-    Sensing(const Field& field, std::span<const Sensor> sensors, std::size_t rays, const ErrorMap* errors,
+    Sensing(const Field& field, std::span<const Sensor> sensors, const SensorRays& rays, const ErrorMap* errors,
             std::uint64_t seed, const Execution& execution)
         : field_(field), sensors_(sensors), rays_(rays), errors_(errors), seed_(seed), execution_(execution) {}
 
@@ -117,43 +122,81 @@ class Sensing {
     }
 
   private:
-    Reading part(std::size_t begin, std::size_t end, const std::string& purpose) {
-        const std::size_t planes = count_of(sensors_[begin].kind);
+    /// Of the sensors with these numbers, all of one kind.
+    Reading part(std::span<const std::size_t> numbers, std::size_t rays, const std::string& purpose) {
+        const std::size_t planes = count_of(sensors_[numbers.front()].kind);
         std::vector<SurfacePoint> points;
-        points.reserve((end - begin) * planes);
-        for (std::size_t i = begin; i < end; ++i) {
+        points.reserve(numbers.size() * planes);
+        for (const std::size_t i : numbers) {
             add_planes(sensors_[i], RandomStream(seed_, purpose, i), points);
         }
-        const std::size_t each = std::max<std::size_t>(1, rays_ / parts_of_a_reading / planes);
+        const std::size_t each = std::max<std::size_t>(1, rays / parts_of_a_reading / planes);
         const Irradiance H =
-            field_.gather(points, each, seed_, purpose + ", from " + std::to_string(begin), execution_);
+            field_.gather(points, each, seed_, purpose + ", from " + std::to_string(numbers.front()), execution_);
         result_.rays += H.rays;
         result_.segments += H.segments;
-        return {means(H.direct, planes), means(H.indirect, planes)};
+        return {means(H.direct, planes), means(H.indirect, planes),
+                means(H.variance, planes) / static_cast<double>(planes)};
+    }
+
+    /// Reads these sensors, afresh if they have been read.
+    void read(std::span<const std::size_t> numbers, std::size_t rays, const std::string& purpose) {
+        constexpr auto parts = static_cast<double>(parts_of_a_reading);
+        std::vector<Reading> readings;
+        Reading mean;
+        for (int k = 0; k < parts_of_a_reading; ++k) {
+            readings.push_back(part(numbers, rays, purpose + " " + std::to_string(k)));
+            const Reading& one = readings.back();
+            mean.direct = k == 0 ? Values(one.direct / parts) : Values(mean.direct + one.direct / parts);
+            mean.indirect = k == 0 ? Values(one.indirect / parts) : Values(mean.indirect + one.indirect / parts);
+            mean.variance = k == 0 ? Values(one.variance / (parts * parts))
+                                   : Values(mean.variance + one.variance / (parts * parts));
+        }
+        const int channels = field_.channels();
+        const Values total = sum_of_parts(Values(mean.direct + mean.indirect), channels);
+        Values squares = Values::Zero(total.rows(), 1);
+        for (const Reading& one : readings) {
+            squares += (sum_of_parts(Values(one.direct + one.indirect), channels) - total).rowwise().squaredNorm();
+        }
+        const Values noise =
+            noise_of_gathers(squares / (parts * (parts - 1.0)), parts_of_a_reading - 1, mean.variance, total);
+        for (std::size_t k = 0; k < numbers.size(); ++k) {
+            const auto from = static_cast<Eigen::Index>(k), to = static_cast<Eigen::Index>(numbers[k]);
+            direct_.row(to) = mean.direct.row(from);
+            indirect_.row(to) = mean.indirect.row(from);
+            result_.noise(to, 0) = noise(from, 0) / std::sqrt(channels);
+        }
+    }
+
+    /// Those of these sensors whose noise is above 2 % of what they measure, or which no light has met.
+    std::vector<std::size_t> noisy(std::span<const std::size_t> numbers) const {
+        const int channels = field_.channels();
+        std::vector<std::size_t> chosen;
+        for (const std::size_t i : numbers) {
+            const auto row = static_cast<Eigen::Index>(i);
+            const Values H = sum_of_parts(Values(direct_.row(row) + indirect_.row(row)), channels);
+            if (const double all = H.norm();
+                all == 0.0 || result_.noise(row, 0) * std::sqrt(channels) > precise * all) {
+                chosen.push_back(i);
+            }
+        }
+        return chosen;
     }
 
     void read_some(std::size_t begin, std::size_t end) {
-        const auto from = static_cast<Eigen::Index>(begin), count = static_cast<Eigen::Index>(end - begin);
-        constexpr auto number = static_cast<double>(parts_of_a_reading);
-        std::vector<Values> totals;
-        for (std::size_t k = 0; k < parts_of_a_reading; ++k) {
-            const Reading one = part(begin, end, "sensors, part " + std::to_string(k));
-            direct_.middleRows(from, count) += one.direct / number;
-            indirect_.middleRows(from, count) += one.indirect / number;
-            totals.push_back(sum_of_parts(one.direct + one.indirect, field_.channels()));
-        }
-        const Values mean =
-            sum_of_parts(direct_.middleRows(from, count) + indirect_.middleRows(from, count), field_.channels());
-        Values squares = Values::Zero(count, 1);
-        for (const Values& total : totals) {
-            squares += (total - mean).rowwise().squaredNorm();
-        }
-        result_.noise.middleRows(from, count) = (squares / (number * (number - 1.0) * field_.channels())).cwiseSqrt();
-        if (errors_ != nullptr) {
-            for (std::size_t i = begin; i < end; ++i) {
-                const auto row = static_cast<Eigen::Index>(i);
-                result_.error(row, 0) = std::hypot(result_.noise(row, 0), error_of_surroundings(i));
+        std::vector<std::size_t> numbers(end - begin);
+        std::iota(numbers.begin(), numbers.end(), begin);
+        read(numbers, rays_.first, "sensors, part");
+        if (const std::vector<std::size_t> again = noisy(numbers); !again.empty()) {
+            const std::size_t all = std::max(rays_again, 4 * numbers.size() * rays_.first);
+            const std::size_t rays = std::min(rays_.most, all / again.size());
+            if (rays >= 2 * rays_.first) {
+                read(again, rays, "sensors again, part");
             }
+        }
+        for (std::size_t i = begin; i < end && errors_ != nullptr; ++i) {
+            const auto row = static_cast<Eigen::Index>(i);
+            result_.error(row, 0) = std::hypot(result_.noise(row, 0), error_of_surroundings(i));
         }
     }
 
@@ -195,7 +238,7 @@ class Sensing {
 
     const Field& field_;
     const std::span<const Sensor> sensors_;
-    const std::size_t rays_;
+    const SensorRays rays_;
     const ErrorMap* const errors_;
     const std::uint64_t seed_;
     const Execution& execution_;
@@ -205,9 +248,9 @@ class Sensing {
 
 } // namespace
 
-SensorReadings read_sensors(const Field& field, std::span<const Sensor> sensors, std::size_t rays,
+SensorReadings read_sensors(const Field& field, std::span<const Sensor> sensors, const SensorRays& rays,
                             const ErrorMap* errors, std::uint64_t seed, const Execution& execution) {
-    if (rays < least_sensor_rays) {
+    if (rays.first < least_sensor_rays) {
         throw UsageError("sensors need at least " + std::to_string(least_sensor_rays) + " rays");
     }
     for (const Sensor& sensor : sensors) {

@@ -36,15 +36,25 @@ struct SensorReadings {
 
 constexpr std::size_t least_sensor_rays = 4;
 
-/// Gathers the light at each sensor with about `rays` fresh rays (at least least_sensor_rays), in four independent
-/// parts whose scatter gives the noise; suns, point lights and area lights are evaluated as on surfaces. Spherical and
-/// cylindrical sensors are means over planar ones, randomly turned: 4 times 128 all around, 4 times 32 around the axis.
+/// Rays of each sensor.
+struct SensorRays {
+    std::size_t first; ///< about so many; at least least_sensor_rays
+    std::size_t most;  ///< of those that are noisy
+    SensorRays(std::size_t rays) : SensorRays(rays, rays) {}
+    SensorRays(std::size_t first, std::size_t most) : first(first), most(most) {}
+};
+
+/// Gathers the light at each sensor with fresh rays, in four independent parts whose scatter, and the light that single
+/// rays bring, give the noise (gathering_noise.h); suns, point lights and area lights are evaluated as on surfaces.
+/// Sensors whose noise is above 2 %, or which read 0, are read again, with as many more rays, up to `most`, as add up
+/// to the larger of 2^24 and four times those of all sensors of 1024. Spherical and cylindrical sensors are means over
+/// planar ones, randomly turned: 4 times 128 all around, 4 times 32 around the axis.
 ///
 /// Errors: an error of the light where a sensor's rays end adds to its own in proportion to the share of the rays. What
 /// bounces carry on is taken to have one sign all around; what is local (noise and discretisation) to have one sign
 /// over a surfel, and to be independent from one surfel to the next, as 64 probes find them. Throws UsageError for
 /// fewer rays, and for sensors without a finite position or with an axis that is not of unit length.
-SensorReadings read_sensors(const Field& field, std::span<const Sensor> sensors, std::size_t rays,
+SensorReadings read_sensors(const Field& field, std::span<const Sensor> sensors, const SensorRays& rays,
                             const ErrorMap* errors, std::uint64_t seed, const Execution& execution);
 
 } // namespace difusa

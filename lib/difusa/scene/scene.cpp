@@ -49,6 +49,11 @@ Rgb Scene::emission(const SurfacePoint& x) const {
     return pattern * material.emission * factor(material.emission_texture.get(), mesh, x);
 }
 
+double Scene::pixels_of_emission(Index triangle) const {
+    const Texture* const texture = materials[mesh.material[triangle]].emission_texture.get();
+    return texture != nullptr ? texture->pixels(mesh.corner_texture[triangle]) : 0.0;
+}
+
 bool Scene::has_emitters() const {
     return std::any_of(mesh.material.begin(), mesh.material.end(),
                        [this](Index m) { return (materials[m].emission != 0.0).any(); });

@@ -30,6 +30,9 @@ struct Scene {
     /// nonnegative there.
     Rgb emission(const SurfacePoint& x) const;
 
+    /// How many pixels of the texture of its emission a triangle shows, repeated ones included; 0 without a texture.
+    double pixels_of_emission(Index triangle) const;
+
     /// Radiance arriving from the unit direction `towards` where rays hit nothing, W/(m² sr).
     Rgb sky_radiance(const Vec3& towards) const {
         return sky * std::numbers::inv_pi + (dome ? dome->radiance(towards) : Rgb(Rgb::Zero()));

@@ -65,6 +65,12 @@ Rgb Texture::at(const TextureCoordinates& coordinates) const {
     return (1.0 - v.part) * along(v.first) + v.part * along(v.second);
 }
 
+double Texture::pixels(const std::array<TextureCoordinates, 3>& corners) const {
+    const TextureCoordinates a = on_image(corners[0]), b = on_image(corners[1]) - a, c = on_image(corners[2]) - a;
+    return 0.5 * std::abs(b[0] * c[1] - b[1] * c[0]) * static_cast<double>(image_->width) *
+           static_cast<double>(image_->height);
+}
+
 Rgb Texture::mean() const {
     Rgb sum = Rgb::Zero();
     for (const std::array<float, 3>& pixel : image_->pixels) {

@@ -4,6 +4,7 @@
 #include <difusa/mesh/mesh.h>
 #include <difusa/scene/image.h>
 
+#include <array>
 #include <memory>
 
 namespace difusa {
@@ -28,6 +29,9 @@ class Texture {
     TextureCoordinates on_image(const TextureCoordinates& place) const {
         return placed_ ? TextureCoordinates(placement_ * place.homogeneous()) : place;
     }
+
+    /// How many pixels a triangle with these corners shows, repeated ones included.
+    double pixels(const std::array<TextureCoordinates, 3>& corners) const;
 
     /// True if the channels of every pixel are equal.
     bool is_grey() const { return grey_; }
