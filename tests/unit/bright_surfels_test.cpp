@@ -78,6 +78,7 @@ class SunThroughAHole : public testing::Test {
         Rgb on_surfels; ///< the light of the surfels that rays hit and of those that are drawn
         Rgb rays;       ///< fresh shadow rays at what rays hit alone
         Rgb shortened;  ///< as `exactly`, with `shortcut`
+        Rgb emitted;    ///< of the emitter, at what rays hit and at what is drawn
     };
     Estimates estimate(const SurfacePoint& x, std::size_t number, const DirectionPool& pool,
                        const BrightSurfels::Shortcut* shortcut = nullptr) const {
@@ -95,11 +96,13 @@ class SunThroughAHole : public testing::Test {
             [](const Vec3&, double) {});
         RandomStream stream(9, "bounce", number);
         BrightSurfels::Worker worker;
-        Estimates result{Rgb::Zero(), Rgb::Zero(), Rgb::Zero(), Rgb::Zero()};
-        bounce->gather_exactly(x, met, weights, pool.count(), stream, worker, {&result.exactly, 1});
+        Estimates result{Rgb::Zero(), Rgb::Zero(), Rgb::Zero(), Rgb::Zero(), Rgb::Zero()};
+        bounce->gather_exactly(x, met, weights, pool.count(), stream, worker, {&result.exactly, 1},
+                               {&result.emitted, 1});
         const Eigen::RowVectorXd H = bounce->gather(x, bins, weights, pool.count(), first_bounce, stream, worker);
         result.on_surfels = H.transpose().array();
-        bounce->gather_exactly(x, met, weights, pool.count(), stream, worker, {&result.shortened, 1}, shortcut);
+        bounce->gather_exactly(x, met, weights, pool.count(), stream, worker, {&result.shortened, 1},
+                               {&result.emitted, 1}, shortcut);
         std::vector<Rgb> sampled(met.size());
         light->sample(met, stream, sampled, worker.light);
         for (std::size_t p = 0; p < sampled.size(); ++p) {
@@ -143,6 +146,38 @@ TEST_F(SunThroughAHole, RaysAndPlacesTogetherBringWhatLambertSays) {
     EXPECT_LT(surfels_too, 0.1 * bound);
     EXPECT_LT(shortened, 0.1 * bound);
     EXPECT_LT(both, 0.2 * rays); // five times the rays and more for the same error, with half as many places
+}
+
+/// The same square, not lit but emitting, as part of a display that is dark elsewhere.
+TEST_F(SunThroughAHole, BrightPartsOfEmittersAreSampledLikewise) {
+    EXPECT_FALSE(bounce->samples_emission());
+    EXPECT_EQ(on_surfels.uneven_emission.rows(), 0);
+    scene.suns.clear();
+    scene.materials[0].emission = Rgb(1, 2, 3);
+    scene.materials[0].emission_pattern = [](const Vec3& p) {
+        return p.z() == 0.0 && std::max(std::abs(p.x() - 2.0), std::abs(p.y() - 2.0)) < 0.5 ? 1.0 : 0.0;
+    };
+    prepare();
+    ASSERT_TRUE(bounce->samples_emission());
+    EXPECT_EQ(on_surfels.uneven_emission, on_surfels.emission);
+    first_bounce = on_surfels.uneven_emission; // what stands for the light of the surfels
+    constexpr std::size_t N = 1024;
+    const DirectionPool pool(*directions, N, 3);
+    double both = 0.0, surfels_too = 0.0, bound = 0.0;
+    const std::vector<SurfacePoint> points = on_wall(400);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const double exact = form_factor(points[i]);
+        const Estimates got = estimate(points[i], i, pool);
+        const double sigma = std::sqrt(exact / double(N)); // as above, of samples between 0 and 1/N
+        EXPECT_NEAR(got.emitted[0], exact, 4.5 * sigma);
+        EXPECT_NEAR(got.emitted[2], 3.0 * got.emitted[0], 4.0 * double(N) * 0x1p-53);
+        EXPECT_TRUE((got.exactly == 0.0).all());
+        both += std::pow(got.emitted[0] - exact, 2);
+        surfels_too += std::pow(got.on_surfels[0] - exact, 2);
+        bound += sigma * sigma;
+    }
+    EXPECT_LT(both, 0.1 * bound);
+    EXPECT_LT(surfels_too, 0.1 * bound);
 }
 
 /// A mean over many points has next to no noise left, so that what the cells miss at the border would show; or that the

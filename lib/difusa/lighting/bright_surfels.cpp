@@ -20,13 +20,15 @@ constexpr double near = 4.0;
 
 BrightSurfels::BrightSurfels(const Scene& scene, const Tracer& tracer, const Surfels& surfels,
                              const DirectLight& sources, const SurfelLight& light)
-    : scene_(scene), tracer_(tracer), surfels_(surfels), sources_(sources) {
+    : scene_(scene), tracer_(tracer), surfels_(surfels), sources_(sources), emits_(light.uneven_emission.rows() > 0) {
     const Values first_bounce = light.first_bounce();
     std::vector<double> below(surfels.size() + 1, 0.0);
     double squares = 0.0;
     for (std::size_t s = 0; s < surfels.size(); ++s) {
         const double area = surfels.area(static_cast<Index>(s));
-        const double q = area * first_bounce.row(static_cast<Eigen::Index>(s)).cwiseAbs().sum();
+        const auto row = static_cast<Eigen::Index>(s);
+        const double q = area * (first_bounce.row(row).cwiseAbs().sum() +
+                                 (emits_ ? light.uneven_emission.row(row).cwiseAbs().sum() : 0.0));
         below[s + 1] = below[s] + q;
         squares += area > 0.0 ? q * q / area : 0.0;
     }
@@ -109,9 +111,9 @@ void BrightSurfels::draw(const SurfacePoint& x, std::size_t count, RandomStream&
 }
 
 Eigen::RowVectorXd BrightSurfels::gather(const SurfacePoint& x, std::span<const Index> hit,
-                                         std::span<const double> weight, std::size_t rays, const Values& first_bounce,
+                                         std::span<const double> weight, std::size_t rays, const Values& sent,
                                          RandomStream& stream, Worker& worker) const {
-    Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(first_bounce.cols());
+    Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(sent.cols());
     const SurfacePoint from = inset(scene_.mesh, x); // where the rays started
     const std::size_t count = places(rays);
     const auto by_rays = static_cast<double>(rays), by_places = static_cast<double>(count);
@@ -130,7 +132,7 @@ Eigen::RowVectorXd BrightSurfels::gather(const SurfacePoint& x, std::span<const 
         }
         double of_rays = 0.0;
         const double both = density_of_both(s, of_rays);
-        sum += (both > 0.0 ? of_rays / both : 1.0) * weight[k] * first_bounce.row(s);
+        sum += (both > 0.0 ? of_rays / both : 1.0) * weight[k] * sent.row(s);
     }
     draw(from, count, stream, worker);
     for (std::size_t k = 0; k < worker.places.size(); ++k) {
@@ -138,7 +140,7 @@ Eigen::RowVectorXd BrightSurfels::gather(const SurfacePoint& x, std::span<const 
         const double both = density_of_both(worker.surfel[k], of_rays);
         if (both > 0.0) {
             const SurfacePoint& y = worker.places[k];
-            sum += ray_density(from, y.position, y.normal) / both * first_bounce.row(worker.surfel[k]);
+            sum += ray_density(from, y.position, y.normal) / both * sent.row(worker.surfel[k]);
         }
     }
     return sum;
@@ -182,10 +184,21 @@ void BrightSurfels::add_reflected(std::span<const SurfacePoint> y, RandomStream&
     }
 }
 
+/// Adds the emission at each y, times Worker::factor, of materials that emit unevenly.
+void BrightSurfels::add_emitted(std::span<const SurfacePoint> y, const Worker& worker, std::span<Rgb> E) const {
+    for (std::size_t p = 0; p < y.size() && samples_emission(); ++p) {
+        const Index material = scene_.mesh.material[y[p].face];
+        if (scene_.materials[material].emits_unevenly() && sources_.area_light_materials()[material] == 0) {
+            E[sources_.sets().material[material]] += worker.factor[p] * scene_.emission(y[p]);
+        }
+    }
+}
+
 void BrightSurfels::gather_exactly(const SurfacePoint& x, std::span<const SurfacePoint> met,
                                    std::span<const double> weight, std::size_t rays, RandomStream& stream,
-                                   Worker& worker, std::span<Rgb> H, const Shortcut* shortcut) const {
+                                   Worker& worker, std::span<Rgb> H, std::span<Rgb> E, const Shortcut* shortcut) const {
     std::fill(H.begin(), H.end(), Rgb(Rgb::Zero()));
+    std::fill(E.begin(), E.end(), Rgb(Rgb::Zero()));
     const SurfacePoint from = inset(scene_.mesh, x);
     const std::size_t count = places(rays);
     const auto by_rays = static_cast<double>(rays), by_places = static_cast<double>(count);
@@ -199,6 +212,7 @@ void BrightSurfels::gather_exactly(const SurfacePoint& x, std::span<const Surfac
             worker.factor[p] *= own / (own + other);
         }
     }
+    add_emitted(met, worker, E);
     add_reflected(met, stream, worker, H, shortcut);
     if (count == 0) {
         return;
@@ -209,6 +223,7 @@ void BrightSurfels::gather_exactly(const SurfacePoint& x, std::span<const Surfac
         const double own = ray_density(from, worker.places[k].position, worker.places[k].normal);
         worker.factor.push_back(own / (by_rays * own + by_places * density(worker.surfel[k])));
     }
+    add_emitted(worker.places, worker, E);
     add_reflected(worker.places, stream, worker, H, shortcut);
 }
 

@@ -1,6 +1,6 @@
-// The light of suns, point lights and area lights after one reflection, at a point. Where such light falls only on a
-// small part of the surface, as sunlight through a window does, few gather rays hit that part, and its reflected light
-// comes out blotchy. In that case the lit part itself is sampled as well.
+// The light of suns, point lights and area lights after one reflection, and that of emitters with a texture or pattern,
+// at a point. Where it comes only from a small part of the surface, as from a patch of sunlight or a display, few
+// gather rays hit that part, and its light comes out blotchy. In that case the bright part itself is sampled as well.
 #pragma once
 
 #include <difusa/lighting/direct_light.h>
@@ -12,7 +12,7 @@
 
 namespace difusa {
 
-/// If most of the first-bounce light comes from a small part of the surface, two kinds of samples are combined,
+/// If most of this light comes from a small part of the surface, two kinds of samples are combined,
 /// weighted by the balance heuristic (Veach and Guibas 1995): gather rays, which suit near and large surfaces, and
 /// points sampled in proportion to the light of the surfels, which suit distant and small ones.
 class BrightSurfels {
@@ -21,14 +21,18 @@ class BrightSurfels {
     BrightSurfels(const Scene& scene, const Tracer& tracer, const Surfels& surfels, const DirectLight& sources,
                   const SurfelLight& light);
 
-    /// The fraction of the surface that would reflect the same total light if uniformly as bright as the light-weighted
-    /// mean: (sum q)² / (sum q²/A) over the area, for surfels of area A that reflect q. 0 if nothing is lit.
+    /// The fraction of the surface that would send the same total light if uniformly as bright as the light-weighted
+    /// mean: (sum q)² / (sum q²/A) over the area, for surfels of area A that send q. 0 if nothing is bright.
     double bright_share() const { return bright_share_; }
 
     /// Samples on bright surfels for a point with this many rays: half as many, or none if more than `broad` of the
     /// surface is bright, or if the surface goes on beyond its mesh.
     std::size_t places(std::size_t rays) const { return below_.empty() ? 0 : (rays + 1) / 2; }
     static constexpr double broad = 0.25;
+
+    /// Whether the light of emitters with a texture or pattern is that of `gather` and `gather_exactly`, because there
+    /// are such and bright surfels are sampled.
+    bool samples_emission() const { return emits_ && places(1) > 0; }
 
     struct Worker {
         DirectLight::Worker light; ///< its `cast` counts all segments
@@ -51,22 +55,24 @@ class BrightSurfels {
         std::size_t stride = 1;
     };
 
-    /// D (rho ∘ H) at x: #sets #channels, W/m². The row of D has the bins `hit` with these weights (bins that are not
-    /// surfels are skipped) and was estimated with `rays` rays. `first_bounce`: rho ∘ H of the surfels. Near surfels
-    /// are served by rays alone.
+    /// D b at x: as many columns as b, W/m². The row of D has the bins `hit` with these weights (bins that are not
+    /// surfels are skipped) and was estimated with `rays` rays. `sent`: b, such as rho ∘ H of the surfels or their
+    /// emission. Near surfels are served by rays alone.
     Eigen::RowVectorXd gather(const SurfacePoint& x, std::span<const Index> hit, std::span<const double> weight,
-                              std::size_t rays, const Values& first_bounce, RandomStream& stream, Worker& worker) const;
+                              std::size_t rays, const Values& sent, RandomStream& stream, Worker& worker) const;
 
-    /// The same with fresh shadow rays, at the hits of the rays from x and at the sampled points: H[set], in W/m².
+    /// D (rho ∘ H) at x with fresh shadow rays, at the hits of the rays and at the sampled points: H[set], in W/m²; and
+    /// if emission is sampled, that of emitters with a texture or pattern: E[set].
     /// `met`: the hits on front faces; `weight`: the weights of these rays, parallel to it; `rays`: their total number,
     /// including those that hit no front. `shortcut`: or null.
     void gather_exactly(const SurfacePoint& x, std::span<const SurfacePoint> met, std::span<const double> weight,
-                        std::size_t rays, RandomStream& stream, Worker& worker, std::span<Rgb> H,
+                        std::size_t rays, RandomStream& stream, Worker& worker, std::span<Rgb> H, std::span<Rgb> E,
                         const Shortcut* shortcut = nullptr) const;
 
   private:
     void add_reflected(std::span<const SurfacePoint> y, RandomStream& stream, Worker& worker, std::span<Rgb> H,
                        const Shortcut* shortcut) const;
+    void add_emitted(std::span<const SurfacePoint> y, const Worker& worker, std::span<Rgb> E) const;
     void draw(const SurfacePoint& x, std::size_t count, RandomStream& stream, Worker& worker) const;
     double density(Index s) const;
     double ray_density(const SurfacePoint& x, const Vec3& y, const Vec3& n_y) const;
@@ -79,6 +85,7 @@ class BrightSurfels {
     std::vector<Index> centre_; ///< #surfels: index into `centres_`, none for a dark surfel
     std::vector<std::pair<Vec3, Vec3>> centres_; ///< of bright surfels: position and normal
     double bright_share_ = 0.0;
+    bool emits_; ///< some emitters have a texture or pattern
 };
 
 } // namespace difusa

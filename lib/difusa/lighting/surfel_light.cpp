@@ -43,8 +43,11 @@ class Averages {
         result.reflectance.row(s) += share * scene_.reflectance(x).head(channels_).matrix().transpose();
         result.all_emission.row(s) += share * scene_.emission(x).head(channels_).matrix().transpose();
         if (light_.area_light_materials()[material] == 0) {
-            columns(result.emission, s, light_.sets().material[material]) +=
-                share * scene_.emission(x).head(channels_).matrix().transpose();
+            const Eigen::RowVectorXd emitted = share * scene_.emission(x).head(channels_).matrix().transpose();
+            columns(result.emission, s, light_.sets().material[material]) += emitted;
+            if (result.uneven_emission.rows() > 0 && scene_.materials[material].emits_unevenly()) {
+                columns(result.uneven_emission, s, light_.sets().material[material]) += emitted;
+            }
         }
     }
 
@@ -187,6 +190,11 @@ SurfelLight light_on_surfels(const Scene& scene, const Surfels& surfels, const D
     result.reflectance.setZero(count, channels);
     result.emission.setZero(count, columns);
     result.direct.setZero(count, columns);
+    if (std::any_of(scene.materials.begin(), scene.materials.end(), [](const Material& material) {
+            return material.emits_unevenly() && (material.emission > 0.0).any();
+        })) {
+        result.uneven_emission.setZero(count, columns);
+    }
     result.all_emission.setZero(count, channels);
     result.from_outside.setZero(count, channels);
     result.even.assign(surfels.size(), 0);

@@ -16,6 +16,7 @@ struct SurfelLight {
     Values reflectance;             ///< rho: #surfels by #channels
     Values emission;                ///< E, W/m²: #surfels by #sets #channels, from faces that are not area lights
     Values direct;                  ///< H, W/m²: likewise, shadowed irradiance from suns, point lights and area lights
+    Values uneven_emission;         ///< the part of `emission` with a texture or pattern; no rows: there is none
     Values all_emission;            ///< W/m²: #surfels by #channels, from all faces and sets
     Values from_outside;            ///< W/m²: #surfels by #channels, the part of `direct` from suns and point lights
     std::vector<std::uint8_t> even; ///< #surfels: 1 where `direct` and the reflectance represent all of the surfel

@@ -28,10 +28,11 @@ Irradiance ExactCorrection::of(LightTransport by_rays, const Execution& executio
     return result;
 }
 
-Values light_sent(const SurfelLight& light, const Values& means, bool sharp, int channels) {
+Values light_sent(const SurfelLight& light, const Values& means, bool sharp, bool uneven, int channels) {
     const Eigen::Index columns = means.cols();
     Values sent(means.rows(), 2 * columns);
-    sent.leftCols(columns) = light.emission;
+    sent.leftCols(columns) =
+        uneven || light.uneven_emission.rows() == 0 ? light.emission : Values(light.emission - light.uneven_emission);
     sent.rightCols(columns) = sharp ? Values(means + light.direct) : means;
     for (Eigen::Index c = 0; c < columns; ++c) {
         sent.col(columns + c).array() *= light.reflectance.col(c % channels).array();

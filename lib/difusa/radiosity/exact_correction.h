@@ -31,8 +31,9 @@ class ExactCorrection {
     FactorsOfPoints factors_;
 };
 
-/// FieldParts::sent. `means`: of the smooth light over the surfels; `sharp`: besides, that of sharp sources. Not where
-/// bright surfels are sampled (BrightSurfels::places): noise of rays is then not that of its first reflection.
-Values light_sent(const SurfelLight& light, const Values& means, bool sharp, int channels);
+/// FieldParts::sent. `means`: of the smooth light over the surfels; `sharp`: besides, that of sharp sources; `uneven`:
+/// that of emitters with a texture or pattern. Neither where bright surfels are sampled (BrightSurfels::places): noise
+/// of rays is then not that of such light.
+Values light_sent(const SurfelLight& light, const Values& means, bool sharp, bool uneven, int channels);
 
 } // namespace difusa

@@ -34,7 +34,8 @@ class Gatherer {
              std::uint64_t seed)
         : parts_(parts), means_(means), stride_(stride), scene_(*parts.scene),
           basis_(*parts.system->discretisation().basis), around_(parts.system->tracer(), pool),
-          sets_(parts.direct->sets()), seed_(seed), sharp_(sets_.count()) {
+          sets_(parts.direct->sets()), seed_(seed), sharp_(sets_.count()), emitted_(sets_.count()),
+          samples_emission_(parts.bright && parts.bright->samples_emission()) {
         if (means != nullptr) {
             shortcut_.emplace(BrightSurfels::Shortcut{means->first_bounce, means->even, stride_});
         }
@@ -73,10 +74,11 @@ class Gatherer {
         of_set(direct, sets_.sky) += row_of(sky);
         if (parts_.bright) {
             RandomStream stream(seed_, "bounce", number);
-            parts_.bright->gather_exactly(x, met_, weight_, around_.count(), stream, light_, sharp_,
+            parts_.bright->gather_exactly(x, met_, weight_, around_.count(), stream, light_, sharp_, emitted_,
                                           shortcut_ ? &*shortcut_ : nullptr);
             for (Index set = 0; set < sharp_.size(); ++set) {
                 of_set(indirect, set) += row_of(sharp_[set]);
+                of_set(direct, set) += row_of(emitted_[set]);
             }
         }
         colour_.clear();
@@ -173,7 +175,9 @@ class Gatherer {
                 }
             }
             const Index material = scene_.mesh.material[met_[p].face];
-            if (evaluated[material] == 0 && (scene_.materials[material].emission != 0.0).any()) {
+            const Material& emitter = scene_.materials[material];
+            const bool sampled = samples_emission_ && colour_.empty() && emitter.emits_unevenly();
+            if (evaluated[material] == 0 && !sampled && (emitter.emission != 0.0).any()) {
                 const Rgb emitted = weight_[p] * (colour * scene_.emission(met_[p]));
                 of_set(direct, sets_.material[material]) += row_of(emitted);
                 brought += emitted;
@@ -235,7 +239,8 @@ class Gatherer {
     std::vector<BasisRow> rows_;          ///< there
     std::size_t first_corrected_ = 0;
     Eigen::RowVectorXd H_;
-    std::vector<Rgb> sharp_;
+    std::vector<Rgb> sharp_, emitted_;
+    bool samples_emission_; ///< of emitters with a texture or pattern, except in mirrors
     Rgb sum_ = Rgb::Zero(); ///< of what the rays bring
     double squares_ = 0.0;  ///< of that of each
     GatheredRows::Scratch scratch_;

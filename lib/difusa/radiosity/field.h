@@ -24,8 +24,8 @@ struct FieldParts {
     std::shared_ptr<const RadiositySystem> system;
     std::shared_ptr<const Scene> scene;          ///< the system's surface with this field's lights
     std::shared_ptr<const DirectLight> direct;   ///< sharp sources, whose light is not represented in the basis
-    std::shared_ptr<const BrightSurfels> bright; ///< their light after one reflection; null if there is none, or if the
-                                                 ///< coefficients represent it
+    std::shared_ptr<const BrightSurfels> bright; ///< their light after one reflection, and bright parts of emitters;
+                                                 ///< null if there is none, or if the coefficients represent it
     Values
         soft_direct; ///< #S: coefficients of the direct light from the sky and from emitters that are not area lights
     Values smooth;   ///< #S: coefficients of h: all light except that of sharp sources

@@ -119,11 +119,13 @@ class Solving {
     /// Refuses a dark lighting, unless it has emitters.
     void refuse_darkness() const {
         if (!scene_->has_emitters()) {
-            throw InputError("no light reaches the front of any face: no sky is visible, no sun shines in and nothing "
-                             "emits. Give some faces an emission (OBJ: Ke in the material), open the mesh, or turn its "
-                             "faces towards the light (--flip all)");
+            throw InputError("no light reaches the front of any face, as far as rays have found: nothing emits, and no "
+                             "point that was looked at sees the sky or a sun. Give some faces an emission (OBJ: Ke in "
+                             "the material), open the mesh, turn its faces towards the light (--flip all) or, if light "
+                             "enters through a small opening, give more --sites and --rays");
         }
-        execution_.note("the faces that emit light no other surface: they face away from everything");
+        execution_.note("no ray has met a face that emits: they face away from everything, or are too small for so "
+                        "few --rays");
     }
 
     /// The right-hand side.
@@ -205,9 +207,12 @@ class Solving {
         result_.light =
             light_on_surfels(*scene_, *discretisation_.surfels, *sources_, channels_, system_.parts().seed, execution_);
         execution_.count("segments", result_.light.segments);
-        if (sources_->any()) {
+        if (sources_->any() || result_.light.uneven_emission.rows() > 0) {
             bright_ = std::make_shared<BrightSurfels>(*scene_, system_.tracer(), *discretisation_.surfels, *sources_,
                                                       result_.light);
+            if (!sources_->any() && !bright_->samples_emission()) {
+                bright_.reset();
+            }
         }
     }
 
@@ -253,11 +258,20 @@ class Solving {
             sky.middleCols(static_cast<Eigen::Index>(options_.sets.sky) * channels_, channels_) =
                 sky_radiosity(*scene_, channels_);
         }
-        transport_.gather(result_.light.emission, sky, soft_, execution_);
+        const bool in_basis = options_.direct_in_basis;
+        // Glossy surfaces and exact form factors are not among the rows that bright surfels supplement.
+        const bool emission_too = !in_basis && bright_ && bright_->samples_emission() && samples_bright() &&
+                                  glossy_part(*transport_.W) == nullptr;
+        const Values bright = from_bright_surfels(emission_too);
+        transport_.gather(emission_too ? Values(result_.light.emission - result_.light.uneven_emission)
+                                       : result_.light.emission,
+                          sky, soft_, execution_);
+        if (emission_too) {
+            soft_ += bright.rightCols(columns());
+        }
         transport_.gather(Values::Zero(static_cast<Eigen::Index>(transport_.surfels), channels_),
                           scene_->has_sky() ? sky_radiosity(*scene_, channels_) : Values(), from_sky_, execution_);
         DirectLight::Effort effort;
-        const bool in_basis = options_.direct_in_basis;
         const std::size_t count = in_basis ? discretisation_.points.size() : discretisation_.sites->size();
         sharp_ = sources_->irradiance(std::span(discretisation_.points).first(count), channels_,
                                       options_.shadow_rays_per_round, system_.parts().seed, "direct light", execution_,
@@ -267,8 +281,8 @@ class Solving {
         g_ = soft_;
         if (in_basis) {
             g_ += sharp_;
-        } else if (sources_->any()) {
-            g_ += first_bounce();
+        } else if (bright.rows() > 0) {
+            g_ += bright.leftCols(columns());
         }
         if (const GlossyTransport* const glossy = glossy_part(*transport_.W); glossy != nullptr && sources_->any()) {
             g_ += first_glossy_bounce(*glossy);
@@ -286,20 +300,33 @@ class Solving {
         return glossy.from_surfels(light.all, execution_);
     }
 
-    /// D (rho ∘ H), with samples on bright surfels where these are few, unless the options leave it at the operator.
-    Values first_bounce() {
-        const Values reflected = result_.light.first_bounce();
-        const RowReader rows(plain_part(*transport_.W));
-        Values h;
-        const bool live = options_.first_bounce == FirstBounce::live && rows.any() && bright_->places(1) > 0;
+    /// Whether samples on bright surfels supplement the rays of the operator, because these surfels are few.
+    bool samples_bright() const {
+        return options_.first_bounce == FirstBounce::live && RowReader(plain_part(*transport_.W)).any() && bright_ &&
+               bright_->places(1) > 0;
+    }
+
+    /// D (rho ∘ H), with samples on bright surfels where these are few, unless the options leave it at the operator;
+    /// then, if wanted, the light of emitters with a texture or pattern in as many columns. No rows: there is neither.
+    Values from_bright_surfels(bool emission_too) {
+        if (options_.direct_in_basis || (!sources_->any() && !emission_too)) {
+            return {};
+        }
+        Values reflected = result_.light.first_bounce(), h;
+        if (emission_too) {
+            reflected.conservativeResize(Eigen::NoChange, 2 * columns());
+            reflected.rightCols(columns()) = result_.light.uneven_emission;
+        }
+        const bool live = samples_bright();
         result_.first_bounce = live ? FirstBounce::live : FirstBounce::operator_only;
         if (!live) {
             transport_.gather(reflected, {}, h, execution_);
             return h;
         }
+        const RowReader rows(plain_part(*transport_.W));
         const std::vector<SurfacePoint>& points = discretisation_.points;
         const std::size_t rays = transport_.rays / std::max<std::size_t>(1, points.size());
-        h.resize(static_cast<Eigen::Index>(points.size()), columns());
+        h.resize(static_cast<Eigen::Index>(points.size()), reflected.cols());
         std::vector<std::size_t> cast(points.size(), 0);
         parallel_for(points.size(), 16, execution_, [&](std::size_t begin, std::size_t end, unsigned) {
             BrightSurfels::Worker worker;
@@ -373,7 +400,8 @@ class Solving {
             Values means;
             discretisation_.averages->apply(parts.smooth, means, execution_);
             parts.sent = std::make_shared<const Values>(
-                light_sent(result_.light, means, parts.bright && parts.bright->places(1) == 0, channels_));
+                light_sent(result_.light, means, parts.bright && parts.bright->places(1) == 0,
+                           !parts.bright || !parts.bright->samples_emission(), channels_));
         }
         parts.channels = channels_;
         parts.shadow_rays_per_round = options_.shadow_rays_per_round;
