@@ -409,6 +409,39 @@ TEST(ErrorEstimate, TheMapsNoiseIsThatOfTheField) {
     }
 }
 
+/// Beside black walls a floor that reflects receives no light from them, and none of their noise: what its error points
+/// see tells nothing of the walls. The error that the map tells of the irradiance of these is compared with what many
+/// more rays find. The floor is lit by a lamp alone, so that this light is exact up to the noise of the rays, and that
+/// of 4096 has about (256 / 4096)^1.5 < 0.02 of the mean square of that of 256. The tolerance is that of the test
+/// above for the noise; the rest of the error, of the basis, is in proportion to what is measured at 280 points.
+TEST(ErrorEstimate, TheMapKnowsTheErrorsOnBlackWalls) {
+    Scene scene = furnace(0.0, 0.0);
+    scene.materials[4].reflectance = Rgb::Constant(0.3);
+    PointLight lamp;
+    lamp.position = Vec3(0.5, 0.4, 0.7);
+    lamp.intensity = Rgb::Ones();
+    scene.point_lights.push_back(lamp);
+    for (const std::size_t rays : {std::size_t{64}, std::size_t{256}}) {
+        const BakeResult result = baked(scene, coarse(0.2, rays));
+        EXPECT_EQ(result.error->total.rms, 0.0); // of the radiosity, which is exact
+        ASSERT_NE(result.error->of_irradiance, nullptr);
+        const Mesh& mesh = result.scene->mesh;
+        std::vector<SurfacePoint> x = even_points(mesh, 500, RandomStream(3, "x"));
+        std::erase_if(x, [&](const SurfacePoint& p) { return mesh.material[p.face] == 4; });
+        const ErrorsAt errors = ErrorMap(result.solution, *result.error, Execution{}).at(x, Execution{});
+        EXPECT_EQ(errors.error.maxCoeff(), 0.0);
+        const Values truth = result.field().gather_smooth(x, 4096, 5, "truth", Execution{}).indirect;
+        const Values own = result.field().evaluate_smooth(x, Execution{}).indirect;
+        EXPECT_LT((own - truth).squaredNorm(), 2.5 * errors.irradiance.squaredNorm()) << rays;
+        EXPECT_GT((own - truth).squaredNorm(), errors.irradiance.squaredNorm() / 2.5) << rays;
+    }
+    // Where walls reflect a little, the points see their noise.
+    for (Material& material : scene.materials) {
+        material.reflectance = material.reflectance.max(0.01);
+    }
+    EXPECT_EQ(baked(scene, coarse(0.2, 64)).error->of_irradiance, nullptr);
+}
+
 /// A transport without rays has no noise of rays.
 TEST(ErrorEstimate, PairwiseTransportHasNoNoise) {
     Scene scene = furnace(0.3, 0.0);

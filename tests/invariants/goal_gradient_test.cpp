@@ -164,6 +164,13 @@ TEST_F(Gradients, AreTabulated) {
         }
     }
     EXPECT_NEAR(sum, material, 1e-12 * material);
+    // A material that no face has is not in it, as one of a mesh file that a scene file has replaced.
+    Scene replaced = many_lights();
+    replaced.materials.push_back(replaced.materials[1]);
+    result.scene = std::make_shared<Scene>(replaced);
+    result.solution = solve(replaced);
+    EXPECT_EQ(gradient_table(result, goal_gradients(result.solution, goals, 2000, 1, how.solve, Execution{}), true),
+              table);
 }
 
 TEST_F(Gradients, AreRefusedWhereTheyWouldNotBeExact) {

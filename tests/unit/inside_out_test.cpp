@@ -2,6 +2,7 @@
 #include <difusa/bake.h>
 #include <difusa/core/error.h>
 #include <difusa/lighting/inside_out.h>
+#include <difusa/mesh/borders.h>
 #include <difusa/rays/brute_force.h>
 
 #include <scratch_directory.h>
@@ -12,9 +13,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+
+#include <algorithm>
 #include <array>
 #include <fstream>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
@@ -164,6 +169,84 @@ TEST(InsideOut, DoubtfulPartsAreNamedAndLeft) {
     Mesh room = test::box(1.0, 1, true);
     triangles.assign(room.triangles.begin() + 2, room.triangles.end());
     EXPECT_EQ(faults(with_sky(test::make_mesh(room.points, triangles))), Faults());
+}
+
+/// The faces of a room, 1 by 1 by 1, towards its inside, each a quad with points of its own, with a hole of this width
+/// in the middle of the ceiling, which is of four rectangles: their sides end within those of others.
+Mesh room_with_hole(double width) {
+    const double a = 0.5 - width / 2.0, b = 0.5 + width / 2.0;
+    std::vector<std::array<Vec3, 4>> quads{
+        {Vec3(0, 0, 0), {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {Vec3(0, 0, 0), {0, 0, 1}, {1, 0, 1}, {1, 0, 0}},
+        {Vec3(0, 1, 0), {1, 1, 0}, {1, 1, 1}, {0, 1, 1}}, {Vec3(0, 0, 0), {0, 1, 0}, {0, 1, 1}, {0, 0, 1}},
+        {Vec3(1, 0, 0), {1, 0, 1}, {1, 1, 1}, {1, 1, 0}}, {Vec3(0, 0, 1), {0, a, 1}, {1, a, 1}, {1, 0, 1}},
+        {Vec3(0, b, 1), {0, 1, 1}, {1, 1, 1}, {1, b, 1}}};
+    if (a < b) {
+        quads.push_back({Vec3(0, a, 1), {0, b, 1}, {a, b, 1}, {a, a, 1}});
+        quads.push_back({Vec3(b, a, 1), {b, b, 1}, {1, b, 1}, {1, a, 1}});
+    }
+    std::vector<Vec3> points;
+    std::vector<std::array<Index, 3>> triangles;
+    const auto number = [&](const Vec3& p) {
+        const auto found = std::find(points.begin(), points.end(), p);
+        const auto index = static_cast<Index>(found - points.begin());
+        if (found == points.end()) {
+            points.push_back(p);
+        }
+        return index;
+    };
+    for (const auto& [p, q, r, s] : quads) {
+        triangles.push_back({number(p), number(q), number(r)});
+        triangles.push_back({number(p), number(r), number(s)});
+    }
+    return test::make_mesh(points, triangles);
+}
+
+std::vector<Index> all_of(const Mesh& mesh) {
+    std::vector<Index> all(mesh.triangles.size());
+    std::iota(all.begin(), all.end(), Index{0});
+    return all;
+}
+
+TEST(InsideOut, WhereSidesEndWithinOthersIsNoBorderUnlessThereIsAHole) {
+    EXPECT_FALSE(has_border(test::icosphere(2), all_of(test::icosphere(2))));
+    const Mesh two = test::together(test::box(1.0, 2, true), cube_at({3, 0, 0}, 1.0, false));
+    EXPECT_FALSE(has_border(two, all_of(two)));
+    EXPECT_TRUE(has_border(test::grid(3, 3), all_of(test::grid(3, 3))));
+    EXPECT_TRUE(has_border(test::mobius(20), all_of(test::mobius(20))));
+    Mesh room = room_with_hole(0.0); // the halves of the ceiling meet along a line that ends within sides of the walls
+    EXPECT_FALSE(has_border(room, all_of(room)));
+    const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()).toRotationMatrix();
+    for (Vec3& p : room.points) { // turned, and rounded as in a file
+        p = (turn * p).cast<float>().cast<double>();
+    }
+    room.derive();
+    EXPECT_FALSE(has_border(room, all_of(room)));
+    for (const double width : {1e-5, 0.001, 0.1}) {
+        EXPECT_TRUE(has_border(room_with_hole(width), all_of(room_with_hole(width))));
+    }
+    // Without one triangle.
+    const Mesh ball = test::icosphere(2);
+    std::vector<Index> some = all_of(ball);
+    some.pop_back();
+    EXPECT_TRUE(has_border(ball, some));
+}
+
+TEST(InsideOut, APartWithAHoleIsNotTurnedOver) {
+    EXPECT_EQ(faults(with_sky(room_with_hole(0.0))), Faults{"0:inside out"});
+    // The share of rays that pass the hole is at most 1e-6 or 1e-8: 4096 rays miss it, for nearly every seed.
+    for (const double width : {0.001, 0.0001}) {
+        EXPECT_EQ(faults(with_sky(room_with_hole(width))), Faults{"0:leaky"});
+    }
+    // A sun that shines in through it.
+    Scene sunny = test::uniform_scene(room_with_hole(0.001), 0.5, 0.0);
+    sunny.suns.push_back({Vec3(0.1, 0.2, 1.0).normalized(), Rgb::Ones()});
+    EXPECT_EQ(faults(sunny), Faults{"0:leaky"});
+    // A hole that another part covers, from outside or from inside.
+    for (const double z : {1.01, 0.99}) {
+        const Mesh lid = test::moved(test::grid(1, 1), 0.2, {0.4, 0.4, z});
+        EXPECT_EQ(faults(with_sky(test::together(room_with_hole(0.0001), lid))),
+                  Faults{z > 1.0 ? "0:leaky" : "0:dark room"});
+    }
 }
 
 TEST(InsideOut, OpenSheetsHaveNoInside) {

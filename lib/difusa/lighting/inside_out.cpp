@@ -1,6 +1,7 @@
 #include <difusa/lighting/inside_out.h>
 
 #include <difusa/core/random.h>
+#include <difusa/mesh/borders.h>
 #include <difusa/mesh/parity_sets.h>
 #include <difusa/mesh/surface_sampling.h>
 
@@ -236,7 +237,9 @@ class Weighing {
         }
         if (fronts.sealed()) {
             const Outlook again = look(p, 1.0, confirming_samples_);
-            if (again.sealed() && again.light() == 0 && again.eye == 0) {
+            // No number of rays proves that there is no hole, and a small one may light a hall.
+            if (again.sealed() && again.light() == 0 && again.eye == 0 &&
+                !has_border(scene_.mesh, parts_[p].triangles)) {
                 return FrontFault::inside_out;
             }
             return again.eye > 0 || again.lamps > 0 ? std::nullopt : std::optional(FrontFault::leaky);

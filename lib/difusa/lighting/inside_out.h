@@ -22,7 +22,7 @@ struct ConnectedPart {
 /// What is wrong with the fronts of a part.
 enum class FrontFault {
     inside_out, ///< certain: as it is, no light can ever reach its fronts, and turned over it does
-    leaky,      ///< likely inside out: its fronts enclose it but for holes, and light mostly meets its backs
+    leaky,      ///< perhaps inside out: its fronts enclose it but for holes, and light mostly or only meets its backs
     dark_room,  ///< fronts face a closed inside that holds other parts but no light; light meets its backs
     shut_light, ///< fronts face outwards, and a light is shut up inside
 };
@@ -38,8 +38,10 @@ struct FrontVerdict {
 };
 
 /// Judges the fronts of a scene. A part whose fronts face its inside (a negative volume) is a room if a lamp, an
-/// emitting face or the camera is seen from in there, and stays as it is. If rays from its fronts meet nothing but
-/// these same fronts, it is empty and sealed; if light meets its backs too, it is inside out. A part whose fronts face
+/// emitting face or the camera is seen from in there, and stays as it is. If it has no border (mesh/borders.h) and rays
+/// from its fronts meet nothing but these same fronts, it is empty and sealed; if light meets its backs too, it is
+/// inside out. With a border it is never more than leaky: rays do not find every hole, and a hall may have but one
+/// rooflight. A part whose fronts face
 /// outwards, while a lamp, an emitting face or the camera is shut up inside, is an inside-out room if there is nothing
 /// outside, neither light nor surface, or if the camera is inside. All else is left alone. Parts with double-sided
 /// materials, whose volume vanishes, are not judged. What one decision brings to light is considered in the next.

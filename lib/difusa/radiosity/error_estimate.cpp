@@ -176,6 +176,13 @@ class Estimation {
     /// The same, after more has been learnt of directly evaluated light alone.
     void conclude_again(const NoiseOfDirect& direct) { judge(direct.mean()); }
 
+    /// What has been measured of the irradiance itself, for ErrorEstimate::of_irradiance.
+    ErrorEstimate of_irradiance() {
+        weight_.setOnes();
+        result_.squared = squares(total_, false);
+        return result_;
+    }
+
     /// The standard error of the mean square without directly evaluated light, W²/m⁴.
     double doubt() const { return doubt_; }
 
@@ -444,6 +451,7 @@ class Measurements {
         if (drawn.size() == 0) {
             return Estimation(solution_, std::move(drawn), seed_, "", execution_).result();
         }
+        const std::size_t asked = rays;
         NoiseOfDirect direct(solution_, seed_, execution_);
         direct.add(drawn);
         Estimation estimation =
@@ -471,7 +479,7 @@ class Measurements {
         ErrorEstimate result = estimation.result();
         result.rays += replaced_rays_;
         result.segments += replaced_segments_ + direct.segments();
-        return result;
+        return with_irradiance(std::move(result), asked);
     }
 
   private:
@@ -527,6 +535,18 @@ class Measurements {
         all_rays_ += rays;
     }
 
+    ErrorEstimate with_irradiance(ErrorEstimate result, std::size_t rays) const {
+        if (sampler_.is_blind()) {
+            const ErrorPointSampler all(solution_, execution_, ErrorPointSampler::Of::irradiance);
+            Estimation estimation(solution_, all.draw(2 * few_error_points, seed_), seed_, "irradiance", execution_);
+            estimation.measure(rays);
+            result.of_irradiance = std::make_shared<const ErrorEstimate>(estimation.of_irradiance());
+            result.rays += result.of_irradiance->rays;
+            result.segments += result.of_irradiance->segments;
+        }
+        return result;
+    }
+
     Estimation measured(ErrorPoints points, std::size_t rays, const std::string& purpose) {
         Estimation estimation(solution_, std::move(points), seed_, purpose, execution_);
         estimation.measure(rays);
@@ -543,28 +563,6 @@ class Measurements {
 };
 
 } // namespace
-
-double largest_reflectance(const Scene& scene, int channels) {
-    const Mesh& mesh = scene.mesh;
-    double largest = 0.0;
-    const auto add = [&](const Rgb& rho, const Rgb& specular) {
-        const Rgb product =
-            (rho > 0.0).select(rho / (1.0 - specular).max(rho), 0.0); // at most 1, whatever the rounding
-        largest = std::max(largest, channels == 1 ? product[0] : product.maxCoeff());
-    };
-    for (Index t = 0; t < mesh.triangles.size(); ++t) {
-        const Material& material = scene.materials[mesh.material[t]];
-        const Rgb factor = material.reflectance_texture ? material.reflectance_texture->brightest() : Rgb(Rgb::Ones());
-        if (material.vertex_colours) {
-            for (const Rgb& rho : mesh.corner_reflectance[t]) {
-                add(factor * rho, material.specular());
-            }
-        } else {
-            add(factor * material.reflectance, material.specular());
-        }
-    }
-    return largest;
-}
 
 ErrorEstimate estimate_error(const Solution& solution, std::size_t points, std::size_t rays, std::uint64_t seed,
                              const FurtherRounds& further, const Execution& execution) {

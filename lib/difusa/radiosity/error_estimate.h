@@ -16,6 +16,7 @@
 #include <difusa/radiosity/error_points.h>
 #include <difusa/radiosity/rms_interval.h>
 
+#include <memory>
 #include <vector>
 
 namespace difusa {
@@ -43,6 +44,11 @@ struct ErrorEstimate {
                                 ///< `rays_per_gather` rays, all channels; W²/m⁴
     std::vector<std::size_t> rays_per_gather; ///< #points
     Values carried;                           ///< #S by #channels: coefficients of p / rho, W/m²
+
+    /// Where the points are blind to errors of the irradiance (ErrorPointSampler::is_blind): `at`, `squared`, `spread`
+    /// and `rays_per_gather` at others, drawn as if all surfaces were white, for the irradiance itself; all else is
+    /// empty. Otherwise null.
+    std::shared_ptr<const ErrorEstimate> of_irradiance;
 };
 
 /// Points that are measured first, at most.
@@ -69,11 +75,5 @@ ErrorEstimate estimate_error(const Solution& solution, std::size_t points, std::
 /// The same for the light gathered at points from this solution: e = p, plus the noise of the gathering (rms over the
 /// area, W/m²), all of which counts as error of the indirect light too.
 void judge_gathered(ErrorEstimate& estimate, double noise);
-
-/// The largest diffuse reflectance of the scene, over faces and channels; that of a partial mirror or glossy surface,
-/// which reflects the share s specularly, counts as rho / (1 - s), so that it bounds the norm of transport over these,
-/// too: if what is seen there sends back at most the share F, the surface sends back at most rho + s F, which is F at
-/// most if F >= rho / (1 - s).
-double largest_reflectance(const Scene& scene, int channels);
 
 } // namespace difusa

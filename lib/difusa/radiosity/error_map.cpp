@@ -37,7 +37,22 @@ ErrorMap::ErrorMap(const Solution& solution, const ErrorEstimate& estimate, cons
     noise_ = estimate.at.variance.topRows(static_cast<Eigen::Index>(discretisation.sites->size()));
     std::vector<BasisRow> rows(estimate.at.size());
     discretisation.basis->evaluate(estimate.at.place, rows);
-    const LightTransport& transport = solution.field->parts().system->transport();
+    if (!estimate.of_irradiance) {
+        noise_ *= of_rays(estimate, rows) * passed_on(estimate, rows, execution);
+        judged_ = fit(estimate, rows, false);
+        return;
+    }
+    const ErrorEstimate& other = *estimate.of_irradiance;
+    std::vector<BasisRow> others(other.at.size());
+    discretisation.basis->evaluate(other.at.place, others);
+    noise_ *= of_rays(other, others) * passed_on(other, others, execution);
+    judged_ = fit(estimate, rows, false);
+    irradiance_ = fit(other, others, true);
+}
+
+/// The variance of the noise of a point of the system, over that of the light that its rays meet.
+double ErrorMap::of_rays(const ErrorEstimate& told, const std::vector<BasisRow>& rows) const {
+    const LightTransport& transport = solution_.field->parts().system->transport();
     const double rays =
         static_cast<double>(transport.rays) / static_cast<double>(std::max<std::size_t>(1, transport.points()));
     double measured = 0.0, expected = 0.0;
@@ -45,21 +60,20 @@ ErrorMap::ErrorMap(const Solution& solution, const ErrorEstimate& estimate, cons
         double here = 0.0;
         for (std::size_t k = 0; k < rows[p].element.size(); ++k) {
             const auto site = static_cast<Eigen::Index>(rows[p].element[k]);
-            here += rows[p].weight[k] * estimate.at.variance_of_fresh.row(site).sum();
+            here += rows[p].weight[k] * told.at.variance_of_fresh.row(site).sum();
         }
-        const auto gathered = static_cast<double>(std::max<std::size_t>(1, estimate.rays_per_gather[p]));
-        measured += estimate.at.weight[p] * estimate.spread[p] * std::pow(rays / gathered, decline);
-        expected += estimate.at.weight[p] * std::max(0.0, here);
+        const auto gathered = static_cast<double>(std::max<std::size_t>(1, told.rays_per_gather[p]));
+        measured += told.at.weight[p] * told.spread[p] * std::pow(rays / gathered, decline);
+        expected += told.at.weight[p] * std::max(0.0, here);
     }
-    const double of_rays = expected > 0.0 ? measured / expected : 0.0;
-    noise_ *= of_rays * passed_on(rows, execution);
-    fit(rows);
+    return expected > 0.0 ? measured / expected : 0.0;
 }
 
 /// What the projection makes of noise: the variance of the field at the error points if the light at the points is off
 /// by random signs times its standard deviation, over what `local` expects of coefficients that are the light itself.
-double ErrorMap::passed_on(const std::vector<BasisRow>& rows, const Execution& execution) const {
-    const Values& variance = estimate_.at.variance;
+double ErrorMap::passed_on(const ErrorEstimate& told, const std::vector<BasisRow>& rows,
+                           const Execution& execution) const {
+    const Values& variance = told.at.variance;
     constexpr Eigen::Index probes = 4;
     const Discretisation& discretisation = solution_.field->parts().system->discretisation();
     Values probe(variance.rows(), probes);
@@ -71,7 +85,7 @@ double ErrorMap::passed_on(const std::vector<BasisRow>& rows, const Execution& e
         }
     }
     const Values field = evaluate(*discretisation.basis, discretisation.evaluation->coefficients(probe, execution),
-                                  estimate_.at.place, execution);
+                                  told.at.place, execution);
     double got = 0.0, plain = 0.0;
     for (std::size_t p = 0; p < rows.size(); ++p) {
         const BasisRow& row = rows[p];
@@ -79,8 +93,8 @@ double ErrorMap::passed_on(const std::vector<BasisRow>& rows, const Execution& e
         for (std::size_t k = 0; k < row.element.size(); ++k) {
             here += row.weight[k] * row.weight[k] * variance.row(static_cast<Eigen::Index>(row.element[k])).sum();
         }
-        got += estimate_.at.weight[p] * field.row(static_cast<Eigen::Index>(p)).squaredNorm() / probes;
-        plain += estimate_.at.weight[p] * here;
+        got += told.at.weight[p] * field.row(static_cast<Eigen::Index>(p)).squaredNorm() / probes;
+        plain += told.at.weight[p] * here;
     }
     return plain > 0.0 ? got / plain : 0.0;
 }
@@ -114,21 +128,37 @@ ErrorMap::Local ErrorMap::local(const SurfacePoint& x, const BasisRow& row) cons
     return local;
 }
 
-void ErrorMap::fit(const std::vector<BasisRow>& rows) {
-    ratio_.assign(static_cast<std::size_t>(noise_.rows()), 0.0);
-    seen_ = ratio_;
+ErrorMap::Fit ErrorMap::fit(const ErrorEstimate& told, const std::vector<BasisRow>& rows, bool of_irradiance) const {
+    Fit fit;
+    fit.ratio.assign(static_cast<std::size_t>(noise_.rows()), 0.0);
+    fit.seen = fit.ratio;
     for (std::size_t p = 0; p < rows.size(); ++p) {
         const BasisRow& row = rows[p];
-        const Local::Squares here = local(estimate_.at.place[p], row).judged;
-        const double weight = estimate_.at.weight[p];
-        const double rest = weight * (estimate_.squared[p] - here.noise), variation = weight * here.variation;
-        mean_ratio_ += rest;
-        mean_seen_ += variation;
+        const Local all = local(told.at.place[p], row);
+        const Local::Squares& here = of_irradiance ? all.irradiance : all.judged;
+        const double weight = told.at.weight[p];
+        const double rest = weight * (told.squared[p] - here.noise), variation = weight * here.variation;
+        fit.mean_ratio += rest;
+        fit.mean_seen += variation;
         for (std::size_t k = 0; k < row.element.size(); ++k) {
-            ratio_[row.element[k]] += std::abs(row.weight[k]) * rest;
-            seen_[row.element[k]] += std::abs(row.weight[k]) * variation;
+            fit.ratio[row.element[k]] += std::abs(row.weight[k]) * rest;
+            fit.seen[row.element[k]] += std::abs(row.weight[k]) * variation;
         }
     }
+    return fit;
+}
+
+/// Of the variation at a point.
+double ErrorMap::Fit::factor(const BasisRow& row) const {
+    double ratio_here = 0.0, seen_here = 0.0;
+    for (std::size_t k = 0; k < row.element.size(); ++k) {
+        ratio_here += std::abs(row.weight[k]) * ratio[row.element[k]];
+        seen_here += std::abs(row.weight[k]) * seen[row.element[k]];
+    }
+    // Few points are around: their ratio is drawn towards that of all.
+    const double mean = mean_seen > 0.0 ? std::max(0.0, mean_ratio / mean_seen) : 0.0;
+    const double prior = 4.0 * mean_seen / static_cast<double>(ratio.size());
+    return seen_here + prior > 0.0 ? std::max(0.0, (ratio_here + prior * mean) / (seen_here + prior)) : 0.0;
 }
 
 double ErrorMap::over_channels(double squares) const {
@@ -137,20 +167,13 @@ double ErrorMap::over_channels(double squares) const {
 
 void ErrorMap::put(const SurfacePoint& x, const BasisRow& row, std::size_t i, ErrorsAt& errors) const {
     const Local here = local(x, row);
-    double ratio = 0.0, seen = 0.0;
-    for (std::size_t k = 0; k < row.element.size(); ++k) {
-        ratio += std::abs(row.weight[k]) * ratio_[row.element[k]];
-        seen += std::abs(row.weight[k]) * seen_[row.element[k]];
-    }
-    // Few points are around: their ratio is drawn towards that of all.
-    const double mean = mean_seen_ > 0.0 ? std::max(0.0, mean_ratio_ / mean_seen_) : 0.0;
-    const double prior = 4.0 * mean_seen_ / static_cast<double>(ratio_.size());
-    const double factor = seen + prior > 0.0 ? std::max(0.0, (ratio + prior * mean) / (seen + prior)) : 0.0;
+    const double factor = judged_.factor(row),
+                 of_irradiance = estimate_.of_irradiance ? irradiance_.factor(row) : factor;
     const auto at = static_cast<Eigen::Index>(i);
     errors.noise(at, 0) = over_channels(here.judged.noise);
     errors.discretisation(at, 0) = over_channels(factor * here.judged.variation);
     errors.error(at, 0) = over_channels(here.judged.sum(factor));
-    errors.irradiance(at, 0) = over_channels(here.irradiance.sum(factor));
+    errors.irradiance(at, 0) = over_channels(here.irradiance.sum(of_irradiance));
 }
 
 ErrorsAt ErrorMap::at(std::span<const SurfacePoint> x, const Execution& execution) const {

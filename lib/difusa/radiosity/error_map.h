@@ -22,7 +22,8 @@ struct ErrorsAt {
 /// The noise of a site follows from the variance of the light that its rays met: it is in proportion to it, with a
 /// factor that the error points tell, and with what the projection makes of it. The rest of the residual is the
 /// basis's: in proportion to how much the coefficients vary among the basis functions at a point, with a factor from
-/// the error points around it.
+/// the error points around it. Where error points are blind to errors of the irradiance, on surfaces that reflect
+/// nothing, the factors come from the points that judge the irradiance instead (ErrorEstimate::of_irradiance).
 class ErrorMap {
   public:
     /// Keeps references.
@@ -41,18 +42,24 @@ class ErrorMap {
 
   private:
     struct Local;
+    /// What error points tell of the rest: sums of the squares that are the basis's, and of the variation there.
+    struct Fit {
+        std::vector<double> ratio, seen; ///< #S: over the error points around an element
+        double mean_ratio = 0.0, mean_seen = 0.0;
+        double factor(const BasisRow& row) const;
+    };
     Local local(const SurfacePoint& x, const BasisRow& row) const;
     double over_channels(double squares) const; ///< root of their mean
-    // `rows`: the basis at the error points.
-    double passed_on(const std::vector<BasisRow>& rows, const Execution& execution) const;
-    void fit(const std::vector<BasisRow>& rows);
+    // `rows`: the basis at the points of an estimate.
+    double of_rays(const ErrorEstimate& told, const std::vector<BasisRow>& rows) const;
+    double passed_on(const ErrorEstimate& told, const std::vector<BasisRow>& rows, const Execution& execution) const;
+    Fit fit(const ErrorEstimate& told, const std::vector<BasisRow>& rows, bool of_irradiance) const;
 
     const Solution& solution_;
     const ErrorEstimate& estimate_;
-    Values noise_;                     ///< #S by #channels: estimated variance of h, W²/m⁴
-    Values coefficients_;              ///< #S by #channels: of h, all sets together
-    std::vector<double> ratio_, seen_; ///< #S: sums over the error points around an element
-    double mean_ratio_ = 0.0, mean_seen_ = 0.0;
+    Values noise_;            ///< #S by #channels: estimated variance of h, W²/m⁴
+    Values coefficients_;     ///< #S by #channels: of h, all sets together
+    Fit judged_, irradiance_; ///< the latter empty without ErrorEstimate::of_irradiance
 };
 
 } // namespace difusa

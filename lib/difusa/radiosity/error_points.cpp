@@ -18,6 +18,7 @@ namespace difusa {
 namespace {
 
 constexpr double rounding = 1e-12;                             ///< of a variance, relative to the square of the mean
+constexpr double hardly_any = 1e-4;                            ///< of noise or variation, as a share
 constexpr std::size_t candidates_per_point = 16;               ///< from which it is chosen
 constexpr double nearest_facing = 0.05, farthest_facing = 1.0; ///< distances told apart, over the spacing
 
@@ -54,9 +55,8 @@ void find_variances(const Solution& solution, ErrorSources& sources, const Execu
 }
 
 /// The mixture's integral over each surfel; they sum to 1, or all are 0 if nothing reflects.
-std::vector<double> density_of(const Solution& solution, const ErrorSources& sources, const Execution& execution) {
-    const Surfels& surfels = *solution.field->parts().system->discretisation().surfels;
-    const Values weights = judged_weights(solution);
+std::vector<double> density_of(const Surfels& surfels, const Values& weights, const ErrorSources& sources,
+                               const Execution& execution) {
     std::array<std::vector<double>, 4> parts;
     parts.fill(std::vector<double>(surfels.size()));
     parallel_for(surfels.size(), 4096, execution, [&](std::size_t begin, std::size_t end, unsigned) {
@@ -118,6 +118,28 @@ Rgb judged_weight(const Scene& scene, const SurfacePoint& x) {
     return scene.thermal ? Rgb(Rgb::Ones()) : scene.reflectance(x);
 }
 
+double largest_reflectance(const Scene& scene, int channels) {
+    const Mesh& mesh = scene.mesh;
+    double largest = 0.0;
+    const auto add = [&](const Rgb& rho, const Rgb& specular) {
+        const Rgb product =
+            (rho > 0.0).select(rho / (1.0 - specular).max(rho), 0.0); // at most 1, whatever the rounding
+        largest = std::max(largest, channels == 1 ? product[0] : product.maxCoeff());
+    };
+    for (Index t = 0; t < mesh.triangles.size(); ++t) {
+        const Material& material = scene.materials[mesh.material[t]];
+        const Rgb factor = material.reflectance_texture ? material.reflectance_texture->brightest() : Rgb(Rgb::Ones());
+        if (material.vertex_colours) {
+            for (const Rgb& rho : mesh.corner_reflectance[t]) {
+                add(factor * rho, material.specular());
+            }
+        } else {
+            add(factor * material.reflectance, material.specular());
+        }
+    }
+    return largest;
+}
+
 ErrorSources error_sources(const Solution& solution, const Execution& execution) {
     const FieldParts& field = solution.field->parts();
     const BasisAverages& P = *field.system->discretisation().averages;
@@ -133,13 +155,35 @@ ErrorSources error_sources(const Solution& solution, const Execution& execution)
     return sources;
 }
 
-ErrorPointSampler::ErrorPointSampler(const Solution& solution, const Execution& execution)
+ErrorPointSampler::ErrorPointSampler(const Solution& solution, const Execution& execution, Of errors)
     : surfels_(*solution.field->parts().system->discretisation().surfels), execution_(execution),
-      sources_(error_sources(solution, execution)), density_(density_of(solution, sources_, execution)),
+      weights_(judged_weights(solution)), sources_(error_sources(solution, execution)),
       facing_(solution.field->parts().scene->mesh) {
+    if (errors == Of::irradiance) {
+        weights_.setOnes();
+    }
+    density_ = density_of(surfels_, weights_, sources_, execution);
     for (Index s = 0; s < surfels_.size(); ++s) {
         area_ += density_[s] > 0.0 ? surfels_.area(s) : 0.0;
     }
+}
+
+bool ErrorPointSampler::is_blind() const {
+    double light = 0.0;
+    std::array<double, 2> all{}, seen{};
+    for (Index s = 0; s < surfels_.size(); ++s) {
+        const auto row = static_cast<Eigen::Index>(s);
+        const double area = surfels_.area(s);
+        light += area * sources_.light.row(row).squaredNorm();
+        const std::array<double, 2> here{area * sources_.noise.row(row).sum(),
+                                         area * sources_.variation.row(row).sum()};
+        for (std::size_t k = 0; k < here.size(); ++k) {
+            all[k] += here[k];
+            seen[k] += density_[s] > 0.0 ? here[k] : 0.0;
+        }
+    }
+    const auto hides = [&](std::size_t k) { return all[k] > rounding * light && seen[k] < hardly_any * all[k]; };
+    return hides(0) || hides(1);
 }
 
 ErrorPoints ErrorPointSampler::draw(std::size_t count, std::uint64_t seed) const {

@@ -41,18 +41,31 @@ Values judged_weights(const Solution& solution);
 /// The same at a point.
 Rgb judged_weight(const Scene& scene, const SurfacePoint& x);
 
+/// The largest diffuse reflectance of the scene, over faces and channels; that of a partial mirror or glossy surface,
+/// which reflects the share s specularly, counts as rho / (1 - s), so that it bounds the norm of transport over these,
+/// too: if what is seen there sends back at most the share F, the surface sends back at most rho + s F, which is F at
+/// most if F >= rho / (1 - s).
+double largest_reflectance(const Scene& scene, int channels);
+
 ErrorSources error_sources(const Solution& solution, const Execution& execution);
 
 /// Draws error points of a solution by a density, which is a mixture divided by a distance. The mixture: in equal parts
-/// in proportion to w², with which the square of an error of the irradiance counts (w = judged_weights), and to w²
+/// in proportion to w², with which the square of an error of the irradiance counts (w = judged_weights or 1), and to w²
 /// times the square of ErrorSources::light, times its variation, and times its noise. The distance is that to what the
 /// point faces (discretisation/facing_distance.h), but at least a twentieth of the spacing and at most all of it: where
 /// walls meet floors, errors are large in strips narrower than any element, which the coefficients do not tell of. The
 /// distance is computed at 16 candidates for each point, from which the points are chosen.
 class ErrorPointSampler {
   public:
+    enum class Of { what_is_judged, irradiance };
+
     /// Keeps references to both.
-    ErrorPointSampler(const Solution& solution, const Execution& execution);
+    ErrorPointSampler(const Solution& solution, const Execution& execution, Of errors = Of::what_is_judged);
+
+    /// Whether hardly any of the noise of rays, or of the variation of the coefficients, is where points are drawn:
+    /// what is measured there then tells nothing of the errors of the irradiance elsewhere. A floor between black walls
+    /// receives none of the light that it sends to them, and none of the noise of their rays.
+    bool is_blind() const;
 
     /// `count` points, rounded up to a multiple of the groups: one of each group from each of as many equal shares of
     /// the density as there are points in a group. None if nothing reflects.
@@ -61,6 +74,7 @@ class ErrorPointSampler {
   private:
     const Surfels& surfels_;
     const Execution& execution_;
+    Values weights_; ///< w, #surfels by #channels
     ErrorSources sources_;
     std::vector<double> density_; ///< the mixture's integral over each surfel
     double area_ = 0.0;           ///< of the surfels where it is not 0
