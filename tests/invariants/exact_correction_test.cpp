@@ -75,7 +75,8 @@ TEST(ExactCorrection, ConstantLightIsExact) {
     const auto surfels = static_cast<Eigen::Index>(result.system->discretisation().surfels->size());
     const Field::SurfelMeans means{Values::Constant(surfels, parts.smooth.cols(), H),
                                    result.solution.light.first_bounce(), result.solution.light.even};
-    parts.sent = std::make_shared<const Values>(light_sent(result.solution.light, means.smooth, false, true, parts.channels));
+    parts.sent =
+        std::make_shared<const Values>(light_sent(result.solution.light, means.smooth, false, true, parts.channels));
     const Field field(parts);
     const ExactCorrection correction(field.parts(), x, 1024, Execution{});
     const std::array<Vec3, 4> opening{Vec3(0, 0, 0.25), {0, 2, 0.25}, {3, 2, 0.25}, {3, 0, 0.25}};

@@ -41,10 +41,10 @@ struct FrontVerdict {
 /// emitting face or the camera is seen from in there, and stays as it is. If it has no border (mesh/borders.h) and rays
 /// from its fronts meet nothing but these same fronts, it is empty and sealed; if light meets its backs too, it is
 /// inside out. With a border it is never more than leaky: rays do not find every hole, and a hall may have but one
-/// rooflight. A part whose fronts face
-/// outwards, while a lamp, an emitting face or the camera is shut up inside, is an inside-out room if there is nothing
-/// outside, neither light nor surface, or if the camera is inside. All else is left alone. Parts with double-sided
-/// materials, whose volume vanishes, are not judged. What one decision brings to light is considered in the next.
+/// rooflight. A part whose fronts face outwards, while a lamp, an emitting face or the camera is shut up inside, is an
+/// inside-out room if there is nothing outside, neither light nor surface, or if the camera is inside. All else is left
+/// alone. Parts with double-sided materials, whose volume vanishes, are not judged. What one decision brings to light is
+/// considered in the next.
 ///
 /// `engine` has been built over the scene's mesh. Casts rays only from parts that may be at fault: nothing for an
 /// object whose fronts face outwards, under the sky. The result depends on the seed, not on the number of threads.
