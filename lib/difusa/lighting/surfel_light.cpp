@@ -190,9 +190,7 @@ SurfelLight light_on_surfels(const Scene& scene, const Surfels& surfels, const D
     result.reflectance.setZero(count, channels);
     result.emission.setZero(count, columns);
     result.direct.setZero(count, columns);
-    if (std::any_of(scene.materials.begin(), scene.materials.end(), [](const Material& material) {
-            return material.emits_unevenly() && (material.emission > 0.0).any();
-        })) {
+    if (scene.has_uneven_emitters()) {
         result.uneven_emission.setZero(count, columns);
     }
     result.all_emission.setZero(count, channels);

@@ -54,6 +54,12 @@ double Scene::pixels_of_emission(Index triangle) const {
     return texture != nullptr ? texture->pixels(mesh.corner_texture[triangle]) : 0.0;
 }
 
+bool Scene::has_uneven_emitters() const {
+    return std::any_of(materials.begin(), materials.end(), [](const Material& material) {
+        return material.emits_unevenly() && (material.emission > 0.0).any();
+    });
+}
+
 bool Scene::has_emitters() const {
     return std::any_of(mesh.material.begin(), mesh.material.end(),
                        [this](Index m) { return (materials[m].emission != 0.0).any(); });

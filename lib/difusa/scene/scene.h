@@ -30,6 +30,9 @@ struct Scene {
     /// nonnegative there.
     Rgb emission(const SurfacePoint& x) const;
 
+    /// Whether some material that emits has a texture or pattern of emission.
+    bool has_uneven_emitters() const;
+
     /// How many pixels of the texture of its emission a triangle shows, repeated ones included; 0 without a texture.
     double pixels_of_emission(Index triangle) const;
 
