@@ -211,8 +211,9 @@ void add_place_arguments(CLI::App& app, BakeArguments& arguments, const std::str
              "what is measured where the sensors stand: planar (irradiance by the normal), horizontal, spherical, "
              "cylindrical (mean irradiance of a small sphere, or of an upright cylinder)",
              group);
-    add_whole<std::size_t>(app, "--sensor-rays", options.sensor_rays, 4,
-                           "rays from each sensor (default: 4096, and up to 65536 where their noise is above 2 %)")
+    add_whole<std::size_t>(
+        app, "--sensor-rays", options.sensor_rays, 4,
+        "rays from each sensor (default: 4096, and up to 65536 where their noise is above 2 % or they are few)")
         ->group(group)
         ->type_name("N");
     app.add_flag("--snap", options.snap, "places with a normal, too, are moved to the nearest surface that faces it")

@@ -171,10 +171,10 @@ void list_savings(const BakeResult& result, const Execution& execution) {
                         "rays", points});
     }
     if (field.bright && field.bright->bright_share() > BrightSurfels::broad) {
-        execution.save(
-            {"samples on bright surfaces",
-             text_of(100.0 * field.bright->bright_share()) + " % of the surface reflects most of the direct light",
-             "rays", 0.5 * rays});
+        execution.save({"samples on bright surfaces",
+                        text_of(100.0 * field.bright->bright_share()) +
+                            " % of the surface reflects most of the light of lamps and suns",
+                        "rays", 0.5 * rays});
     }
     if (!scene.has_sky()) {
         execution.save({"sky", "it is dark", "values", points});

@@ -247,6 +247,9 @@ void read_places(BakeResult& result, const ErrorMap* errors, const Execution& ex
         execution.count("output rays", result.listed_values.rays);
         execution.count("output segments", result.listed_values.segments);
     }
+    if (options.sensor_rays > 0 && result.sensors.empty() && !result.listed.empty()) {
+        execution.note("--sensor-rays has no effect: all places are on the surface");
+    }
     if (!result.sensors.empty()) {
         std::vector<Sensor> sensors;
         for (const PlacedSensor& placed : result.sensors) {

@@ -237,8 +237,9 @@ void make_thermal(BakeResult& result, const Execution& execution) {
     if (options.units == "photometric") {
         refuse("--units photometric", "whose radiation is infrared");
     }
-    if (!options.grids.empty() || !options.goals.empty() || options.sensor != "planar") {
-        refuse("--grid, --goal, --sensor", "of which the surface alone is evaluated: name places on it, --at");
+    if (!options.grids.empty() || !options.goals.empty() || options.sensor != "planar" || options.sensor_rays > 0) {
+        refuse("--grid, --goal, --sensor, --sensor-rays",
+               "of which the surface alone is evaluated: name places on it, --at");
     }
     if (result.requested.reflectance) {
         refuse("--reflectance", "whose materials have emissivities: give them in the scene file");

@@ -20,25 +20,32 @@ constexpr double near = 4.0;
 
 BrightSurfels::BrightSurfels(const Scene& scene, const Tracer& tracer, const Surfels& surfels,
                              const DirectLight& sources, const SurfelLight& light)
-    : scene_(scene), tracer_(tracer), surfels_(surfels), sources_(sources), emits_(light.uneven_emission.rows() > 0) {
-    const Values first_bounce = light.first_bounce();
+    : scene_(scene), tracer_(tracer), surfels_(surfels), sources_(sources) {
+    // What each surfel sends of the one light and of the other.
+    const std::array<Values, 2> sent{light.first_bounce(), light.uneven_emission};
+    std::array<std::vector<double>, 2> power;
+    std::array<double, 2> share{};
+    for (std::size_t k = 0; k < sent.size(); ++k) {
+        power[k].assign(surfels.size(), 0.0);
+        double sum = 0.0, squares = 0.0;
+        for (std::size_t s = 0; s < surfels.size() && sent[k].rows() > 0; ++s) {
+            const double area = surfels.area(static_cast<Index>(s));
+            const double q = area * sent[k].row(static_cast<Eigen::Index>(s)).cwiseAbs().sum();
+            power[k][s] = q;
+            sum += q;
+            squares += area > 0.0 ? q * q / area : 0.0;
+        }
+        share[k] = sum > 0.0 ? sum * sum / (squares * scene.mesh.area) : 0.0;
+    }
+    bright_share_ = share[0];
     std::vector<double> below(surfels.size() + 1, 0.0);
-    double squares = 0.0;
     for (std::size_t s = 0; s < surfels.size(); ++s) {
-        const double area = surfels.area(static_cast<Index>(s));
-        const auto row = static_cast<Eigen::Index>(s);
-        const double q = area * (first_bounce.row(row).cwiseAbs().sum() +
-                                 (emits_ ? light.uneven_emission.row(row).cwiseAbs().sum() : 0.0));
-        below[s + 1] = below[s] + q;
-        squares += area > 0.0 ? q * q / area : 0.0;
+        below[s + 1] = below[s] + (share[0] <= broad ? power[0][s] : 0.0) + (share[1] <= broad ? power[1][s] : 0.0);
     }
-    if (!(below.back() > 0.0)) {
+    if (!(below.back() > 0.0) || scene.mesh.repetition.any()) { // bins do not tell in which image a ray ended
         return;
     }
-    bright_share_ = below.back() * below.back() / (squares * scene.mesh.area);
-    if (bright_share_ > broad || scene.mesh.repetition.any()) { // bins do not tell in which image a ray ended
-        return;
-    }
+    emits_ = share[1] > 0.0 && share[1] <= broad;
     below_ = std::move(below);
     centre_.assign(surfels.size(), none);
     std::vector<Surfels::Piece> pieces;
@@ -127,11 +134,11 @@ Eigen::RowVectorXd BrightSurfels::gather(const SurfacePoint& x, std::span<const 
     };
     for (std::size_t k = 0; k < hit.size(); ++k) {
         const Index s = hit[k];
-        if (s >= centre_.size() || centre_[s] == none) {
+        if (s >= centre_.size()) {
             continue;
         }
         double of_rays = 0.0;
-        const double both = density_of_both(s, of_rays);
+        const double both = centre_[s] != none ? density_of_both(s, of_rays) : 0.0;
         sum += (both > 0.0 ? of_rays / both : 1.0) * weight[k] * sent.row(s);
     }
     draw(from, count, stream, worker);

@@ -21,12 +21,13 @@ class BrightSurfels {
     BrightSurfels(const Scene& scene, const Tracer& tracer, const Surfels& surfels, const DirectLight& sources,
                   const SurfelLight& light);
 
-    /// The fraction of the surface that would send the same total light if uniformly as bright as the light-weighted
-    /// mean: (sum q)² / (sum q²/A) over the area, for surfels of area A that send q. 0 if nothing is bright.
+    /// The fraction of the surface that would reflect the same light of sharp sources if uniformly as bright as the
+    /// light-weighted mean: (sum q)² / (sum q²/A) over the area, for surfels of area A that reflect q. 0 if nothing is
+    /// lit. Bright surfels are those of such light and of emission, of each if its own fraction is at most `broad`.
     double bright_share() const { return bright_share_; }
 
-    /// Samples on bright surfels for a point with this many rays: half as many, or none if more than `broad` of the
-    /// surface is bright, or if the surface goes on beyond its mesh.
+    /// Samples on bright surfels for a point with this many rays: half as many, or none if there are none, or if the
+    /// surface goes on beyond its mesh.
     std::size_t places(std::size_t rays) const { return below_.empty() ? 0 : (rays + 1) / 2; }
     static constexpr double broad = 0.25;
 
@@ -85,7 +86,7 @@ class BrightSurfels {
     std::vector<Index> centre_; ///< #surfels: index into `centres_`, none for a dark surfel
     std::vector<std::pair<Vec3, Vec3>> centres_; ///< of bright surfels: position and normal
     double bright_share_ = 0.0;
-    bool emits_; ///< some emitters have a texture or pattern
+    bool emits_ = false; ///< emitters with a texture or pattern are among the bright surfels
 };
 
 } // namespace difusa

@@ -43,8 +43,8 @@ struct FrontVerdict {
 /// inside out. With a border it is never more than leaky: rays do not find every hole, and a hall may have but one
 /// rooflight. A part whose fronts face outwards, while a lamp, an emitting face or the camera is shut up inside, is an
 /// inside-out room if there is nothing outside, neither light nor surface, or if the camera is inside. All else is left
-/// alone. Parts with double-sided materials, whose volume vanishes, are not judged. What one decision brings to light is
-/// considered in the next.
+/// alone. Parts with double-sided materials, whose volume vanishes, are not judged. What one decision brings to light
+/// is considered in the next.
 ///
 /// `engine` has been built over the scene's mesh. Casts rays only from parts that may be at fault: nothing for an
 /// object whose fronts face outwards, under the sky. The result depends on the seed, not on the number of threads.

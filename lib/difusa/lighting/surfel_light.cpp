@@ -41,9 +41,9 @@ class Averages {
     void add_material(Index s, const SurfacePoint& x, double share, SurfelLight& result) const {
         const Index material = scene_.mesh.material[x.face];
         result.reflectance.row(s) += share * scene_.reflectance(x).head(channels_).matrix().transpose();
-        result.all_emission.row(s) += share * scene_.emission(x).head(channels_).matrix().transpose();
+        const Eigen::RowVectorXd emitted = share * scene_.emission(x).head(channels_).matrix().transpose();
+        result.all_emission.row(s) += emitted;
         if (light_.area_light_materials()[material] == 0) {
-            const Eigen::RowVectorXd emitted = share * scene_.emission(x).head(channels_).matrix().transpose();
             columns(result.emission, s, light_.sets().material[material]) += emitted;
             if (result.uneven_emission.rows() > 0 && scene_.materials[material].emits_unevenly()) {
                 columns(result.uneven_emission, s, light_.sets().material[material]) += emitted;

@@ -1,8 +1,11 @@
 #include <difusa/radiosity/energy.h>
 
+#include <difusa/core/even_sequence.h>
+#include <difusa/core/parallel.h>
+
 #include <algorithm>
 #include <cmath>
-#include <utility>
+#include <vector>
 
 namespace difusa {
 
@@ -18,39 +21,60 @@ struct EmittedPower {
 };
 
 /// Of a triangle with a pattern or texture, as a sum over n² equal parts: of the edge midpoints of each, which is exact
-/// for second-degree patterns. n is 1 without a texture, else such that there are eight parts for each pixel.
-void add_unevenly(const Scene& scene, Index t, Eigen::Index channels, EmittedPower& power) {
-    constexpr double most = 2048.0;
-    const double divisions = std::ceil(2.0 * std::sqrt(2.0 * scene.pixels_of_emission(t)));
-    const auto n = static_cast<int>(std::clamp(divisions, 1.0, most));
-    const double edge = 1.0 / n, area = scene.mesh.areas[t] / (3.0 * n * n);
-    const auto add = [&](double u, double v) {
+/// for second-degree patterns. n is 1 without a texture, else such that there are eight parts for each pixel. If these
+/// were more than `most`, it is the mean over as many low-discrepancy points: larger parts would step over pixels.
+void add_unevenly(const Scene& scene, Index t, Eigen::Index channels, std::size_t most, EmittedPower& power) {
+    const auto add = [&](double area, double u, double v) {
         power.add(area, scene.emission(scene.mesh.at(t, u, v)).head(channels));
     };
+    const double divisions = std::max(1.0, std::ceil(2.0 * std::sqrt(2.0 * scene.pixels_of_emission(t))));
+    if (!(divisions * divisions <= static_cast<double>(most))) {
+        for (std::size_t k = 0; k < most; ++k) {
+            const auto [u, v] = even_point<2>(k, {0.5, 0.5});
+            add(scene.mesh.areas[t] / static_cast<double>(most), u + v < 1.0 ? u : 1.0 - u, u + v < 1.0 ? v : 1.0 - v);
+        }
+        return;
+    }
+    const auto n = static_cast<int>(divisions);
+    const double edge = 1.0 / n, area = scene.mesh.areas[t] / (3.0 * n * n);
     for (int i = 0; i < n; ++i) {
         for (int j = 0; i + j < n; ++j) {
             const double u = edge * i, v = edge * j, half = 0.5 * edge;
-            add(u + half, v);
-            add(u, v + half);
-            add(u + half, v + half);
+            add(area, u + half, v);
+            add(area, u, v + half);
+            add(area, u + half, v + half);
             if (i + j < n - 1) { // the part upside down on the other side of the last of these edges
-                add(u + half, v + half);
-                add(u + edge, v + half);
-                add(u + half, v + edge);
+                add(area, u + half, v + half);
+                add(area, u + edge, v + half);
+                add(area, u + half, v + edge);
             }
         }
     }
 }
 
-EmittedPower emitted_power(const Scene& scene, Eigen::Index channels) {
+/// All triangles with textures together are divided into so few parts that this takes a fraction of a second.
+EmittedPower emitted_power(const Scene& scene, Eigen::Index channels, const Execution& execution) {
+    constexpr std::size_t most_parts = std::size_t{1} << 20U, least_parts = 256;
+    std::vector<Index> uneven;
     EmittedPower power{Eigen::ArrayXd::Zero(channels), Eigen::ArrayXd::Zero(channels)};
     for (Index t = 0; t < scene.mesh.triangles.size(); ++t) {
         const Material& material = scene.materials[scene.mesh.material[t]];
-        if (!material.emits_unevenly()) {
+        if (material.emits_unevenly() && (material.emission != 0.0).any()) {
+            uneven.push_back(t);
+        } else {
             power.add(scene.mesh.areas[t], material.emission.head(channels));
-            continue;
         }
-        add_unevenly(scene, t, channels, power);
+    }
+    const std::size_t each = std::max(least_parts, most_parts / std::max<std::size_t>(1, uneven.size()));
+    std::vector<EmittedPower> powers(uneven.size(), {Eigen::ArrayXd::Zero(channels), Eigen::ArrayXd::Zero(channels)});
+    parallel_for(uneven.size(), 1, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
+        for (std::size_t i = begin; i < end; ++i) {
+            add_unevenly(scene, uneven[i], channels, each, powers[i]);
+        }
+    });
+    for (const EmittedPower& one : powers) {
+        power.net += one.net;
+        power.gross += one.gross;
     }
     return power;
 }
@@ -129,7 +153,7 @@ EnergyBalance energy_balance(const Scene& scene, const Discretisation& discretis
                              const Values& from_lights, const Execution& execution) {
     const Eigen::Index channels = irradiance.cols();
     const Eigen::ArrayXd zero = Eigen::ArrayXd::Zero(channels);
-    const EmittedPower emitted = emitted_power(scene, channels);
+    const EmittedPower emitted = emitted_power(scene, channels, execution);
     EnergyBalance balance{emitted.net, zero, zero, zero, zero, zero, zero, zero};
     const LostShares lost = lost_shares(discretisation, transport, execution);
     const Values specular = specular_of(scene, *discretisation.surfels, channels);

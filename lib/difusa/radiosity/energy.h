@@ -11,7 +11,7 @@ namespace difusa {
 /// Powers in W, per channel (1 or 3 entries).
 struct EnergyBalance {
     Eigen::ArrayXd emitted; ///< ∫ E dA: exact; emission patterns by a second-degree rule on each triangle, textures
-                            ///< by one on parts of an eighth of a pixel
+                            ///< by one on parts of an eighth of a pixel, or over about a million points
     Eigen::ArrayXd from_lights; ///< incident directly from suns and point lights
     Eigen::ArrayXd from_sky;    ///< incident directly from the sky; both without what mirrors and glossy surfaces pass
                                 ///< on, which counts where it ends

@@ -90,7 +90,7 @@ class Gatherer {
         if (!around_.glossy_hits().empty() && parts_.direct->any()) {
             add_glossy(*gloss, indirect);
         }
-        return std::max(0.0, squares_ - squares_of(sum_) / static_cast<double>(around_.count()));
+        return expected_variance(squares_of(sum_), squares_, around_.count());
     }
 
   private:
@@ -431,8 +431,7 @@ PointValues Field::at(std::span<const SurfacePoint> x, std::size_t final_gather,
         const Values first = H.direct + H.indirect, second = other.direct + other.indirect;
         const Values difference = sum_of_parts(Values(first - second), channels());
         const Values squares = 0.25 * difference.rowwise().squaredNorm();
-        const Values sum = 0.5 * sum_of_parts(Values(first + second), channels());
-        const Values all = noise_of_gathers(squares, 1, 0.25 * (H.variance + other.variance), sum);
+        const Values all = noise_of_gathers(squares, 1, 0.25 * (H.variance + other.variance));
         values.noise_of_irradiance = all / std::sqrt(channels());
         values.noise = values.noise_of_irradiance;
         for (Eigen::Index i = 0; i < all.rows() && !scene.thermal; ++i) {

@@ -40,8 +40,9 @@ struct FieldParts {
 /// Irradiance at points, in W/m²: #points by the channels of each set in turn.
 struct Irradiance {
     Values direct, indirect;
-    /// Of gathers, #points by 1: the variance that the mean of the rays would have if these were independent, of all
-    /// sets together and summed over the channels, W²/m⁴ (gathering_noise.h).
+    /// Of gathers, #points by 1: the expected variance of what the rays bring from the sky, from emitters and of smooth
+    /// light, of all sets together and summed over the channels, W²/m⁴ (gathering_noise.h). Light that bright surfels
+    /// are sampled for, and the first reflection of sharp sources, is not included.
     Values variance;
     std::size_t rays = 0, segments = 0; ///< cast
     std::size_t clear = 0;              ///< points that needed no shadow rays to area lights

@@ -23,10 +23,12 @@ namespace {
 
 constexpr std::size_t around_a_sphere = 128, around_an_axis = 32;
 constexpr std::size_t probes = 64;
-constexpr int parts_of_a_reading = 4;                     ///< gathered apart from each other, for the noise
-constexpr std::size_t sensors_at_once = 1024;             ///< the points of that many are in memory
-constexpr double precise = 0.02;                          ///< noise, over what is measured, that needs no further rays
-constexpr std::size_t rays_again = std::size_t{1} << 24U; ///< of all sensors at once, at least as many as may be added
+constexpr int parts_of_a_reading = 4;                      ///< gathered apart from each other, for the noise
+constexpr std::size_t sensors_at_once = 1024;              ///< the points of that many are in memory
+constexpr double decline = 0.75;                           ///< of noise, by the rays (gathering_noise.h)
+constexpr double precise = 0.02;                           ///< noise, over what is measured, that needs no further rays
+constexpr std::size_t rays_of_few = std::size_t{1} << 20U; ///< of sensors that are read with the most rays at once
+constexpr std::size_t rays_again = std::size_t{1} << 24U;  ///< that sensors that are read at once may take again
 
 /// Number of planar sensors that a sensor is the mean of.
 std::size_t count_of(SensorKind kind) {
@@ -158,8 +160,7 @@ class Sensing {
         for (const Reading& one : readings) {
             squares += (sum_of_parts(Values(one.direct + one.indirect), channels) - total).rowwise().squaredNorm();
         }
-        const Values noise =
-            noise_of_gathers(squares / (parts * (parts - 1.0)), parts_of_a_reading - 1, mean.variance, total);
+        const Values noise = noise_of_gathers(squares / (parts * (parts - 1.0)), parts_of_a_reading - 1, mean.variance);
         for (std::size_t k = 0; k < numbers.size(); ++k) {
             const auto from = static_cast<Eigen::Index>(k), to = static_cast<Eigen::Index>(numbers[k]);
             direct_.row(to) = mean.direct.row(from);
@@ -168,30 +169,34 @@ class Sensing {
         }
     }
 
-    /// Those of these sensors whose noise is above 2 % of what they measure, or which no light has met.
-    std::vector<std::size_t> noisy(std::span<const std::size_t> numbers) const {
+    /// The root mean square of the noise of these sensors over what they measure.
+    double relative_noise(std::span<const std::size_t> numbers) const {
         const int channels = field_.channels();
-        std::vector<std::size_t> chosen;
+        double squares = 0.0;
         for (const std::size_t i : numbers) {
             const auto row = static_cast<Eigen::Index>(i);
             const Values H = sum_of_parts(Values(direct_.row(row) + indirect_.row(row)), channels);
-            if (const double all = H.norm();
-                all == 0.0 || result_.noise(row, 0) * std::sqrt(channels) > precise * all) {
-                chosen.push_back(i);
-            }
+            const double all = H.squaredNorm();
+            squares += all > 0.0 ? result_.noise(row, 0) * result_.noise(row, 0) * channels / all : 0.0;
         }
-        return chosen;
+        return std::sqrt(squares / static_cast<double>(numbers.size()));
     }
 
+    /// All of them with as many rays as the noise of all needs: if noise decided about single sensors, those whose rays
+    /// happened to miss a window would be left as they are, since they seem to have little.
     void read_some(std::size_t begin, std::size_t end) {
         std::vector<std::size_t> numbers(end - begin);
         std::iota(numbers.begin(), numbers.end(), begin);
-        read(numbers, rays_.first, "sensors, part");
-        if (const std::vector<std::size_t> again = noisy(numbers); !again.empty()) {
-            const std::size_t all = std::max(rays_again, 4 * numbers.size() * rays_.first);
-            const std::size_t rays = std::min(rays_.most, all / again.size());
-            if (rays >= 2 * rays_.first) {
-                read(again, rays, "sensors again, part");
+        const std::size_t count = numbers.size();
+        const bool are_few = count * rays_.most <= rays_of_few;
+        read(numbers, are_few ? rays_.most : rays_.first, "sensors, part");
+        const double noise = are_few ? 0.0 : relative_noise(numbers);
+        if (noise > precise) {
+            const double wanted = static_cast<double>(rays_.first) * std::pow(noise / precise, 1.0 / decline);
+            const std::size_t most = std::min(rays_.most, std::max(rays_again / count, 4 * rays_.first));
+            const auto rays = static_cast<std::size_t>(std::min(wanted, static_cast<double>(most)));
+            if (2 * rays >= 3 * rays_.first) {
+                read(numbers, rays, "sensors again, part");
             }
         }
         for (std::size_t i = begin; i < end && errors_ != nullptr; ++i) {

@@ -36,19 +36,19 @@ struct SensorReadings {
 
 constexpr std::size_t least_sensor_rays = 4;
 
-/// Rays of each sensor.
+/// Rays of each sensor: about `first` (at least least_sensor_rays), and up to `most` where they are noisy.
 struct SensorRays {
-    std::size_t first; ///< about so many; at least least_sensor_rays
-    std::size_t most;  ///< of those that are noisy
+    std::size_t first, most;
     SensorRays(std::size_t rays) : SensorRays(rays, rays) {}
     SensorRays(std::size_t first, std::size_t most) : first(first), most(most) {}
 };
 
 /// Gathers the light at each sensor with fresh rays, in four independent parts whose scatter, and the light that single
-/// rays bring, give the noise (gathering_noise.h); suns, point lights and area lights are evaluated as on surfaces.
-/// Sensors whose noise is above 2 %, or which read 0, are read again, with as many more rays, up to `most`, as add up
-/// to the larger of 2^24 and four times those of all sensors of 1024. Spherical and cylindrical sensors are means over
-/// planar ones, randomly turned: 4 times 128 all around, 4 times 32 around the axis.
+/// rays bring, give the noise (gathering_noise.h); suns, point lights and area lights are evaluated as on surfaces. If
+/// the noise of sensors, 1024 at a time, is above 2 % (root mean square), all of these are read again, with as many
+/// more rays as it needs, but 2^24 in all, or four times as many as before if that is more. Few sensors take the most
+/// rays at once. Spherical and cylindrical sensors are means over planar ones, randomly turned: 4 times 128 all around,
+/// 4 times 32 around the axis.
 ///
 /// Errors: an error of the light where a sensor's rays end adds to its own in proportion to the share of the rays. What
 /// bounces carry on is taken to have one sign all around; what is local (noise and discretisation) to have one sign

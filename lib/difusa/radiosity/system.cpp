@@ -124,8 +124,9 @@ class Solving {
                              "the material), open the mesh, turn its faces towards the light (--flip all) or, if light "
                              "enters through a small opening, give more --sites and --rays");
         }
-        execution_.note("no ray has met a face that emits: they face away from everything, or are too small for so "
-                        "few --rays");
+        execution_.note(
+            "no ray has met any of the faces that emit: they face away from everything, or are too small for "
+            "so few --rays");
     }
 
     /// The right-hand side.
