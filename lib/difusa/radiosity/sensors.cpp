@@ -14,7 +14,6 @@
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <numeric>
 #include <string>
 
 namespace difusa {
@@ -124,17 +123,17 @@ class Sensing {
     }
 
   private:
-    /// Of the sensors with these numbers, all of one kind.
-    Reading part(std::span<const std::size_t> numbers, std::size_t rays, const std::string& purpose) {
-        const std::size_t planes = count_of(sensors_[numbers.front()].kind);
+    /// Of sensors begin ... end - 1, all of one kind.
+    Reading part(std::size_t begin, std::size_t end, std::size_t rays, const std::string& purpose) {
+        const std::size_t planes = count_of(sensors_[begin].kind);
         std::vector<SurfacePoint> points;
-        points.reserve(numbers.size() * planes);
-        for (const std::size_t i : numbers) {
+        points.reserve((end - begin) * planes);
+        for (std::size_t i = begin; i < end; ++i) {
             add_planes(sensors_[i], RandomStream(seed_, purpose, i), points);
         }
         const std::size_t each = std::max<std::size_t>(1, rays / parts_of_a_reading / planes);
         const Irradiance H =
-            field_.gather(points, each, seed_, purpose + ", from " + std::to_string(numbers.front()), execution_);
+            field_.gather(points, each, seed_, purpose + ", from " + std::to_string(begin), execution_);
         result_.rays += H.rays;
         result_.segments += H.segments;
         return {means(H.direct, planes), means(H.indirect, planes),
@@ -142,61 +141,56 @@ class Sensing {
     }
 
     /// Reads these sensors, afresh if they have been read.
-    void read(std::span<const std::size_t> numbers, std::size_t rays, const std::string& purpose) {
+    void read(std::size_t begin, std::size_t end, std::size_t rays, const std::string& purpose) {
         constexpr auto parts = static_cast<double>(parts_of_a_reading);
-        std::vector<Reading> readings;
-        Reading mean;
-        for (int k = 0; k < parts_of_a_reading; ++k) {
-            readings.push_back(part(numbers, rays, purpose + " " + std::to_string(k)));
-            const Reading& one = readings.back();
-            mean.direct = k == 0 ? Values(one.direct / parts) : Values(mean.direct + one.direct / parts);
-            mean.indirect = k == 0 ? Values(one.indirect / parts) : Values(mean.indirect + one.indirect / parts);
-            mean.variance = k == 0 ? Values(one.variance / (parts * parts))
-                                   : Values(mean.variance + one.variance / (parts * parts));
-        }
+        const auto from = static_cast<Eigen::Index>(begin), count = static_cast<Eigen::Index>(end - begin);
         const int channels = field_.channels();
-        const Values total = sum_of_parts(Values(mean.direct + mean.indirect), channels);
-        Values squares = Values::Zero(total.rows(), 1);
-        for (const Reading& one : readings) {
-            squares += (sum_of_parts(Values(one.direct + one.indirect), channels) - total).rowwise().squaredNorm();
+        auto direct = direct_.middleRows(from, count), indirect = indirect_.middleRows(from, count);
+        direct.setZero();
+        indirect.setZero();
+        Values variance = Values::Zero(count, 1), squares = variance;
+        std::vector<Values> totals;
+        for (int k = 0; k < parts_of_a_reading; ++k) {
+            const Reading one = part(begin, end, rays, purpose + " " + std::to_string(k));
+            direct += one.direct / parts;
+            indirect += one.indirect / parts;
+            variance += one.variance / (parts * parts);
+            totals.push_back(sum_of_parts(Values(one.direct + one.indirect), channels));
         }
-        const Values noise = noise_of_gathers(squares / (parts * (parts - 1.0)), parts_of_a_reading - 1, mean.variance);
-        for (std::size_t k = 0; k < numbers.size(); ++k) {
-            const auto from = static_cast<Eigen::Index>(k), to = static_cast<Eigen::Index>(numbers[k]);
-            direct_.row(to) = mean.direct.row(from);
-            indirect_.row(to) = mean.indirect.row(from);
-            result_.noise(to, 0) = noise(from, 0) / std::sqrt(channels);
+        const Values mean = sum_of_parts(Values(direct + indirect), channels);
+        for (const Values& total : totals) {
+            squares += (total - mean).rowwise().squaredNorm();
         }
+        result_.noise.middleRows(from, count) =
+            noise_of_gathers(squares / (parts * (parts - 1.0)), parts_of_a_reading - 1, variance) / std::sqrt(channels);
     }
 
     /// The root mean square of the noise of these sensors over what they measure.
-    double relative_noise(std::span<const std::size_t> numbers) const {
+    double relative_noise(std::size_t begin, std::size_t end) const {
         const int channels = field_.channels();
         double squares = 0.0;
-        for (const std::size_t i : numbers) {
+        for (std::size_t i = begin; i < end; ++i) {
             const auto row = static_cast<Eigen::Index>(i);
             const Values H = sum_of_parts(Values(direct_.row(row) + indirect_.row(row)), channels);
             const double all = H.squaredNorm();
             squares += all > 0.0 ? result_.noise(row, 0) * result_.noise(row, 0) * channels / all : 0.0;
         }
-        return std::sqrt(squares / static_cast<double>(numbers.size()));
+        return std::sqrt(squares / static_cast<double>(end - begin));
     }
 
     /// All of them with as many rays as the noise of all needs: if noise decided about single sensors, those whose rays
     /// happened to miss a window would be left as they are, since they seem to have little.
     void read_some(std::size_t begin, std::size_t end) {
-        std::vector<std::size_t> numbers(end - begin);
-        std::iota(numbers.begin(), numbers.end(), begin);
-        const std::size_t count = numbers.size();
+        const std::size_t count = end - begin;
         const bool are_few = count * rays_.most <= rays_of_few;
-        read(numbers, are_few ? rays_.most : rays_.first, "sensors, part");
-        const double noise = are_few ? 0.0 : relative_noise(numbers);
+        read(begin, end, are_few ? rays_.most : rays_.first, "sensors, part");
+        const double noise = are_few ? 0.0 : relative_noise(begin, end);
         if (noise > precise) {
             const double wanted = static_cast<double>(rays_.first) * std::pow(noise / precise, 1.0 / decline);
             const std::size_t most = std::min(rays_.most, std::max(rays_again / count, 4 * rays_.first));
             const auto rays = static_cast<std::size_t>(std::min(wanted, static_cast<double>(most)));
             if (2 * rays >= 3 * rays_.first) {
-                read(numbers, rays, "sensors again, part");
+                read(begin, end, rays, "sensors again, part");
             }
         }
         for (std::size_t i = begin; i < end && errors_ != nullptr; ++i) {
