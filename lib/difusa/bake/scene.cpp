@@ -143,10 +143,7 @@ void check_levels(const Scene& scene, const std::string& name) {
     for (const PointLight& light : scene.point_lights) {
         check("the intensity of the light at " + coordinates(light.position), light.intensity);
     }
-    std::vector<char> used(scene.materials.size(), 0);
-    for (const Index m : scene.mesh.material) {
-        used[m] = 1;
-    }
+    const std::vector<char> used = scene.used_materials();
     for (std::size_t m = 0; m < used.size(); ++m) {
         if (used[m] != 0) {
             check("the emission of the material " + scene.materials[m].name, scene.materials[m].emission);

@@ -50,16 +50,6 @@ Values gradients_of_faces(const BakeResult& result, const GoalGradient& gradient
     return all;
 }
 
-/// Of each material, whether a face has it. A scene file has a material for each name in a mesh file before its own
-/// replaces it; nothing depends on those that are left over.
-std::vector<char> used_materials(const Scene& scene) {
-    std::vector<char> used(scene.materials.size(), 0);
-    for (const Index m : scene.mesh.material) {
-        used[m] = 1;
-    }
-    return used;
-}
-
 Values emissions_of_faces(const BakeResult& result, Eigen::Index count) {
     const Scene& scene = *result.scene;
     Values all = Values::Zero(count, 3);
@@ -75,7 +65,7 @@ Values emissions_of_faces(const BakeResult& result, Eigen::Index count) {
 std::string gradient_table(const BakeResult& result, std::span<const GoalGradient> gradients, bool faces) {
     std::string table = "goal,kind,name,value_r,value_g,value_b,gradient_r,gradient_g,gradient_b\n";
     const std::vector<std::string>& groups = result.field().sets().names;
-    const std::vector<char> used = used_materials(*result.scene);
+    const std::vector<char> used = result.scene->used_materials();
     for (const GoalGradient& gradient : gradients) {
         GradientLines lines(gradient.name, table);
         lines.add("mean", "", gradient.value);

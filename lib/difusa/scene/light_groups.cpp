@@ -55,10 +55,7 @@ LightSets light_groups(const Scene& scene) {
     LightSets sets = all_lights(scene);
     sets.names.clear();
     SetNumbers numbers(sets.names);
-    std::vector<char> used(scene.materials.size(), 0);
-    for (const Index material : scene.mesh.material) {
-        used[material] = 1;
-    }
+    const std::vector<char> used = scene.used_materials();
     for (std::size_t m = 0; m < scene.materials.size(); ++m) {
         const Material& material = scene.materials[m];
         if (used[m] != 0 && (material.emission > 0.0).any()) {

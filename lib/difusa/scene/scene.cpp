@@ -54,6 +54,14 @@ double Scene::pixels_of_emission(Index triangle) const {
     return texture != nullptr ? texture->pixels(mesh.corner_texture[triangle]) : 0.0;
 }
 
+std::vector<char> Scene::used_materials() const {
+    std::vector<char> used(materials.size(), 0);
+    for (const Index m : mesh.material) {
+        used[m] = 1;
+    }
+    return used;
+}
+
 bool Scene::has_uneven_emitters() const {
     return std::any_of(materials.begin(), materials.end(), [](const Material& material) {
         return material.emits_unevenly() && (material.emission > 0.0).any();
@@ -72,10 +80,7 @@ bool Scene::is_grey() const {
                      [](const PointLight& light) { return equal_channels(light.intensity); })) {
         return false;
     }
-    std::vector<char> used(materials.size(), 0);
-    for (const Index m : mesh.material) {
-        used[m] = 1;
-    }
+    const std::vector<char> used = used_materials();
     for (std::size_t m = 0; m < materials.size(); ++m) {
         const Material& material = materials[m];
         const bool rho_grey = (material.vertex_colours || equal_channels(material.reflectance)) &&

@@ -30,6 +30,10 @@ struct Scene {
     /// nonnegative there.
     Rgb emission(const SurfacePoint& x) const;
 
+    /// Of each material, 1 if a face has it, else 0. A scene file has a material for each name in a mesh file before
+    /// its own replaces it; nothing depends on those that are left over.
+    std::vector<char> used_materials() const;
+
     /// Whether some material that emits has a texture or pattern of emission.
     bool has_uneven_emitters() const;
 
