@@ -1,18 +1,24 @@
 // How fast is a surface lit again? The emission of a room's lamp, with all bounces, by the responses to its lights and
 // by a rendering operator of low rank, against the iteration; many lights at once against one after the other; a sun
-// that has moved.
+// that has moved; and the rays of a small crate that has moved in a hall, against all rays.
 //
 //     relight_bench [--mesh FILE] [--sites 10000] [--rays 512] [--lights 64] [--rank 16] [--repeat 5]
 //
 // --rank 0 leaves out the operator of low rank, which takes long to form.
 // Prints Markdown: medians, of wall and of processor times (of all threads), because other work may load the machine.
 // Ratios are of processor times of runs that take turns.
+#include "../meshes.h"
+
 #include <difusa/bake.h>
 #include <difusa/core/random.h>
+#include <difusa/mesh/rigid_motion.h>
 #include <difusa/plugin/registry.h>
 #include <difusa/radiosity/light_responses.h>
 #include <difusa/radiosity/rendering_operator.h>
 #include <difusa/radiosity/response.h>
+#include <difusa/rays/unfolded_visibility.h>
+#include <difusa/rays/visibility_choice.h>
+#include <difusa/transport/recast.h>
 
 #include <algorithm>
 #include <charconv>
@@ -101,14 +107,7 @@ void print_row(const char* what, const Time& time) {
 class RelightBenchmark {
   public:
     explicit RelightBenchmark(const Options& options) : options_(options) {
-        const Registry registry = Registry::load();
-        BakeOptions bake_options;
-        bake_options.sites = options.sites;
-        bake_options.rays = options.rays;
-        bake_options.every_surface = true;
-        bake_options.error_points = 0;
-        bake_options.output_spacing = 1e30;
-        result_ = bake(registry, options.mesh, bake_options, execution_);
+        result_ = bake(Registry::load(), options.mesh, bake_options(options), execution_);
         solve_ = result_.options.solve;
         std::printf("%s: %zu sites, %zu surfels, %zu rays a site, %d channels, two threads\n\n", options.mesh.c_str(),
                     result_.sites->size(), system().transport().surfels, options.rays, result_.channels);
@@ -177,7 +176,59 @@ class RelightBenchmark {
         print_row("a moved sun, first bounce live", times[1]);
     }
 
+    /// In a hall of its own, 10 by 8 by 3 m, with as many sites and rays.
+    void moved_crate() const {
+        const Mesh walls = test::box(Vec3(10, 8, 3), 1, true),
+                   crate = test::moved(test::box(0.4), 1.0, Vec3(4.0, 3.0, 0.5));
+        Scene scene;
+        scene.mesh = test::together(walls, crate);
+        scene.materials.emplace_back().emission = Rgb::Ones();
+        const Registry registry = Registry::load();
+        const BakeResult hall = bake(registry, scene, "hall", bake_options(options_), execution_);
+        const SystemParts& before = hall.system->parts();
+        std::vector<char> marked(scene.mesh.triangles.size(), 0);
+        std::fill(marked.begin() + static_cast<std::ptrdiff_t>(walls.triangles.size()), marked.end(), char{1});
+        RigidMotion motion;
+        motion.offset = Vec3(2.0, 1.0, 0.0);
+        const Mesh mesh = moved_mesh(before.scene->mesh, marked, motion);
+        std::vector<std::string> notes;
+        const auto engine = built_over(mesh, registry.create<Visibility>(choose_visibility(registry, "auto", notes)));
+        const Tracer tracer(mesh, *engine);
+        const std::vector<SurfacePoint> points = moved_points(before.discretisation.points, mesh, marked);
+        const Surfels surfels(mesh, before.discretisation.surfels->edge(), execution_);
+        RecastCount count;
+        const std::vector<Time> times = measure_in_turns(
+            options_.repeat,
+            {[&] {
+                 count = {};
+                 (void)recast(before.transport,
+                              {hall.system->tracer(), before.discretisation.points, *before.discretisation.surfels},
+                              {tracer, points, surfels}, marked, *before.directions, options_.rays, before.seed, count,
+                              execution_);
+             },
+             [&] {
+                 (void)gathered(tracer, points, surfels, *before.directions, options_.rays, before.seed, execution_);
+             }});
+        char rays[100];
+        std::snprintf(rays, sizeof rays, "a moved crate: the %.1f %% of the rays that may meet it",
+                      100.0 * static_cast<double>(count.anew) / static_cast<double>(count.anew + count.kept));
+        print_row(rays, times[0]);
+        print_row("the same: all rays", times[1]);
+        std::printf("| those that may meet it, of all | %.3f | %.3f |\n", times[0].wall / times[1].wall,
+                    times[0].processor / times[1].processor);
+    }
+
   private:
+    static BakeOptions bake_options(const Options& options) {
+        BakeOptions of_bake;
+        of_bake.sites = options.sites;
+        of_bake.rays = options.rays;
+        of_bake.every_surface = true;
+        of_bake.error_points = 0;
+        of_bake.output_spacing = 1e30;
+        return of_bake;
+    }
+
     const RadiositySystem& system() const { return *result_.system; }
     const Values& rho() const { return result_.solution.light.reflectance; }
     double radius() const { return result_.solution.spectral_radius; }
@@ -211,6 +262,7 @@ int main(int argc, char** argv) {
         benchmark.emission();
         benchmark.moved_sun();
         benchmark.at_once();
+        benchmark.moved_crate();
         benchmark.low_rank();
         return 0;
     } catch (const Error& error) {

@@ -395,7 +395,9 @@ void HitLists::set(std::size_t j, std::vector<Index>& bins) {
     DIFUSA_REQUIRE(bins.size() <= rays_);
     Block& block = blocks_[j / rows_per_block_];
     DIFUSA_REQUIRE(block.begin.size() == j % rows_per_block_, "rows of a block are set in order");
-    std::sort(bins.begin(), bins.end());
+    if (!std::is_sorted(bins.begin(), bins.end())) {
+        std::sort(bins.begin(), bins.end());
+    }
     // The best parameter for geometrically distributed gaps, about log2 of 0.69 times their mean.
     const double mean = bins.empty() ? 0.0 : static_cast<double>(bins.back()) / static_cast<double>(bins.size());
     const unsigned r =

@@ -158,9 +158,9 @@ struct FinePart {
     /// triangle with edges of at most a quarter of the spacing, all of which is within a sixth of it from there.
     bool may_meet(const Mesh& mesh, Index face, const std::array<Vec3, 3>& corners, double longest,
                   double spacing) const {
-        const double at_centre = size.at((corners[0] + corners[1] + corners[2]) / 3.0, mesh.region[face]);
         const double farthest = 2.0 / 3.0 * longest; // from the centre: two thirds of a median, at most
-        return at_centre < below || (longest > 0.25 * spacing && at_centre - SizeField::slope * farthest < below);
+        const double limit = longest > 0.25 * spacing ? below + SizeField::slope * farthest : below;
+        return size.is_below(limit, (corners[0] + corners[1] + corners[2]) / 3.0, mesh.region[face]);
     }
 };
 

@@ -32,6 +32,9 @@ class SizeField {
     /// s(x); `largest` on a region without points.
     double at(const Vec3& x, Index region) const;
 
+    /// Whether s(x) < limit, up to rounding: known faster than s(x) itself.
+    bool is_below(double limit, const Vec3& x, Index region) const;
+
     /// The spacing that sites are placed at around x: s(x), rounded.
     double placed_at(const Vec3& x, Index region) const { return rounded(largest_, at(x, region)); }
 

@@ -30,9 +30,10 @@ class LowestCone {
   public:
     using DistanceType = double;
 
+    /// `any`: the first point that lowers it is enough.
     LowestCone(std::span<const Index> members, std::span<const double> value, double smallest, double slope,
-               double most)
-        : members_(members), value_(value), smallest_(smallest), slope_(slope), least_(most) {
+               double most, bool any = false)
+        : members_(members), value_(value), smallest_(smallest), slope_(slope), least_(most), any_(any) {
         reach();
     }
 
@@ -45,6 +46,7 @@ class LowestCone {
         if (const double height = value_[members_[point]] + slope_ * std::sqrt(squared_distance); height < least_) {
             least_ = height;
             reach();
+            return !any_; // false ends the search
         }
         return true;
     }
@@ -58,6 +60,7 @@ class LowestCone {
     std::span<const Index> members_;
     std::span<const double> value_;
     double smallest_, slope_, least_, farthest_ = 0.0;
+    bool any_;
 };
 
 std::vector<Index> numbers_to(std::size_t count) {
@@ -108,6 +111,15 @@ double PointTree::envelope(const Vec3& p, std::span<const double> value, double 
         tree_->index.findNeighbors(lowest, p.data(), nanoflann::SearchParams());
     }
     return lowest.least();
+}
+
+bool PointTree::is_below(const Vec3& p, std::span<const double> value, double smallest, double slope,
+                         double limit) const {
+    LowestCone lowest(tree_->cloud.members, value, smallest, slope, limit, true);
+    if (size() > 0 && smallest < limit) {
+        tree_->index.findNeighbors(lowest, p.data(), nanoflann::SearchParams());
+    }
+    return lowest.least() < limit;
 }
 
 Index PointTree::nearest(const Vec3& p) const {

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <span>
 #include <vector>
@@ -34,29 +35,38 @@ class FewBoxes {
     double margin_ = 0.0;
 };
 
-/// A ray whose way through boxes is asked for.
-class RayThroughBoxes {
+/// A box seen from one place: whether rays from there meet it. Most are ruled out by the cone around its bounding
+/// sphere.
+class BoxFrom {
   public:
-    RayThroughBoxes(const Vec3& origin, const Vec3& direction) : origin_(origin), inverse_(direction.cwiseInverse()) {}
+    BoxFrom(const FewBoxes::Box& box, const Vec3& origin) : box_(box), origin_(origin), way_(box.center() - origin) {
+        const double radius2 = 0.25 * box.sizes().squaredNorm(), distance2 = way_.squaredNorm();
+        if (distance2 > radius2) {
+            least_ = std::sqrt(distance2 - radius2) - rounding * std::sqrt(distance2);
+        }
+    }
 
-    bool meets(const FewBoxes::Box& box) const {
+    /// Whether the ray of this unit direction meets the box.
+    bool is_met(const Vec3& direction) const { return direction.dot(way_) >= least_ && meets(direction); }
+
+  private:
+    static constexpr double rounding = 1e-7; ///< of the tangent to the sphere, over the distance: half of all digits
+
+    bool meets(const Vec3& direction) const {
         double enter = 0.0, leave = std::numeric_limits<double>::infinity();
         for (Eigen::Index axis = 0; axis < 3; ++axis) {
             // NaN, where the ray runs within a side, decides nothing that matters: sides are beyond all faces.
-            const double a = (box.min()[axis] - origin_[axis]) * inverse_[axis],
-                         b = (box.max()[axis] - origin_[axis]) * inverse_[axis];
+            const double a = (box_.min()[axis] - origin_[axis]) / direction[axis],
+                         b = (box_.max()[axis] - origin_[axis]) / direction[axis];
             enter = std::max(enter, std::min(a, b));
             leave = std::min(leave, std::max(a, b));
         }
         return enter <= leave;
     }
 
-    bool meets_any(std::span<const FewBoxes::Box> boxes) const {
-        return std::any_of(boxes.begin(), boxes.end(), [this](const FewBoxes::Box& box) { return meets(box); });
-    }
-
-  private:
-    Vec3 origin_, inverse_;
+    FewBoxes::Box box_;
+    Vec3 origin_, way_;
+    double least_ = -std::numeric_limits<double>::infinity(); ///< length of the tangent to the sphere, if there is one
 };
 
 } // namespace difusa

@@ -67,10 +67,7 @@ class RecastRows {
     };
 
     RecastRows(const Task& task, const DirectionPool& pool, GatheredRows& rows)
-        : task_(task), rows_(rows), around_(task.after.tracer, pool), in_mirrors_(task.after.tracer) {
-        sides_[0].scene = &task.before;
-        sides_[1].scene = &task.after;
-    }
+        : task_(task), rows_(rows), around_(task.after.tracer, pool), in_mirrors_(task.after.tracer) {}
 
     void update(std::size_t j, RecastCount& count) {
         const SurfacePoint& point = task_.after.points[j];
@@ -79,14 +76,16 @@ class RecastRows {
             return;
         }
         around_.aim(point, j);
-        const std::size_t suspected = suspect(point);
-        if (suspected > 0 && !rows_.has_lists()) {
+        suspect(point);
+        if (!suspects_.empty() && !rows_.has_lists()) {
             take_all(j, count); // sums of different weights depend on their order
             return;
         }
-        count.anew += suspected;
-        count.kept += around_.count() - suspected;
-        if (suspected == mirror_only_) { // also if there are none
+        count.anew += suspects_.size();
+        count.kept += around_.count() - suspects_.size();
+        const bool only_mirrors = std::all_of(suspects_.begin(), suspects_.end(),
+                                              [](const Suspect& each) { return each.why == through_mirror; });
+        if (only_mirrors) { // also if there are none
             rows_.keep(j, task_.transport, task_.numbers, task_.same_numbers, scratch_);
         } else {
             cast_suspects(count);
@@ -98,11 +97,15 @@ class RecastRows {
   private:
     enum Suspicion : std::uint8_t { through_before = 1, through_after = 2, through_cut = 4, through_mirror = 8 };
 
-    /// The rays before or after.
-    struct Side {
-        const GatherScene* scene = nullptr;
-        std::vector<Hit> hit;
-        std::vector<std::uint8_t> known;
+    /// What a ray before or after ends on.
+    struct End {
+        Hit hit;
+        bool known = false;
+    };
+    struct Suspect {
+        std::size_t ray = 0;
+        std::uint8_t why = 0; ///< Suspicion
+        End before, after;
     };
 
     void take_all(std::size_t j, RecastCount& count) {
@@ -112,51 +115,49 @@ class RecastRows {
         count.cast += around_.count();
     }
 
-    /// Sets why each ray is suspected, and returns how many are.
-    std::size_t suspect(const SurfacePoint& point) {
+    /// Finds the suspected rays, in order.
+    void suspect(const SurfacePoint& point) {
         const Suspects& all = task_.suspects;
-        const Vec3 &foot = point.position, &n = task_.after.tracer.mesh().normals[point.face];
-        all.before.above(foot, n, boxes_[0]);
-        all.after.above(foot, n, boxes_[1]);
-        all.cut.above(foot, n, boxes_[2]);
-        all.mirrors.above(foot, n, boxes_[3]);
-        why_.assign(around_.count(), 0);
-        mirror_only_ = 0;
-        if (boxes_[0].empty() && boxes_[1].empty() && boxes_[2].empty() && boxes_[3].empty()) {
-            return 0;
-        }
-        std::size_t count = 0;
-        for (std::size_t d = 0; d < why_.size(); ++d) {
-            const Ray& ray = around_.rays()[d];
-            const RayThroughBoxes way(ray.origin, ray.direction);
-            unsigned why = 0;
-            for (unsigned kind = 0; kind < 4; ++kind) {
-                why |= way.meets_any(boxes_[kind]) ? 1U << kind : 0U;
+        const Vec3& n = task_.after.tracer.mesh().normals[point.face];
+        const std::array<const FewBoxes*, 4> kinds{&all.before, &all.after, &all.cut, &all.mirrors};
+        const std::span<const Ray> rays = around_.rays();
+        why_.assign(rays.size(), 0);
+        suspects_.clear();
+        bool any = false;
+        for (unsigned kind = 0; kind < kinds.size(); ++kind) {
+            kinds[kind]->above(point.position, n, boxes_);
+            for (const Box& box : boxes_) {
+                any = true;
+                const BoxFrom from(box, rays.front().origin); // of all
+                for (std::size_t d = 0; d < rays.size(); ++d) {
+                    why_[d] |= static_cast<std::uint8_t>(from.is_met(rays[d].direction) ? 1U << kind : 0U);
+                }
             }
-            why_[d] = static_cast<std::uint8_t>(why);
-            count += why != 0 ? 1 : 0;
-            mirror_only_ += why == through_mirror ? 1 : 0;
         }
-        return count;
+        for (std::size_t d = 0; any && d < rays.size(); ++d) {
+            if (why_[d] != 0) {
+                suspects_.push_back({d, why_[d], {}, {}});
+            }
+        }
     }
 
     bool is_marked(const Hit& hit) const { return hit.face != none && task_.marked[hit.face] != 0; }
 
     /// Casts those rays that are `wanted`.
-    template <class Wanted> void cast(Side& side, const Wanted& wanted, RecastCount& count) {
+    template <class Wanted>
+    void cast(const GatherScene& scene, End Suspect::*end, const Wanted& wanted, RecastCount& count) {
         which_.clear();
         rays_.clear();
-        for (std::size_t d = 0; d < why_.size(); ++d) {
-            if (wanted(d)) {
-                which_.push_back(d);
-                rays_.push_back(around_.rays()[d]);
+        for (Suspect& suspect : suspects_) {
+            if (wanted(suspect)) {
+                which_.push_back(&suspect);
+                rays_.push_back(around_.rays()[suspect.ray]);
             }
         }
         hits_.resize(rays_.size());
-        side.scene->tracer.first_hits(rays_, hits_);
+        scene.tracer.first_hits(rays_, hits_);
         for (std::size_t i = 0; i < which_.size(); ++i) {
-            side.hit[which_[i]] = hits_[i];
-            side.known[which_[i]] = 1;
+            which_[i]->*end = {hits_[i], true};
         }
         count.cast += rays_.size();
     }
@@ -164,37 +165,33 @@ class RecastRows {
     /// Finds the hits of suspected rays before and after. A ray that does not pass through what was marked meets the
     /// rest of the surface as it does without that, and one cast is enough.
     void cast_suspects(RecastCount& count) {
-        for (Side& side : sides_) {
-            side.hit.resize(why_.size());
-            side.known.assign(why_.size(), 0);
-        }
-        Side &before = sides_[0], &after = sides_[1];
         cast(
-            before, [&](std::size_t d) { return (why_[d] & through_before) != 0; }, count);
+            task_.before, &Suspect::before, [](const Suspect& each) { return (each.why & through_before) != 0; },
+            count);
         cast(
-            after,
-            [&](std::size_t d) {
-                return (why_[d] & through_after) != 0 ||
-                       (before.known[d] != 0 ? is_marked(before.hit[d]) : (why_[d] & through_cut) != 0);
+            task_.after, &Suspect::after,
+            [this](const Suspect& each) {
+                return (each.why & through_after) != 0 ||
+                       (each.before.known ? is_marked(each.before.hit) : (each.why & through_cut) != 0);
             },
             count);
         cast(
-            before,
-            [&](std::size_t d) { return after.known[d] != 0 && before.known[d] == 0 && is_marked(after.hit[d]); },
+            task_.before, &Suspect::before,
+            [this](const Suspect& each) { return each.after.known && !each.before.known && is_marked(each.after.hit); },
             count);
-        for (std::size_t d = 0; d < why_.size(); ++d) {
-            if (before.known[d] != after.known[d]) {
-                (before.known[d] != 0 ? after : before).hit[d] = (before.known[d] != 0 ? before : after).hit[d];
+        for (Suspect& each : suspects_) {
+            if (each.before.known != each.after.known) {
+                (each.before.known ? each.after : each.before).hit = (each.before.known ? each.before : each.after).hit;
             }
         }
     }
 
     /// Where a ray ended, as a bin of the transport before.
-    Index bin_before(std::size_t d) const {
-        const Hit& hit = sides_[0].hit[d];
+    Index bin_before(const Suspect& suspect) const {
+        const Hit& hit = suspect.before.hit;
         if (hit.face == none) {
             const auto surfels = static_cast<Index>(task_.before.surfels.size());
-            return rows_.bin_of(hit, around_.rays()[d].direction) - rows_.first_sky() + surfels;
+            return rows_.bin_of(hit, around_.rays()[suspect.ray].direction) - rows_.first_sky() + surfels;
         }
         return hit.front ? task_.before.surfels.at(hit.face, hit.u, hit.v) : none;
     }
@@ -208,23 +205,23 @@ class RecastRows {
     void exchange(std::size_t j) {
         gone_.clear();
         come_.clear();
-        for (std::size_t d = 0; d < why_.size(); ++d) {
-            if (sides_[0].known[d] == 0 && sides_[1].known[d] == 0) {
+        for (const Suspect& each : suspects_) {
+            if (!each.before.known && !each.after.known) {
                 continue;
             }
-            if (const Index bin = bin_before(d); bin != none) {
+            if (const Index bin = bin_before(each); bin != none) {
                 gone_.push_back(bin);
             }
-            if (const Index bin = rows_.bin_of(sides_[1].hit[d], around_.rays()[d].direction); bin != none) {
+            if (const Index bin = rows_.bin_of(each.after.hit, around_.rays()[each.ray].direction); bin != none) {
                 come_.push_back(bin);
             }
         }
         std::sort(gone_.begin(), gone_.end());
-        std::vector<Index>& bins = scratch_.bin;
-        dynamic_cast<const HitLists&>(plain_part(*task_.transport.W)).row(j, bins);
+        std::sort(come_.begin(), come_.end());
+        dynamic_cast<const HitLists&>(plain_part(*task_.transport.W)).row(j, kept_);
         auto next = gone_.begin();
         std::size_t left = 0;
-        for (const Index bin : bins) {
+        for (const Index bin : kept_) {
             if (next != gone_.end() && *next == bin) {
                 ++next;
                 continue;
@@ -233,28 +230,29 @@ class RecastRows {
             if (number == none) {
                 break;
             }
-            bins[left++] = number;
+            kept_[left++] = number;
         }
-        if (next != gone_.end() || left + gone_.size() != bins.size()) {
+        if (next != gone_.end() || left + gone_.size() != kept_.size()) {
             throw InputError("the transport is not that of the surface before the motion: the rays of point " +
                              std::to_string(j) + " end elsewhere");
         }
-        bins.resize(left);
-        bins.insert(bins.end(), come_.begin(), come_.end());
-        rows_.set_bins(j, bins);
+        kept_.resize(left);
+        scratch_.bin.resize(left + come_.size());
+        std::merge(kept_.begin(), kept_.end(), come_.begin(), come_.end(), scratch_.bin.begin());
+        rows_.set_bins(j, scratch_.bin);
     }
 
     void look_into_mirrors(std::size_t j, RecastCount& count) {
-        if (boxes_[3].empty()) {
-            return;
-        }
         rays_.clear();
         weights_.clear();
-        for (std::size_t d = 0; d < why_.size(); ++d) {
-            if ((why_[d] & through_mirror) != 0) {
-                rays_.push_back(around_.rays()[d]);
-                weights_.push_back(around_.weights()[d]);
+        for (const Suspect& each : suspects_) {
+            if ((each.why & through_mirror) != 0) {
+                rays_.push_back(around_.rays()[each.ray]);
+                weights_.push_back(around_.weights()[each.ray]);
             }
+        }
+        if (rays_.empty()) {
+            return;
         }
         in_mirrors_.look(rays_, weights_);
         rows_.set_in_mirrors(j, in_mirrors_, scratch_);
@@ -266,15 +264,14 @@ class RecastRows {
     Hemisphere around_;
     ChosenRays in_mirrors_;
     GatheredRows::Scratch scratch_;
-    std::array<Side, 2> sides_; ///< before, after
-    std::array<std::vector<Box>, 4> boxes_;
+    std::vector<Box> boxes_;
     std::vector<std::uint8_t> why_; ///< of each ray: Suspicion
-    std::size_t mirror_only_ = 0;   ///< rays that are suspected of meeting a mirror, and of nothing else
-    std::vector<std::size_t> which_;
+    std::vector<Suspect> suspects_;
+    std::vector<Suspect*> which_;
     std::vector<Ray> rays_;
     std::vector<Hit> hits_;
     std::vector<double> weights_;
-    std::vector<Index> gone_, come_;
+    std::vector<Index> gone_, come_, kept_;
 };
 
 } // namespace
