@@ -366,10 +366,11 @@ void add_result_arguments(CLI::App& app, BakeArguments& arguments, const std::st
         return option != nullptr && option->count() > 0;
     };
     const std::string output = output_group;
-    add_whole<std::size_t>(app, "--final-gather", options.final_gather, 1,
-                           "gather the light at " + gathered +
-                               " with this many rays (rounded up to an even number), instead of evaluating the basis: "
-                               "slower, and far more accurate")
+    add_whole<std::size_t>(
+        app, "--final-gather", options.final_gather, 1,
+        "gather the light at " + gathered +
+            " with this many rays (rounded up to an even number), instead of evaluating the basis: "
+            "slower, and far more accurate unless few rays meet what is bright, whose noise is stated")
         ->group(output)
         ->type_name("N");
     add_parsed(

@@ -333,6 +333,34 @@ TEST(Mirrors, FurnaceOfPartialMirrors) {
     }
 }
 
+/// What is cut off counts as error. In the furnace above the share m^(d+1) of the light is, and the estimate takes it
+/// to bring the irradiance H, so that e = rho m^(d+1) H / (1 - rho s); the exact error of B is rho (H' - H) with H' = E
+/// / (1 - m - rho).
+TEST(Mirrors, LightThatIsCutOffCountsAsError) {
+    for (const std::size_t depth : {1U, 3U, 6U}) {
+        SCOPED_TRACE(depth);
+        constexpr double rho = 0.3, m = 0.4, E = 2.0;
+        Scene scene = test::furnace(0.0, E);
+        for (Material& each : scene.materials) {
+            each.reflectance = Rgb::Constant(rho);
+            each.mirror = Rgb::Constant(m);
+        }
+        BakeOptions options = lit::quick(0.3, 64);
+        options.mirror_depth = depth;
+        options.error_points.reset();
+        const BakeResult result = test::baked(scene, options);
+        const double cut_off = std::pow(m, static_cast<double>(depth + 1)), s = (1.0 - cut_off) / (1.0 - m),
+                     H = E * s / (1.0 - rho * s), exact = rho * (E / (1.0 - m - rho) - H),
+                     stated = rho * cut_off * H / (1.0 - rho * s);
+        ASSERT_TRUE(result.error.has_value());
+        // Bounces are followed up to a residual of 5 %, from points that are spread at random: their number says that
+        // they are known to some 5 %, too.
+        EXPECT_NEAR(result.error->total.rms / stated, 1.0, 0.2);
+        EXPECT_NEAR(exact / stated, 1.0, 4.0 * cut_off);
+        EXPECT_GE(result.error->total.high, 0.8 * stated);
+    }
+}
+
 /// In a convex room with one perfect mirror every ray ends on another wall.
 TEST(Mirrors, RowsOfAPerfectMirrorSumToOne) {
     Scene scene = test::furnace(0.5, 1.0);

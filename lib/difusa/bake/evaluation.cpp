@@ -85,7 +85,8 @@ void evaluate_with_errors(BakeResult& result, const ErrorMap& map, const Executi
     const GatherNoise noise = noise_around(result, result.output.noise),
                       of_irradiance = noise_around(result, result.output.noise_of_irradiance);
     judge_gathered(*result.error, std::sqrt(result.channels) * noise.rms);
-    result.errors = map.gathered_at(vertices, noise.around, of_irradiance.around, execution);
+    result.errors =
+        map.gathered_at(vertices, result.options.final_gather, noise.around, of_irradiance.around, execution);
 }
 
 } // namespace

@@ -149,6 +149,9 @@ class Estimation {
         };
         stack(rho_, other.rho_);
         stack(weight_, other.weight_);
+        if (cut_off_.rows() > 0) {
+            stack(cut_off_, other.cut_off_);
+        }
         for (Measured Estimation::*const each :
              {&Estimation::indirect_, &Estimation::smooth_, &Estimation::shown_, &Estimation::total_}) {
             for (Values Measured::*const which : {&Measured::own, &Measured::first, &Measured::second}) {
@@ -229,6 +232,7 @@ class Estimation {
         smooth_.own = sum(own.direct) + sum(own.indirect);
         shown_.own = sum(shown.direct) + sum(shown.indirect);
         total_.own = shown_.own;
+        cut_off_ = cut_off_light(solution_, x, execution_);
         if (!field_.parts().direct_in_basis) {
             DirectLight::Effort effort;
             total_.own += sum(field_.sharp(x, seed_, purpose_ + ", own", execution_, effort));
@@ -252,7 +256,11 @@ class Estimation {
             Values& mean = to.*which;
             mean = mean.size() == 0 ? value : Values((1.0 - share) * mean + share * value);
         };
-        const Values indirect = sum(fresh.indirect), smooth = indirect + sum(fresh.direct), total = smooth + sharp;
+        Values indirect = sum(fresh.indirect);
+        if (cut_off_.rows() > 0) {
+            indirect += cut_off_;
+        }
+        const Values smooth = indirect + sum(fresh.direct), total = smooth + sharp;
         add(indirect_, indirect);
         add(smooth_, field_.parts().direct_in_basis ? total : smooth);
         add(shown_, field_.parts().direct_in_basis ? total : smooth);
@@ -436,6 +444,7 @@ class Estimation {
     Measured indirect_, smooth_, shown_, total_;
     double doubt_ = 0.0;
     double measured_rays_ = 0.0; ///< in each measurement, for each point
+    Values cut_off_;             ///< cut_off_light
     Values carried_;             ///< #points by #groups #channels: p / rho
     ErrorEstimate result_;
 };

@@ -4,6 +4,7 @@
 #include <difusa/core/random.h>
 #include <difusa/discretisation/evaluate.h>
 #include <difusa/mesh/surface_sampling.h>
+#include <difusa/radiosity/gathering_noise.h>
 
 #include <algorithm>
 #include <cmath>
@@ -21,7 +22,17 @@ constexpr double decline = -1.5;
 struct ErrorMap::Local {
     struct Squares {
         double noise = 0.0, variation = 0.0, carried = 0.0;
+        double light = 0.0, of_a_ray = 0.0; ///< the light; the variance of what single rays bring
         double sum(double factor) const { return noise + factor * variation + carried; }
+        void add(double factor, const Squares& other) {
+            noise += factor * other.noise;
+            variation += factor * other.variation;
+            carried += factor * other.carried;
+            light += factor * other.light;
+            of_a_ray += factor * other.of_a_ray;
+        }
+        /// The variance of the mean of two gathers with so many rays each.
+        double of_gathers(double rays) const { return 0.5 * lattice_variance(light, of_a_ray / rays); }
     };
     Squares judged, irradiance;
 };
@@ -104,11 +115,12 @@ ErrorMap::Local ErrorMap::local(const SurfacePoint& x, const BasisRow& row) cons
     Local local;
     const Rgb weights = judged_weight(*solution_.field->parts().scene, x);
     for (Eigen::Index c = 0; c < channels; ++c) {
-        double f = 0.0, p = 0.0, noise = 0.0, variation = 0.0, all = 0.0;
+        double f = 0.0, p = 0.0, noise = 0.0, variation = 0.0, all = 0.0, of_a_ray = 0.0;
         for (std::size_t k = 0; k < row.element.size(); ++k) {
             const auto i = static_cast<Eigen::Index>(row.element[k]);
             f += row.weight[k] * coefficients_(i, c);
             noise += row.weight[k] * row.weight[k] * noise_(i, c);
+            of_a_ray += row.weight[k] * estimate_.at.variance_of_fresh(i, c);
             p += estimate_.carried.rows() > 0 ? row.weight[k] * estimate_.carried(i, c) : 0.0;
         }
         for (std::size_t k = 0; k < row.element.size(); ++k) {
@@ -116,14 +128,9 @@ ErrorMap::Local ErrorMap::local(const SurfacePoint& x, const BasisRow& row) cons
             variation += std::abs(row.weight[k]) * miss * miss;
             all += std::abs(row.weight[k]);
         }
-        const Local::Squares here{noise, all > 0.0 ? variation / all : 0.0, p * p};
-        const double squared = weights[c] * weights[c];
-        local.judged.noise += squared * here.noise;
-        local.judged.variation += squared * here.variation;
-        local.judged.carried += squared * here.carried;
-        local.irradiance.noise += here.noise;
-        local.irradiance.variation += here.variation;
-        local.irradiance.carried += here.carried;
+        const Local::Squares here{noise, all > 0.0 ? variation / all : 0.0, p * p, f * f, std::max(0.0, of_a_ray)};
+        local.judged.add(weights[c] * weights[c], here);
+        local.irradiance.add(1.0, here);
     }
     return local;
 }
@@ -189,20 +196,23 @@ ErrorsAt ErrorMap::at(std::span<const SurfacePoint> x, const Execution& executio
     return errors;
 }
 
-ErrorsAt ErrorMap::gathered_at(std::span<const SurfacePoint> x, const Values& noise, const Values& noise_of_irradiance,
-                               const Execution& execution) const {
+ErrorsAt ErrorMap::gathered_at(std::span<const SurfacePoint> x, std::size_t rays, const Values& noise,
+                               const Values& noise_of_irradiance, const Execution& execution) const {
     const Basis& basis = *solution_.field->parts().system->discretisation().basis;
+    const double half = 0.5 * static_cast<double>(rays);
     ErrorsAt errors(x.size());
-    errors.noise = noise;
     parallel_for(x.size(), 256, execution, [&](std::size_t begin, std::size_t end, unsigned) {
         BasisRow row;
         for (std::size_t i = begin; i < end; ++i) {
             basis.evaluate(inset(solution_.field->parts().scene->mesh, x[i]), row);
             const Local here = local(x[i], row);
             const auto at = static_cast<Eigen::Index>(i);
+            errors.noise(at, 0) = std::max(noise(at, 0), over_channels(here.judged.of_gathers(half)));
             errors.discretisation(at, 0) = over_channels(here.judged.carried);
-            errors.error(at, 0) = std::hypot(noise(at, 0), errors.discretisation(at, 0));
-            errors.irradiance(at, 0) = std::hypot(noise_of_irradiance(at, 0), over_channels(here.irradiance.carried));
+            errors.error(at, 0) = std::hypot(errors.noise(at, 0), errors.discretisation(at, 0));
+            errors.irradiance(at, 0) =
+                std::hypot(std::max(noise_of_irradiance(at, 0), over_channels(here.irradiance.of_gathers(half))),
+                           over_channels(here.irradiance.carried));
         }
     });
     return errors;

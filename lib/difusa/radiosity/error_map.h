@@ -35,10 +35,12 @@ class ErrorMap {
     /// `errors` has room for it.
     void put(const SurfacePoint& x, const BasisRow& row, std::size_t i, ErrorsAt& errors) const;
 
-    /// The same for light gathered at the points, with this noise of its radiosity and its irradiance (#x by 1, W/m²,
-    /// root mean squares over the channels).
-    ErrorsAt gathered_at(std::span<const SurfacePoint> x, const Values& noise, const Values& noise_of_irradiance,
-                         const Execution& execution) const;
+    /// The same for light gathered at the points with so many rays (Field::at), with this noise of its radiosity and
+    /// its irradiance (#x by 1, W/m², root mean squares over the channels). The noise is at least what the rays of the
+    /// sites around let expect: few rays may all miss what is bright, such as a distant window, and then know nothing
+    /// of their noise.
+    ErrorsAt gathered_at(std::span<const SurfacePoint> x, std::size_t rays, const Values& noise,
+                         const Values& noise_of_irradiance, const Execution& execution) const;
 
   private:
     struct Local;

@@ -4,6 +4,7 @@
 #include <difusa/algebra/sparse_rows.h>
 #include <difusa/core/parallel.h>
 #include <difusa/core/random.h>
+#include <difusa/discretisation/evaluate.h>
 #include <difusa/scene/sky_parts.h>
 #include <difusa/transport/mirrored.h>
 
@@ -22,11 +23,16 @@ constexpr double hardly_any = 1e-4;                            ///< of noise or 
 constexpr std::size_t candidates_per_point = 16;               ///< from which it is chosen
 constexpr double nearest_facing = 0.05, farthest_facing = 1.0; ///< distances told apart, over the spacing
 
+/// The irradiance of the surfels, all sets together. `smooth`: the means over them of the light in the basis.
+Values irradiance_of_surfels(const Solution& solution, const Values& smooth) {
+    const FieldParts& parts = solution.field->parts();
+    return parts.direct_in_basis ? smooth : Values(smooth + sum_of_parts(solution.light.direct, parts.channels));
+}
+
 /// ErrorPoints::variance and variance_of_fresh. `sources`: with the light of all sets together.
 void find_variances(const Solution& solution, ErrorSources& sources, const Execution& execution) {
     const FieldParts& parts = solution.field->parts();
     const RadiositySystem& system = *parts.system;
-    const SurfelLight& light = solution.light;
     const LinearOperator& plain = plain_part(*system.transport().W);
     const bool by_rays =
         dynamic_cast<const HitLists*>(&plain) != nullptr || dynamic_cast<const SparseRows*>(&plain) != nullptr;
@@ -35,11 +41,8 @@ void find_variances(const Solution& solution, ErrorSources& sources, const Execu
         sources.variance_of_fresh = sources.variance;
         return;
     }
-    Values b = sources.light;
-    if (!parts.direct_in_basis) {
-        b += sum_of_parts(light.direct, parts.channels);
-    }
-    b = sum_of_parts(light.emission, parts.channels) + light.reflectance.cwiseProduct(b);
+    const Values b = sum_of_parts(solution.light.emission, parts.channels) +
+                     solution.light.reflectance.cwiseProduct(irradiance_of_surfels(solution, sources.light));
     const Values sky = parts.scene->has_sky() ? sky_radiosity(*parts.scene, parts.channels) : Values();
     // What a ray brings from mirrors, too, is left out: of the noise, points with mirrors in sight know a part.
     const Values all = system.transport().on_bins(b, sky, execution);
@@ -138,6 +141,29 @@ double largest_reflectance(const Scene& scene, int channels) {
         }
     }
     return largest;
+}
+
+Values cut_off_light(const Solution& solution, std::span<const SurfacePoint> x, const Execution& execution) {
+    const FieldParts& parts = solution.field->parts();
+    const Discretisation& discretisation = parts.system->discretisation();
+    const Values& cut_off = parts.system->transport().cut_off;
+    if (cut_off.rows() == 0 || cut_off.maxCoeff() == 0.0) {
+        return {};
+    }
+    Values smooth;
+    discretisation.averages->apply(sum_of_parts(parts.smooth, parts.channels), smooth, execution);
+    const Values H = irradiance_of_surfels(solution, smooth);
+    Eigen::RowVectorXd mean = Eigen::RowVectorXd::Zero(H.cols());
+    for (Index s = 0; s < discretisation.surfels->size(); ++s) {
+        mean += discretisation.surfels->area(s) / parts.scene->mesh.area * H.row(static_cast<Eigen::Index>(s));
+    }
+    const auto sites = static_cast<Eigen::Index>(discretisation.sites->size());
+    const Values share = evaluate(*discretisation.basis, cut_off.topRows(sites), x, execution);
+    Values light(share.rows(), mean.cols());
+    for (Eigen::Index c = 0; c < light.cols(); ++c) {
+        light.col(c) = mean[c] * share.col(c % share.cols());
+    }
+    return light;
 }
 
 ErrorSources error_sources(const Solution& solution, const Execution& execution) {

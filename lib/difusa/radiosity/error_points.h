@@ -47,6 +47,11 @@ Rgb judged_weight(const Scene& scene, const SurfacePoint& x);
 /// most if F >= rho / (1 - s).
 double largest_reflectance(const Scene& scene, int channels);
 
+/// The irradiance that light which is cut off (LightTransport::cut_off) would bring if it were as bright as what the
+/// surface receives on average: #x by #channels, W/m²; no rows if none is cut off. No residual tells of it, since fresh rays are cut off
+/// alike.
+Values cut_off_light(const Solution& solution, std::span<const SurfacePoint> x, const Execution& execution);
+
 ErrorSources error_sources(const Solution& solution, const Execution& execution);
 
 /// Draws error points of a solution by a density, which is a mixture divided by a distance. The mixture: in equal parts

@@ -13,12 +13,12 @@ namespace difusa {
 /// Corrects gathers from some points by (W - R) b: R b is the light b of the surfels and the sky that their rays bring,
 /// and W has, as the operator of the system, exact form factors in place of rays to surface that is seen whole
 /// (transport/analytic_transport.h). This removes the noise of these rays; what is left is that of rays elsewhere, and
-/// of the light's variation within surfels. Averaged over all rays it is 0, up to the errors of means over groups of
-/// surfels.
+/// of the light's variation within surfels. Averaged over all rays it is 0, up to the errors of linear kernels over
+/// groups of surfels (transport/analytic_factors.h).
 class ExactCorrection {
   public:
-    /// For fields with FieldParts::sent. The errors of means over groups of surfels are to stay below the noise of
-    /// `rays` rays. Keeps references.
+    /// For fields with FieldParts::sent. The errors of linear kernels are to stay below the noise of `rays` rays.
+    /// Keeps references.
     ExactCorrection(const FieldParts& field, std::span<const SurfacePoint> x, std::size_t rays,
                     const Execution& execution);
 

@@ -336,7 +336,8 @@ class Look {
     /// BakeResult::errors at the points of the picture.
     void add_error(const PointValues& light, const Show& show, std::vector<Pixel>& values) {
         const ErrorsAt errors = view_.options.final_gather > 0
-                                    ? errors_->gathered_at(points_, light.noise, light.noise_of_irradiance, execution_)
+                                    ? errors_->gathered_at(points_, view_.options.final_gather, light.noise,
+                                                           light.noise_of_irradiance, execution_)
                                     : errors_->at(points_, execution_);
         const Values shown = show.quantity == Quantity::error ? errors.error : lumens_per_watt * errors.irradiance;
         for (std::size_t p = 0; p < seen_directly_; ++p) {

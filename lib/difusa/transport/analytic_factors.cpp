@@ -16,8 +16,9 @@ namespace difusa {
 
 namespace {
 
-/// Largest (A ΔK)² N / F of a group: the error is half of the noise of N independent rays.
-constexpr double most_variation = 3.0;
+/// Largest (A ΔK)² N / F of a group, where ΔK is how far the kernel is from linear: the error is at most an eighth of
+/// the noise of N independent rays.
+constexpr double most_variation = 1.0 / 64.0;
 
 /// As many independent rays as have the noise of N even ones, whose variance falls as N to the power -1.5 (measured).
 double independent_rays(double N) {
@@ -33,6 +34,9 @@ constexpr std::size_t most_blockers = 24, most_parts = 32;
 
 /// Of a form factor: what is less is rounding.
 constexpr double negligible_part = 1e-9;
+
+/// Of the mean square distance of samples: what is less is rounding.
+constexpr double slope_rounding = 1e-9;
 
 /// Corners of an outline at which the kernel is looked at.
 constexpr std::size_t outline_samples = 8;
@@ -121,7 +125,8 @@ void AnalyticFactors::find(const SurfacePoint& x, std::vector<Factor>& found, Wo
     std::sort(found.begin(), found.end());
 }
 
-AnalyticFactors::Measure AnalyticFactors::measure_polygon(const View& view, const SurfelTree::Node& node) const {
+AnalyticFactors::Measure AnalyticFactors::measure_polygon(const View& view, const SurfelTree::Node& node,
+                                                          std::vector<Sample>& samples) const {
     if (node.normal.dot(view.x.position) - node.offset <= rounding_) {
         return {}; // seen from behind, or edge-on
     }
@@ -129,21 +134,14 @@ AnalyticFactors::Measure AnalyticFactors::measure_polygon(const View& view, cons
     Measure measure;
     measure.facing = Facing::wholly;
     measure.factor = view.factor(corners);
-    const auto sample = [&](const Vec3& y) {
-        const double kernel = view.kernel(y, node.normal);
-        measure.least = std::min(measure.least, kernel);
-        measure.most = std::max(measure.most, kernel);
-    };
-    Vec3 middle = Vec3::Zero();
     for (const Vec3& corner : corners) {
-        sample(corner);
-        middle += corner / static_cast<double>(corners.size());
+        samples.push_back({corner, view.kernel(corner, node.normal)});
     }
-    sample(middle);
     return measure;
 }
 
-AnalyticFactors::Measure AnalyticFactors::measure_outline(const View& view, const SurfelTree::Node& node) const {
+AnalyticFactors::Measure AnalyticFactors::measure_outline(const View& view, const SurfelTree::Node& node,
+                                                          std::vector<Sample>& samples) const {
     if (node.flat ? node.normal.dot(view.x.position) - node.offset <= rounding_ : node.exposure == Exposure::behind) {
         return {};
     }
@@ -160,9 +158,8 @@ AnalyticFactors::Measure AnalyticFactors::measure_outline(const View& view, cons
             return {Facing::partly};
         }
         if (k % step == 0) {
-            const double kernel = view.kernel(from, mesh_.normals[edges[k].triangle]);
-            measure.least = std::min(measure.least, kernel);
-            measure.most = std::max(measure.most, kernel);
+            // With the shading normal: that of a facet of a smooth surface says little about those beside it.
+            samples.push_back({from, view.kernel(from, shading_normal(edges[k]))});
         }
     }
     for (const SurfelTree::Edge& edge : edges) {
@@ -171,6 +168,14 @@ AnalyticFactors::Measure AnalyticFactors::measure_outline(const View& view, cons
     }
     measure.factor = std::max(0.0, measure.factor);
     return measure;
+}
+
+/// At the start of an edge, on the side of its triangle.
+Vec3 AnalyticFactors::shading_normal(const SurfelTree::Edge& edge) const {
+    const std::array<Index, 3>& corners = mesh_.triangles[edge.triangle];
+    return mesh_
+        .shaded(mesh_.at(edge.triangle, edge.from == corners[1] ? 1.0 : 0.0, edge.from == corners[2] ? 1.0 : 0.0))
+        .normal;
 }
 
 /// The form factor of what is in sight of a patch that faces x, and has the factor `factor` if nothing hides it.
@@ -237,6 +242,45 @@ bool AnalyticFactors::reaches_behind(const View& view, const SurfelTree::Node& n
     });
 }
 
+/// A linear function over a group, and how far the kernel is from it.
+struct AnalyticFactors::Linear {
+    double mean; ///< at the centroid
+    Vec3 centre, slope;
+    double deviation = 0.0; ///< largest, where the kernel was looked at
+
+    Linear(std::span<const Sample> samples, double at_centre, const Vec3& centroid, const Vec3& steepness)
+        : mean(at_centre), centre(centroid), slope(steepness) {
+        for (const Sample& sample : samples) {
+            deviation = std::max(deviation, std::abs(sample.kernel - mean - slope.dot(sample.place - centre)));
+        }
+    }
+};
+
+/// The slope of the kernel by least squares; less steep if the linear function that has the mean of the kernel at the
+/// centroid would be negative somewhere, so that no light of one place takes from that of another.
+Vec3 AnalyticFactors::slope_of(std::span<const Sample> samples, const Vec3& centre, double mean) {
+    Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+    Vec3 products = Vec3::Zero(), middle = Vec3::Zero();
+    for (const Sample& sample : samples) {
+        middle += sample.place / static_cast<double>(samples.size());
+    }
+    for (const Sample& sample : samples) {
+        const Vec3 way = sample.place - middle;
+        squares += way * way.transpose();
+        products += sample.kernel * way;
+    }
+    squares.diagonal().array() += slope_rounding * squares.trace(); // in a plane there is no slope across it
+    const Vec3 slope = squares.inverse() * products;
+    if (!slope.allFinite()) { // the samples are in one place
+        return Vec3::Zero();
+    }
+    double lowest = 0.0;
+    for (const Sample& sample : samples) {
+        lowest = std::min(lowest, slope.dot(sample.place - centre));
+    }
+    return lowest < -mean ? Vec3(mean / -lowest * slope) : slope;
+}
+
 /// Adds the group, leaves it to the rays, or opens its halves.
 void AnalyticFactors::look(const View& view, Index group, bool open, std::vector<Factor>& found, Worker& worker) const {
     const SurfelTree::Node& node = tree_.node(group);
@@ -260,8 +304,9 @@ void AnalyticFactors::look(const View& view, Index group, bool open, std::vector
         }
         return;
     }
-    const Measure measure =
-        node.shape == SurfelTree::Shape::polygon ? measure_polygon(view, node) : measure_outline(view, node);
+    worker.samples.clear();
+    const Measure measure = node.shape == SurfelTree::Shape::polygon ? measure_polygon(view, node, worker.samples)
+                                                                     : measure_outline(view, node, worker.samples);
     if (measure.facing == Facing::away) {
         return;
     }
@@ -282,22 +327,31 @@ void AnalyticFactors::look(const View& view, Index group, bool open, std::vector
             if (!leaf && (mixed || rays_ * measure.factor > rays_of_smallest)) {
                 descend(false);
             } else if (visible) {
-                found.emplace_back(group, *visible);
+                found.push_back({group, *visible, Vec3::Zero()});
             }
             return;
         }
     }
-    // The kernel may be greatest where it is not looked at, but then its mean tells, or the distance.
-    const double mean = measure.factor / halves.area;
-    double range = std::max(measure.most, mean) - std::min(measure.least, mean);
-    if (node.box.squaredExteriorDistance(view.x.position) < 0.25 * radius * radius) {
-        range = std::max(range, mean);
-    }
-    const double variation = halves.area * range;
-    if (leaf || variation * variation * rays_ <= most_variation * measure.factor) {
+    if (leaf) { // of a single surfel the mean light alone is known
         if (measure.factor > 0.0) {
-            found.emplace_back(group, measure.factor);
+            found.push_back({group, measure.factor, Vec3::Zero()});
         }
+        return;
+    }
+    const double mean = measure.factor / halves.area;
+    const bool is_near = node.box.squaredExteriorDistance(view.x.position) < 0.25 * radius * radius;
+    const auto represents = [&](const Linear& kernel) {
+        // The kernel may be greatest where it is not looked at.
+        const double variation = halves.area * (is_near ? std::max(kernel.deviation, mean) : kernel.deviation);
+        return measure.factor > 0.0 && variation * variation * rays_ <= most_variation * measure.factor;
+    };
+    if (represents({worker.samples, mean, halves.centre, Vec3::Zero()})) {
+        found.push_back({group, measure.factor, Vec3::Zero()});
+        return;
+    }
+    const Vec3 slope = slope_of(worker.samples, halves.centre, mean);
+    if (represents({worker.samples, mean, halves.centre, slope})) {
+        found.push_back({group, measure.factor, halves.area * slope});
         return;
     }
     descend(true);

@@ -7,20 +7,20 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <optional>
-#include <utility>
+#include <span>
 #include <vector>
 
 namespace difusa {
 
 /// Looks for the largest groups of surfels in sight of a point that nothing occludes (rays/shaft.h), whose form factors
 /// are then closed contour integrals (rays/lambert.h); of small flat groups that a few triangles hide in part, the part
-/// in sight is found (rays/visible_part.h). In place of the light of each surfel counts the mean over the group: groups
-/// are small enough for the error of this to be below the noise of the rays that they replace, whatever the light. With
-/// A the area, ΔK the range of the kernel over the group and sigma the deviation of the light within it, that error is
-/// at most about A ΔK sigma / sqrt(12), and the noise of N independent rays sigma sqrt(F/N); 64 or more even
-/// ones have that of sqrt(N)/8 times as many.
+/// in sight is found (rays/visible_part.h). Over a group the kernel counts as linear, with its exact integral and with
+/// the slope that it has between the corners: groups are so small that the error of this is far below the noise of the
+/// rays that they replace, whatever the light. With A the area, ΔK the deviation of the kernel from linear and sigma
+/// that of the light within the group from its mean, this error is at most A ΔK sigma, and the noise of N independent
+/// rays sigma sqrt(F/N); 64 or more even ones have that of sqrt(N)/8 times as many. It has to be far below, since it is
+/// not as random as noise: kernels are often greatest where the light is.
 class AnalyticFactors {
   public:
     /// `rays`: how many each point sends out. Keeps references.
@@ -28,15 +28,21 @@ class AnalyticFactors {
 
     const SurfelTree& tree() const { return tree_; }
 
-    /// A group of surfels and its form factor.
-    using Factor = std::pair<Index, double>;
+    using Factor = GroupFactor;
+
+    /// The kernel at a place.
+    struct Sample {
+        Vec3 place;
+        double kernel;
+    };
 
     /// Buffers of one thread.
     struct Worker {
         std::vector<std::pair<Index, bool>> open; ///< groups to look at, and whether it is known that nothing occludes
         std::size_t steps = 0; ///< all that were looked at, and the faces that may hide a part of them
         std::vector<Index> blockers;
-        VisiblePart visible; ///< of a polygon
+        VisiblePart visible;         ///< of a polygon
+        std::vector<Sample> samples; ///< of the kernel over a group
     };
 
     /// The groups that x sees, and how much of them; none contains another. What x sees of groups that are not among
@@ -45,18 +51,20 @@ class AnalyticFactors {
 
   private:
     struct View;
+    struct Linear;
     enum class Facing { away, partly, wholly };
     /// Of a patch as a point sees it.
     struct Measure {
         Facing facing = Facing::away;
-        double factor = 0.0;                                                ///< unoccluded
-        double least = std::numeric_limits<double>::infinity(), most = 0.0; ///< kernel, where it was looked at
+        double factor = 0.0; ///< unoccluded
     };
     AnalyticFactors(const Mesh& mesh, const Surfels& surfels, const std::vector<Exposure>& exposures,
                     const std::vector<std::uint8_t>& overlaid, std::size_t rays);
     void look(const View& view, Index group, bool open, std::vector<Factor>& found, Worker& worker) const;
-    Measure measure_polygon(const View& view, const SurfelTree::Node& node) const;
-    Measure measure_outline(const View& view, const SurfelTree::Node& node) const;
+    Measure measure_polygon(const View& view, const SurfelTree::Node& node, std::vector<Sample>& samples) const;
+    Measure measure_outline(const View& view, const SurfelTree::Node& node, std::vector<Sample>& samples) const;
+    Vec3 shading_normal(const SurfelTree::Edge& edge) const;
+    static Vec3 slope_of(std::span<const Sample> samples, const Vec3& centre, double mean);
     bool stands_on(const SurfelTree::Node& node, const std::vector<Index>& faces) const;
     bool reaches_behind(const View& view, const SurfelTree::Node& node) const;
     std::optional<double> visible_factor(const View& view, const SurfelTree::Node& node, double factor,

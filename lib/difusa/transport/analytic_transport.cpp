@@ -11,20 +11,29 @@
 
 namespace difusa {
 
+namespace {
+
+constexpr Eigen::Index most_columns = 24; ///< of which moments are held at once
+
+} // namespace
+
 AnalyticTransport::AnalyticTransport(std::shared_ptr<const HitLists> by_rays, std::shared_ptr<const HitLists> rest,
                                      std::vector<double> scale, SparseRows factors, SurfelGroups groups)
     : by_rays_(std::move(by_rays)), rest_(std::move(rest)), scale_(std::move(scale)), factors_(std::move(factors)),
       groups_(std::move(groups)) {
     DIFUSA_REQUIRE(rest_->rows() == rows() && rest_->columns() == columns() && scale_.size() == rows() &&
-                   factors_.rows() == rows() && factors_.columns() == groups_.size());
+                   factors_.rows() == rows() && factors_.columns() == SurfelGroups::moments * groups_.size());
 }
 
 void AnalyticTransport::apply(const Values& x, Values& y, const Execution& execution) const {
-    Values exact;
     rest_->apply(x, y, execution);
-    factors_.apply(groups_.means(x), exact, execution);
     y.array().colwise() *= Eigen::Map<const Eigen::ArrayXd>(scale_.data(), y.rows());
-    y += exact;
+    Values exact;
+    for (Eigen::Index c = 0; c < x.cols(); c += most_columns) { // of many columns, moments would be much memory
+        const Eigen::Index count = std::min(most_columns, x.cols() - c);
+        factors_.apply(groups_.moments_of(x.middleCols(c, count)), exact, execution);
+        y.middleCols(c, count) += exact;
+    }
 }
 
 void AnalyticTransport::apply_transpose(const Values& x, Values& y, const Execution& execution) const {
@@ -57,11 +66,19 @@ Values AnalyticTransport::variance_of_rays(const Values& x, const Execution& exe
     return mean;
 }
 
+double AnalyticTransport::exact_share(std::size_t j) const {
+    const SparseRows::Row& row = factors_.row(j);
+    double sum = 0.0;
+    for (std::size_t k = 0; k < row.column.size(); ++k) {
+        sum += row.column[k] % SurfelGroups::moments == 0 ? row.value[k] : 0.0;
+    }
+    return sum;
+}
+
 double AnalyticTransport::share() const {
     double sum = 0.0;
     for (std::size_t j = 0; j < rows(); ++j) {
-        const std::vector<double>& factors = factors_.row(j).value;
-        sum += std::accumulate(factors.begin(), factors.end(), 0.0);
+        sum += exact_share(j);
     }
     return sum / static_cast<double>(rows());
 }
@@ -122,8 +139,8 @@ class AnalyticRows {
     void weigh(std::size_t j, Row& row) const {
         lists_.row(j, row.bins);
         row.exact = 0.0;
-        for (const auto& [group, factor] : row.found) {
-            row.exact += factor;
+        for (const GroupFactor& each : row.found) {
+            row.exact += each.factor;
         }
         const std::size_t inside = split(row);
         const auto rays = static_cast<double>(lists_.rays());
@@ -135,8 +152,9 @@ class AnalyticRows {
         } else if (inside < lists_.rays() && row.exact < 1.0) {
             row.scale = (1.0 - row.exact) * rays / (rays - static_cast<double>(inside));
         } else { // rounding, or a rest that no ray has met
-            for (auto& [group, factor] : row.found) {
-                factor /= row.exact;
+            for (GroupFactor& each : row.found) {
+                each.factor /= row.exact;
+                each.slope /= row.exact;
             }
             row.exact = 1.0;
             row.rest.clear();
@@ -176,7 +194,7 @@ class AnalyticRows {
         for (std::size_t i = 0; i < row.found.size(); ++i) {
             row.range.emplace_back(static_cast<Index>(i), 0);
         }
-        const auto first_of = [&](Index i) { return first_[row.found[i].first]; };
+        const auto first_of = [&](Index i) { return first_[row.found[i].group]; };
         std::sort(row.range.begin(), row.range.end(),
                   [&](const auto& a, const auto& b) { return first_of(a.first) < first_of(b.first); });
         row.rest.clear();
@@ -185,7 +203,7 @@ class AnalyticRows {
             const Index rank = bin < rank_.size() ? rank_[bin] : none;
             auto after = std::upper_bound(row.range.begin(), row.range.end(), rank,
                                           [&](Index r, const auto& each) { return r < first_of(each.first); });
-            if (rank != none && after != row.range.begin() && rank < last_[row.found[(after - 1)->first].first]) {
+            if (rank != none && after != row.range.begin() && rank < last_[row.found[(after - 1)->first].group]) {
                 ++(after - 1)->second;
                 ++inside;
             } else {
@@ -199,7 +217,7 @@ class AnalyticRows {
     bool is_refuted(const Row& row) const {
         return std::any_of(row.range.begin(), row.range.end(), [&](const auto& each) {
             return !is_plausible(static_cast<double>(each.second),
-                                 static_cast<double>(lists_.rays()) * row.found[each.first].second);
+                                 static_cast<double>(lists_.rays()) * row.found[each.first].factor);
         });
     }
 
@@ -241,7 +259,7 @@ bool pays(const LightTransport& transport, const AnalyticRows& rows, std::span<c
 struct Refined {
     Refined(std::size_t points, const HitLists& lists, std::size_t groups)
         : rest(std::make_shared<HitLists>(points, lists.columns(), lists.rays(), lists.rows_per_block())),
-          exact(points, groups), scale(points, 1.0) {}
+          exact(points, SurfelGroups::moments * groups), scale(points, 1.0) {}
 
     std::shared_ptr<HitLists> rest;
     SparseRows exact;
@@ -252,11 +270,18 @@ struct Refined {
 void put(AnalyticRows::Row& row, std::size_t j, Refined& refined, LightTransport& transport) {
     SparseRows::Row& exact = refined.exact.row(j);
     const std::size_t rays = refined.rest->rays();
-    exact.column.reserve(row.found.size());
-    exact.value.reserve(row.found.size());
-    for (const auto& [group, factor] : row.found) {
-        exact.column.push_back(group);
+    exact.column.reserve(SurfelGroups::moments * row.found.size());
+    exact.value.reserve(SurfelGroups::moments * row.found.size());
+    for (const auto& [group, factor, slope] : row.found) {
+        const Index mean = SurfelGroups::mean_row(group);
+        exact.column.push_back(mean);
         exact.value.push_back(factor);
+        for (Index axis = 0; axis < 3; ++axis) {
+            if (slope[axis] != 0.0) {
+                exact.column.push_back(mean + 1 + axis);
+                exact.value.push_back(slope[axis]);
+            }
+        }
     }
     const double weight = row.scale / static_cast<double>(rays);
     const auto first_sky = static_cast<Index>(transport.surfels);

@@ -15,8 +15,9 @@
 
 namespace difusa {
 
-/// W = F M + diag(s) R: M are means over groups of surfels, F the form factors of those that points see whole
-/// (analytic_factors.h), R the rays that end elsewhere, and s makes what they carry add up to 1 with F.
+/// W = F M + diag(s) R: M are means and first moments over groups of surfels, F the form factors of those that points
+/// see whole, and the slopes of their kernels (analytic_factors.h), R the rays that end elsewhere, and s makes what
+/// they carry add up to 1 with F.
 class AnalyticTransport final : public RefinedTransport {
   public:
     /// `scale`: s of each row.
@@ -24,8 +25,9 @@ class AnalyticTransport final : public RefinedTransport {
                       std::vector<double> scale, SparseRows factors, SurfelGroups groups);
 
     const HitLists& by_rays() const override { return *by_rays_; }
-    const SparseRows& exact_factors() const { return factors_; }
-    const SurfelGroups& groups() const { return groups_; }
+
+    /// What of the irradiance at point j has exact form factors, of a whole of 1.
+    double exact_share(std::size_t j) const;
 
     std::size_t rows() const override { return by_rays_->rows(); }
     std::size_t columns() const override { return by_rays_->columns(); }
@@ -43,7 +45,7 @@ class AnalyticTransport final : public RefinedTransport {
   private:
     std::shared_ptr<const HitLists> by_rays_, rest_;
     std::vector<double> scale_;
-    SparseRows factors_;
+    SparseRows factors_; ///< columns: SurfelGroups::moments_of
     SurfelGroups groups_;
 };
 
@@ -64,7 +66,7 @@ class AnalyticFactors;
 /// The exact form factors of some points, found once, for any of their rays.
 class FactorsOfPoints {
   public:
-    /// `rays`: the number whose noise the errors of means over groups are to stay below. Keeps references.
+    /// `rays`: the number whose noise the errors of linear kernels are to stay below. Keeps references.
     FactorsOfPoints(const Mesh& mesh, std::span<const SurfacePoint> points, const Surfels& surfels, std::size_t rays,
                     const Execution& execution);
     ~FactorsOfPoints();
@@ -74,7 +76,7 @@ class FactorsOfPoints {
 
   private:
     std::unique_ptr<AnalyticFactors> factors_;
-    std::vector<std::vector<std::pair<Index, double>>> found_; ///< of each point: groups, and their form factors
+    std::vector<std::vector<GroupFactor>> found_; ///< of each point
 };
 
 } // namespace difusa

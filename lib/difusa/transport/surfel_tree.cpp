@@ -85,33 +85,43 @@ std::vector<SurfelTree::Edge> united(const std::vector<SurfelTree::Edge>& a, con
 
 } // namespace
 
-Values SurfelGroups::means(const Values& of_surfels) const {
+Values SurfelGroups::moments_of(const Values& of_surfels) const {
     DIFUSA_REQUIRE(static_cast<std::size_t>(of_surfels.rows()) >= surfels_);
-    Values means(static_cast<Eigen::Index>(groups_.size()), of_surfels.cols());
-    for (std::size_t g = 0; g < groups_.size(); ++g) {
+    Values result(static_cast<Eigen::Index>(moments * groups_.size()), of_surfels.cols());
+    for (Index g = 0; g < groups_.size(); ++g) {
         const Group& group = groups_[g];
-        const auto row = static_cast<Eigen::Index>(g);
+        auto own = result.middleRows<moments>(mean_row(g));
+        own.setZero();
         if (group.second == none) {
-            means.row(row) = of_surfels.row(group.first);
-        } else {
-            const double share = groups_[group.first].area / group.area;
-            means.row(row) = share * means.row(group.first) + (1.0 - share) * means.row(group.second);
+            own.row(0) = of_surfels.row(group.first);
+            continue;
+        }
+        for (const Index half : {group.first, group.second}) {
+            const auto part = result.middleRows<moments>(mean_row(half));
+            const double share = groups_[half].area / group.area;
+            const Vec3 way = groups_[half].centre - group.centre;
+            own += share * part;
+            own.bottomRows<3>() += share * way * part.row(0);
         }
     }
-    return means;
+    return result;
 }
 
 void SurfelGroups::add_transposed(Values& of_groups, Values& of_surfels) const {
-    DIFUSA_REQUIRE(static_cast<std::size_t>(of_groups.rows()) == groups_.size());
-    for (std::size_t g = groups_.size(); g-- > 0;) {
+    DIFUSA_REQUIRE(static_cast<std::size_t>(of_groups.rows()) == moments * groups_.size());
+    for (Index g = static_cast<Index>(groups_.size()); g-- > 0;) {
         const Group& group = groups_[g];
-        const auto row = static_cast<Eigen::Index>(g);
+        const auto own = of_groups.middleRows<moments>(mean_row(g));
         if (group.second == none) {
-            of_surfels.row(group.first) += of_groups.row(row);
-        } else {
-            const double share = groups_[group.first].area / group.area;
-            of_groups.row(group.first) += share * of_groups.row(row);
-            of_groups.row(group.second) += (1.0 - share) * of_groups.row(row);
+            of_surfels.row(group.first) += own.row(0);
+            continue;
+        }
+        for (const Index half : {group.first, group.second}) {
+            auto part = of_groups.middleRows<moments>(mean_row(half));
+            const double share = groups_[half].area / group.area;
+            const Vec3 way = groups_[half].centre - group.centre;
+            part += share * own;
+            part.row(0) += share * way.transpose() * own.bottomRows<3>();
         }
     }
 }
@@ -291,7 +301,8 @@ class SurfelTreeBuilder {
                 part.hull.push_back(corner);
             }
         }
-        add({s, none, surfels_.area(s)}, part);
+        const Eigen::Vector2d middle = outline.centroid();
+        add({s, none, surfels_.area(s), mesh_.at(t, middle[0], middle[1]).position}, part);
         return part;
     }
 
@@ -308,7 +319,9 @@ class SurfelTreeBuilder {
     Part cluster(Index s) {
         surfels_.pieces(s, pieces_);
         std::vector<Part> parts;
+        SurfelGroups::Group group{s, none, surfels_.area(s), Vec3::Zero()};
         for (const Surfels::Piece& piece : pieces_) {
+            group.centre += piece.area / group.area * mesh_.at(piece.triangle, 1.0 / 3.0, 1.0 / 3.0).position;
             Part part = flat_part(piece.triangle);
             part.whole = true;
             part.edges = sides_of(piece.triangle);
@@ -322,12 +335,14 @@ class SurfelTreeBuilder {
             parts.pop_back();
             parts.back() = shape_of_both(std::move(parts.back()), std::move(last));
         }
-        add({s, none, surfels_.area(s)}, parts.front());
+        add(group, parts.front());
         return std::move(parts.front());
     }
 
     Part united_two(Part a, Part b) {
-        const SurfelGroups::Group group{a.group, b.group, groups_[a.group].area + groups_[b.group].area};
+        const SurfelGroups::Group &first = groups_[a.group], &second = groups_[b.group];
+        SurfelGroups::Group group{a.group, b.group, first.area + second.area, first.centre};
+        group.centre += second.area / group.area * (second.centre - first.centre);
         Part both = shape_of_both(std::move(a), std::move(b));
         add(group, both);
         return both;

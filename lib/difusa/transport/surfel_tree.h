@@ -12,13 +12,14 @@
 
 namespace difusa {
 
-/// Means over groups of surfels, by area. Geometry only.
+/// Means and first moments over groups of surfels, by area. Geometry only.
 class SurfelGroups {
   public:
     /// A surfel, or the union of two groups, which have smaller numbers.
     struct Group {
         Index first = none, second = none; ///< second is none: `first` is a surfel
         double area = 0.0;
+        Vec3 centre = Vec3::Zero(); ///< centroid
     };
 
     SurfelGroups() = default;
@@ -29,8 +30,12 @@ class SurfelGroups {
     const Group& operator[](Index g) const { return groups_[g]; }
     std::size_t bytes() const { return groups_.size() * sizeof(Group); }
 
-    /// #groups by any number of columns, from as many of the surfels (more rows are ignored).
-    Values means(const Values& of_surfels) const;
+    /// For each group the mean of b, in row `mean_row(g)`, and the moment 1/A ∫ b (y - centre) dA in the three rows
+    /// after it, for any number of columns, from as many of the surfels (more rows are ignored), each even over its
+    /// area. All rows: `moments * size()`.
+    Values moments_of(const Values& of_surfels) const;
+    static constexpr Index moments = 4;
+    static Index mean_row(Index g) { return moments * g; }
 
     /// The transpose, added to the first rows of `of_surfels`; `of_groups` is used up.
     void add_transposed(Values& of_groups, Values& of_surfels) const;
@@ -38,6 +43,16 @@ class SurfelGroups {
   private:
     std::vector<Group> groups_;
     std::size_t surfels_ = 0;
+};
+
+/// What a point sees of a group: the light b of the group contributes ∫ K b = factor mean(b) + slope · moment(b) to its
+/// irradiance, where the kernel K is linear over the group.
+struct GroupFactor {
+    Index group = none;
+    double factor = 0.0;       ///< the form factor, ∫ K
+    Vec3 slope = Vec3::Zero(); ///< A ∇K
+
+    bool operator<(const GroupFactor& other) const { return group < other.group; }
 };
 
 /// A binary tree over the surfels of each region: within a triangle, then within a plane, then within the region, then
