@@ -156,13 +156,16 @@ void forecast(BakeResult& result, const Registry& registry, const Choices& choic
     const Stage stage(result, registry, choices, execution);
     const LitSurface& lit = stage.lit;
     const std::optional<std::size_t> many = forecast_sites(result, choices, lit, execution);
-    if (!many) {
+    // Graded sites follow from the light, of which a dry run knows nothing: as many as are wanted, unless most of them
+    // are needed for one on each region, which placing them evenly tells.
+    const std::size_t half = result.options.sites / 2;
+    const bool few_regions = result.options.adaptive && !choices.sampler->needs_visibility() &&
+                             choices.elements.basis->sampler().empty() && result.scene->mesh.region_count < half;
+    if (!many && !few_regions) {
         result.sites = place_evenly(stage, result, choices, execution).sites;
     }
-    // Graded sites follow from the light, of which a dry run knows nothing: as many as are wanted, unless most of them
-    // are needed for one on each region.
-    const std::size_t even = many ? *many : result.sites->size();
-    const bool graded = result.options.adaptive && even < result.options.sites + result.options.sites / 2;
+    const std::size_t even = result.sites ? result.sites->size() : many.value_or(result.options.sites);
+    const bool graded = result.options.adaptive && even < result.options.sites + half;
     const std::size_t sites = graded ? result.options.sites : even;
     result.options.adaptive = graded || (result.options.adaptive && result.options.sites == 0);
     check_request(result, choices, stage.lights, sites, execution);

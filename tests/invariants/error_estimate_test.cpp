@@ -409,6 +409,29 @@ TEST(ErrorEstimate, TheMapsNoiseIsThatOfTheField) {
     }
 }
 
+/// With one element at each point, the error of the basis varies as the light does among neighbouring ones. The map's
+/// mean square of the residual over the area is compared with that of what 4096 rays find, whose noise is below 1/64 of
+/// the mean square of that of 64. What is told of the rest is measured at more than 200 points: the squares of a normal
+/// distribution have twice their mean as variance, which allows for 0.3 in three standard deviations, and as much
+/// again for where the map is looked at; of the noise, a factor of 2 as in the test above.
+TEST(ErrorEstimate, TheMapKnowsTheErrorsOfPiecewiseConstantElements) {
+    Scene scene = furnace(0.3, 0.0);
+    scene.materials[4].emission = Rgb::Constant(1.0);
+    for (const char* const basis : {"patch-constant", "patch-constant:display=gouraud"}) {
+        BakeOptions options = coarse(0.1, 64);
+        options.basis = basis;
+        const BakeResult result = baked(scene, options);
+        const std::vector<SurfacePoint> x = even_points(result.scene->mesh, 2000, RandomStream(3, "x"));
+        const ErrorsAt errors = ErrorMap(result.solution, *result.error, Execution{}).at(x, Execution{});
+        const double told = errors.discretisation.squaredNorm() + errors.noise.squaredNorm();
+        const Irradiance truth = result.field().gather_smooth(x, 4096, 5, "truth", Execution{});
+        const Irradiance own = result.field().evaluate_smooth(x, Execution{}, true);
+        const double squares = 0.09 * (own.indirect + own.direct - truth.indirect - truth.direct).squaredNorm();
+        EXPECT_LT(squares, 2.0 * told) << basis;
+        EXPECT_GT(squares, told / 2.0) << basis;
+    }
+}
+
 /// Beside black walls a floor that reflects receives no light from them, and none of their noise: what its error points
 /// see tells nothing of the walls. The error that the map tells of the irradiance of these is compared with what many
 /// more rays find. The floor is lit by a lamp alone, so that this light is exact up to the noise of the rays, and that

@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace difusa::error_target_test {
 namespace {
@@ -225,13 +226,28 @@ TEST(ErrorTarget, GoesNoFurtherThanTheMemoryThatItMayTake) {
     baked(box.scene, ordered(0.05)); // whatever a process takes once
     options.output_spacing = 1e30;
     Execution limited{1};
-    limited.most_memory = static_cast<double>(peak_memory()) + 16e6; // what is to come may take 16 MB
+    limited.most_memory = static_cast<double>(held_memory()) + 16e6; // what is to come may take 16 MB
     const BakeResult result = baked(box.scene, options, limited);
     EXPECT_TRUE(result.target_missed);
     EXPECT_THAT(result.journal.notes().back(),
                 testing::AnyOf(testing::HasSubstr("of memory; "), testing::HasSubstr("memory does not suffice")));
     limited.most_memory = 1e6; // less than the process has
     EXPECT_THROW(baked(box.scene, options, limited), ResourceError);
+}
+
+/// What attempts took and gave back is there for others and for the output.
+TEST(ErrorTarget, LeavesMemoryForTheOutput) {
+    const ReferenceCase box = reference_case("manufactured-box");
+    BakeOptions options = ordered(0.0005);
+    options.target->best_effort = true;
+    Execution limited{1};
+    limited.most_memory = static_cast<double>(held_memory()) + 32e6;
+    const std::size_t peak = std::vector<char>(std::size_t{64} << 20U, 'x').size();
+    ASSERT_GT(peak, 32e6); // of the process above the limit
+    const BakeResult result = baked(box.scene, options, limited);
+    EXPECT_TRUE(result.target_missed);
+    EXPECT_THAT(result.journal.notes().back(), testing::HasSubstr("of memory; "));
+    EXPECT_GT(result.output.B.rows(), 0);
 }
 
 TEST(ErrorTarget, HasTheSameBitsForAnyNumberOfThreads) {

@@ -1,4 +1,4 @@
-// What is left of the memory that control groups allow.
+// What is left of the memory that a process may take, and that control groups allow.
 #include <difusa/core/error.h>
 #include <difusa/core/memory.h>
 
@@ -7,10 +7,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <list>
 #include <string>
+#include <vector>
 
 namespace difusa::memory_test {
 namespace {
@@ -20,6 +23,23 @@ namespace fs = std::filesystem;
 void write(const fs::path& file, const std::string& text) {
     fs::create_directories(file.parent_path());
     std::ofstream(file) << text;
+}
+
+/// Of 128 MiB in small blocks, which allocators keep, and of a large one nothing counts once they are freed. 32 MiB
+/// are for what else is given back or taken meanwhile.
+TEST(Memory, FreedIsAvailableAgain) {
+    constexpr std::size_t MiB = std::size_t{1} << 20U;
+    const double most = static_cast<double>(held_memory() + 512 * MiB);
+    {
+        std::list<std::array<char, 1024>> small;
+        for (std::size_t i = 0; i < 128 * MiB / 1024; ++i) {
+            small.emplace_back().fill('x');
+        }
+        const std::vector<char> large(256 * MiB, 'x');
+        EXPECT_LT(available_memory(most), 160 * MiB);
+    }
+    EXPECT_GT(available_memory(most), 480 * MiB);
+    EXPECT_EQ(available_memory(0.5 * static_cast<double>(held_memory())), 0U);
 }
 
 TEST(ControlGroups, WithoutAnyThereIsNoLimit) {

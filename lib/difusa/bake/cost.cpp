@@ -23,7 +23,10 @@ namespace {
 constexpr double bytes_per_ray = 2.5;                              ///< in HitLists, an upper estimate
 constexpr double bytes_per_entry = sizeof(Index) + sizeof(double); ///< in SparseRows
 constexpr double bytes_per_surfel = 250.0;                         ///< surfel, averages and light
-constexpr double pooled_directions = 32.0;                         ///< sets of directions in a DirectionPool
+constexpr double bytes_per_site = 1000.0;                          ///< with its neighbours and basis functions
+constexpr double bytes_per_output_triangle = 500.0;                ///< including its share of vertices and arrays
+constexpr double vectors_of_error_solve = 5.0; ///< of surfels, while the error estimate follows bounces
+constexpr double pooled_directions = 32.0;     ///< sets of directions in a DirectionPool
 constexpr std::size_t rays_of_round = 64;
 
 /// Number of surfels to expect; an upper estimate.
@@ -104,6 +107,17 @@ double glossy_bytes(const BakeResult& result, double points, double rays, double
            (surfels + points) * share * harmonics * copies;
 }
 
+/// BakeEstimate::other_bytes. The error estimate solves for each group of its points.
+double other_bytes(const BakeResult& result, std::size_t sites) {
+    const double solve = error_points(result.options, sites) == 0
+                             ? 0.0
+                             : expected_surfels(result) * vectors_of_error_solve * ErrorPoints::groups *
+                                   static_cast<double>(result.channels) * sizeof(double);
+    const double output =
+        bytes_per_output_triangle * expected_output_triangles(result.scene->mesh, result.options.output_spacing);
+    return bytes_per_site * static_cast<double>(sites) + std::max(solve, output);
+}
+
 /// Of one point's row, in bytes; an upper estimate.
 double row_bytes(const Directions& directions, double rays, double bins) {
     return directions.equal_weights() ? rays * bytes_per_ray
@@ -118,8 +132,7 @@ std::size_t gather_points(const ProjectionChoice& projection, std::size_t sites)
 }
 
 std::size_t most_output_triangles(const Execution& execution) {
-    constexpr std::size_t bytes = 500; // of a triangle, including its share of vertices and arrays
-    return execution.memory_left() / bytes;
+    return static_cast<std::size_t>(static_cast<double>(execution.memory_left()) / bytes_per_output_triangle);
 }
 
 std::size_t error_points(const BakeOptions& options, std::size_t sites) {
@@ -162,10 +175,12 @@ BakeEstimate estimate_cost(const BakeResult& result, const Choices& choices, con
     // Directions are pooled; each thread holds the rays and hits of one site.
     const double scratch =
         rays * (pooled_directions * 4.0 * sizeof(double) + execution.threads * (sizeof(Ray) + sizeof(Hit)));
-    require_memory(estimate.transport_bytes + scratch, execution.memory_left(),
-                   "transport between " + std::to_string(sites) + " sites",
-                   choices.pairwise ? "give a larger --spacing, or use --transport gather"
-                                    : "give a larger --spacing, or fewer --rays");
+    estimate.other_bytes = other_bytes(result, sites);
+    require_memory(estimate.transport_bytes + scratch + estimate.other_bytes, execution.memory_left(),
+                   "a bake of " + std::to_string(sites) + " sites and its output",
+                   result.options.target ? "ask for a larger --error, or allow more memory"
+                   : choices.pairwise    ? "give a larger --spacing, or use --transport gather"
+                                         : "give a larger --spacing, or fewer --rays");
     return estimate;
 }
 

@@ -40,7 +40,7 @@ std::size_t most_sites_now(const Execution& execution) {
     if (sites == 0) {
         throw ResourceError("no memory is left for sites" +
                             (std::isfinite(execution.most_memory)
-                                 ? ": the program has used the " + format_bytes(execution.most_memory) +
+                                 ? ": the program holds the " + format_bytes(execution.most_memory) +
                                        " that --max-memory allows; allow more"
                                  : std::string()));
     }

@@ -30,6 +30,8 @@ struct BakeEstimate {
         false; ///< the sites have not been placed: their number is predicted to about 1 %, or 5 % if graded
     std::size_t rays = 0, segments = 0;
     double transport_bytes = 0.0; ///< upper estimate
+    double other_bytes = 0.0;     ///< of sites and basis, and of the error estimate or the output, whichever takes more
+    double peak_bytes = 0.0;      ///< of the whole process, about (bake/trial.h); 0 but for dry runs
     std::size_t further_rays = 0; ///< about those of the error estimate before further rounds, and those of goals and
                                   ///< of a final gather; 0 if not counted
     /// Wall time of each phase in s, in their order (bake/trial.h); empty if it was not predicted.

@@ -3,6 +3,7 @@
 #include <difusa/bake/cost.h>
 #include <difusa/bake/steps.h>
 #include <difusa/core/error.h>
+#include <difusa/core/memory.h>
 #include <difusa/transport/analytic_transport.h>
 #include <difusa/transport/gathered.h>
 
@@ -47,8 +48,8 @@ class Trial {
         result.sensors.clear();
     }
 
-    /// Once the trial is done. `journal`: its own.
-    void compare(const BakeResult& bake, const Journal& journal) {
+    /// Once the trial is done. `journal`: its own. `exact_factors_growth`: of the phase, which is timed by itself.
+    void compare(const BakeResult& bake, const Journal& journal, double exact_factors_growth) {
         const auto placed = static_cast<double>(result.sites->size()), n = static_cast<double>(bake.estimate.sites);
         const auto triangles = static_cast<double>(result.scene->mesh.triangles.size());
         sites_ = n / placed;
@@ -57,16 +58,21 @@ class Trial {
         bound_ = (n + triangles) / (placed + triangles);
         // The expected numbers leave out what each of many small parts has at least.
         const auto made = static_cast<double>(result.system->discretisation().surfels->size());
-        surfels_ = std::max(1.0, expected_surfels(bake) / std::max(expected_surfels(result), made));
+        const double few = std::max(expected_surfels(result), made), many = std::max(few, expected_surfels(bake));
+        surfels_ = (many + triangles) / (few + triangles); // each triangle is gone through
         error_points_ = ratio(error_points(bake.options, bake.estimate.sites), result.options.error_points.value_or(0));
         // Refining adds vertices to those of the mesh in proportion to the sites.
         const auto vertices = static_cast<double>(result.mesh.vertices.size());
         const double own = std::min(vertices, static_cast<double>(result.scene->mesh.points.size()));
         vertices_ = vertices > 0.0 ? (own + sites_ * (vertices - own)) / vertices : 1.0;
+        exact_ = exact_factors_growth;
         pilots_ = growth_of_pilots(journal);
     }
 
     double growth(std::string_view phase) const {
+        if (phase == exact_factors) {
+            return exact_;
+        }
         if (phase == "transport") {
             return pairwise_ ? sites_ * sites_ : sites_ * rays_;
         }
@@ -97,8 +103,9 @@ class Trial {
   private:
     /// As the trial itself, whose phases pilots have, on fewer sites.
     double growth_of_pilots(const Journal& journal) const {
-        constexpr std::array<std::string_view, 6> phases{"divide surface", "set up projection", "transport",
-                                                         "light surface",  "direct light",      "solve"};
+        constexpr std::array<std::string_view, 8> phases{
+            "divide surface", "set up projection", "transport",         exact_factors,
+            "light surface",  "direct light",      "check convergence", "solve"};
         double trial = 0.0, whole = 0.0;
         for (const auto& [name, seconds] : journal.seconds()) {
             if (std::find(phases.begin(), phases.end(), name) != phases.end()) {
@@ -115,7 +122,7 @@ class Trial {
 
     bool pairwise_;
     double sites_ = 1.0, rays_ = 1.0, gathered_ = 1.0, bound_ = 1.0, surfels_ = 1.0, error_points_ = 1.0,
-           vertices_ = 1.0, pilots_ = 1.0;
+           vertices_ = 1.0, exact_ = 1.0, pilots_ = 1.0;
 };
 
 /// Seconds that exact form factors take in the bake. Whether they pay depends on the size of the surfels and the number
@@ -181,29 +188,34 @@ void predict_time(BakeResult& result, const Registry& registry, const Choices& c
     SubordinateProgress unreported(execution.progress);
     Journal journal;
     const Execution own = execution.with(&unreported, &journal);
-    double of_exact_factors = 0.0;
+    double exact_factors_growth = 1.0;
+    const auto bytes = [](const BakeEstimate& estimate) { return estimate.transport_bytes + estimate.other_bytes; };
     try {
         Choices fresh = make_choices(registry, trial.result.options); // a basis is bound to its sites
         fresh.engine = choices.engine;
         solve(trial.result, fresh, own);
         evaluate_solution(trial.result, own);
         journal.end();
+        // Meshes and trees are those of the bake.
+        result.estimate.peak_bytes =
+            static_cast<double>(peak_memory()) + std::max(0.0, bytes(result.estimate) - bytes(trial.result.estimate));
         const auto& timed = journal.seconds();
-        if (std::any_of(timed.begin(), timed.end(), [](const auto& phase) { return phase.first == exact_factors; })) {
-            of_exact_factors = time_of_exact_factors(result, trial.result, choices, own);
+        const auto exact =
+            std::find_if(timed.begin(), timed.end(), [](const auto& phase) { return phase.first == exact_factors; });
+        if (exact != timed.end() && exact->second > 0.0) {
+            exact_factors_growth = time_of_exact_factors(result, trial.result, choices, own) / exact->second;
         }
     } catch (const Interrupted&) {
         throw;
     } catch (const Error& error) {
         execution.note(std::string("the time cannot be predicted, because a bake with fewer sites fails: ") +
                        error.what());
+        result.estimate.peak_bytes = static_cast<double>(peak_memory()) + bytes(result.estimate);
         return;
     }
-    trial.compare(result, journal);
+    trial.compare(result, journal, exact_factors_growth);
     for (const auto& [name, seconds] : journal.seconds()) {
-        if (name == exact_factors) {
-            add(phases, name, of_exact_factors);
-        } else if (name != "place sites" || !result.sites) {
+        if (name != "place sites" || !result.sites) {
             add(phases, name, seconds * trial.growth(name));
         }
     }

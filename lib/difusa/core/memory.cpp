@@ -3,6 +3,9 @@
 #include <difusa/core/error.h>
 
 #include <sys/resource.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 #include <algorithm>
 #include <array>
@@ -115,6 +118,11 @@ std::size_t available_memory() {
     return available;
 }
 
+std::size_t held_memory() {
+    const std::size_t held = kilobytes("/proc/self/status", "VmRSS:");
+    return held < unlimited ? held : peak_memory();
+}
+
 std::size_t peak_memory() {
     // ru_maxrss begins with what the process held that started this one.
     if (const std::size_t peak = kilobytes("/proc/self/status", "VmHWM:"); peak < unlimited) {
@@ -138,7 +146,13 @@ std::string format_bytes(double bytes) {
 }
 
 std::size_t available_memory(double most) {
-    const double left = std::max(0.0, most - static_cast<double>(peak_memory()));
+    if (most == std::numeric_limits<double>::infinity()) {
+        return available_memory();
+    }
+#ifdef __GLIBC__
+    malloc_trim(0);
+#endif
+    const double left = std::max(0.0, most - static_cast<double>(held_memory()));
     const std::size_t available = available_memory();
     return left < static_cast<double>(available) ? static_cast<std::size_t>(left) : available;
 }

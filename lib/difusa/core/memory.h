@@ -11,8 +11,12 @@ namespace difusa {
 /// of a control group's or process' limit.
 std::size_t available_memory();
 
-/// The same, but no more than is left of `most` bytes for the whole process.
+/// The same, but no more than is left of `most` bytes for the whole process, beside what it holds now. If `most` is
+/// finite, freed memory that the allocator keeps is given back first.
 std::size_t available_memory(double most);
+
+/// Resident memory of this process now, in bytes.
+std::size_t held_memory();
 
 /// Bytes that are left of the memory limits of the control groups, of either version, that this process is in, and of
 /// those that these are in; the largest number if there is no limit. `proc` and `groups`: where the kernel mounts its

@@ -300,6 +300,12 @@ void refine(Sheets& sheets, const Mesh& mesh, double max_edge, std::size_t limit
 
 } // namespace
 
+double expected_output_triangles(const Mesh& mesh, double max_edge) {
+    // Halved triangles have on average a third to a half of the area allowed by the bound.
+    const auto own = static_cast<double>(mesh.triangles.size());
+    return own + 3.0 * (least_triangles(mesh, max_edge) - own);
+}
+
 void check_refinement(const Mesh& mesh, double max_edge, std::size_t triangle_limit) {
     if (const double least = least_triangles(mesh, max_edge); least > static_cast<double>(triangle_limit)) {
         refuse(mesh, max_edge, least, triangle_limit);

@@ -27,6 +27,9 @@ struct OutputMesh {
 /// shading normals. Throws ResourceError if more than `triangle_limit` triangles would result.
 OutputMesh refine(const Mesh& mesh, double max_edge, std::size_t triangle_limit, const Execution& execution);
 
+/// About the number of triangles of the refined mesh; an upper estimate.
+double expected_output_triangles(const Mesh& mesh, double max_edge);
+
 /// Throws what `refine` would where a lower bound of the number of triangles exceeds the limit.
 void check_refinement(const Mesh& mesh, double max_edge, std::size_t triangle_limit);
 

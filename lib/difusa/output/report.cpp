@@ -212,6 +212,7 @@ Json transport_of(const BakeResult& result) {
     transport["estimated_bytes"] = result.estimate.transport_bytes;
     if (result.dry_run) {
         transport["estimated_further_rays"] = result.estimate.further_rays;
+        transport["estimated_peak_memory_bytes"] = result.estimate.peak_bytes;
     } else {
         transport["rays"] = result.journal.count_of("rays");
         transport["segments"] = result.journal.count_of("segments");

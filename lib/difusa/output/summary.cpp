@@ -166,7 +166,8 @@ void tell_prediction(const BakeResult& result, std::ostream& text) {
     text << "rays: " << estimate.rays << ", visibility segments: at most " << estimate.segments << "\n"
          << "error estimate, first round" << (result.options.goals.empty() ? "" : ", goals")
          << (result.options.final_gather > 0 ? ", final gather: " : ": ") << estimate.further_rays << " rays\n"
-         << "memory for transport: at most " << format_bytes(estimate.transport_bytes) << "\n"
+         << "memory for transport: at most " << format_bytes(estimate.transport_bytes)
+         << "; of the whole process: about " << format_bytes(estimate.peak_bytes) << "\n"
          << predicted_time(estimate);
 }
 

@@ -3,11 +3,15 @@
 #include <difusa/core/parallel.h>
 #include <difusa/core/random.h>
 #include <difusa/discretisation/evaluate.h>
+#include <difusa/mesh/point_tree.h>
 #include <difusa/mesh/surface_sampling.h>
 #include <difusa/radiosity/gathering_noise.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
+#include <utility>
 
 namespace difusa {
 
@@ -15,6 +19,45 @@ namespace {
 
 /// The variance of the noise of N low-discrepancy rays falls as N to this power (measured; integrands have jumps).
 constexpr double decline = -1.5;
+
+bool is_piecewise_constant(const std::vector<BasisRow>& rows) {
+    return std::all_of(rows.begin(), rows.end(), [](const BasisRow& row) { return row.element.size() <= 1; });
+}
+
+/// Mean squares of the differences to the nearest elements of the region, as many as a patch has sides; those of all
+/// others where a region has one element alone. #S by #channels.
+Values variation_among_neighbours(const SiteSet& sites, const Values& coefficients, const Execution& execution) {
+    constexpr std::size_t sides = 3;
+    std::map<Index, std::vector<Index>> members; // of regions
+    for (Index i = 0; i < sites.size(); ++i) {
+        members[sites.region[i]].push_back(i);
+    }
+    std::map<Index, PointTree> trees;
+    for (auto& [region, of_region] : members) {
+        trees.emplace(region, PointTree(sites.points, std::move(of_region)));
+    }
+    Values variation = Values::Zero(coefficients.rows(), coefficients.cols());
+    parallel_for(sites.size(), 256, execution, [&](std::size_t begin, std::size_t end, unsigned) {
+        std::array<Index, sides + 1> near{}; // the element itself is the nearest
+        std::array<double, sides + 1> squared{};
+        for (std::size_t i = begin; i < end; ++i) {
+            const std::size_t found = trees.at(sites.region[i]).nearest(sites.points[i].position, near, squared);
+            const auto own = static_cast<Eigen::Index>(i);
+            for (std::size_t k = 0; k < found; ++k) {
+                const Eigen::RowVectorXd miss =
+                    coefficients.row(static_cast<Eigen::Index>(near[k])) - coefficients.row(own);
+                variation.row(own) += miss.cwiseAbs2() / std::max(1.0, static_cast<double>(found) - 1.0);
+            }
+        }
+    });
+    const Eigen::RowVectorXd mean = variation.colwise().mean();
+    for (Index i = 0; i < sites.size(); ++i) {
+        if (trees.at(sites.region[i]).size() == 1) {
+            variation.row(static_cast<Eigen::Index>(i)) = mean;
+        }
+    }
+    return variation;
+}
 
 } // namespace
 
@@ -48,6 +91,9 @@ ErrorMap::ErrorMap(const Solution& solution, const ErrorEstimate& estimate, cons
     noise_ = estimate.at.variance.topRows(static_cast<Eigen::Index>(discretisation.sites->size()));
     std::vector<BasisRow> rows(estimate.at.size());
     discretisation.basis->evaluate(estimate.at.place, rows);
+    if (is_piecewise_constant(rows)) {
+        variation_ = variation_among_neighbours(*discretisation.sites, coefficients_, execution);
+    }
     if (!estimate.of_irradiance) {
         noise_ *= of_rays(estimate, rows) * passed_on(estimate, rows, execution);
         judged_ = fit(estimate, rows, false);
@@ -125,7 +171,9 @@ ErrorMap::Local ErrorMap::local(const SurfacePoint& x, const BasisRow& row) cons
         }
         for (std::size_t k = 0; k < row.element.size(); ++k) {
             const double miss = coefficients_(static_cast<Eigen::Index>(row.element[k]), c) - f;
-            variation += std::abs(row.weight[k]) * miss * miss;
+            variation +=
+                std::abs(row.weight[k]) *
+                (variation_.size() > 0 ? variation_(static_cast<Eigen::Index>(row.element[k]), c) : miss * miss);
             all += std::abs(row.weight[k]);
         }
         const Local::Squares here{noise, all > 0.0 ? variation / all : 0.0, p * p, f * f, std::max(0.0, of_a_ray)};

@@ -21,9 +21,10 @@ struct ErrorsAt {
 
 /// The noise of a site follows from the variance of the light that its rays met: it is in proportion to it, with a
 /// factor that the error points tell, and with what the projection makes of it. The rest of the residual is the
-/// basis's: in proportion to how much the coefficients vary among the basis functions at a point, with a factor from
-/// the error points around it. Where error points are blind to errors of the irradiance, on surfaces that reflect
-/// nothing, the factors come from the points that judge the irradiance instead (ErrorEstimate::of_irradiance).
+/// basis's: in proportion to how much the coefficients vary among the basis functions at a point, or of a piecewise
+/// constant basis among neighbouring elements, with a factor from the error points around it. Where error points are
+/// blind to errors of the irradiance, on surfaces that reflect nothing, the factors come from the points that judge the
+/// irradiance instead (ErrorEstimate::of_irradiance).
 class ErrorMap {
   public:
     /// Keeps references.
@@ -61,6 +62,7 @@ class ErrorMap {
     const ErrorEstimate& estimate_;
     Values noise_;            ///< #S by #channels: estimated variance of h, W²/m⁴
     Values coefficients_;     ///< #S by #channels: of h, all sets together
+    Values variation_;        ///< #S by #channels: of h around elements of a piecewise constant basis; else empty
     Fit judged_, irradiance_; ///< the latter empty without ErrorEstimate::of_irradiance
 };
 
