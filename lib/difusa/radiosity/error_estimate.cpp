@@ -404,6 +404,7 @@ class Estimation {
         const double area = scene_.mesh.area;
         const ErrorPoints& at = result_.at;
         result_.squared = squares(total_, false);
+        result_.cut_off = cut_off_.rows() > 0 ? rms_of(cut_off_.cwiseProduct(weight_)) : 0.0;
         const auto displayed = [&](const AreaMean& smooth) { return root_of(sum_of(smooth, noise_of_direct)); };
         result_.residual = displayed(mean_over(area, at.weight, squares(shown_, false)));
         const AreaMean shown = with_doubt_of_carried(mean_over(area, at.weight, squares(shown_, true)), &shown_);
