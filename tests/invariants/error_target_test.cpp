@@ -269,8 +269,8 @@ TEST(ErrorTarget, ContradictionsAreRefused) {
     }
 }
 
-/// Where light is cut off after one reflection in mirrors that reflect 40 %, that alone is an error of several per cent:
-/// no rays and sites help, and the search ends at once.
+/// Where light is cut off after one reflection in mirrors that reflect 40 %, that alone is an error of several per
+/// cent: no rays and sites help, and the search ends at once.
 TEST(ErrorTarget, SaysThatMirrorsNeedMoreReflections) {
     Scene scene = furnace();
     for (Material& material : scene.materials) {

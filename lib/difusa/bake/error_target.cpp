@@ -173,7 +173,7 @@ class TargetSearch {
                        ? "more rays, samples or error points are needed than there may be"
                        : "more than " + std::to_string(target_.most_sites) + " sites are needed";
         }
-        if (!last.goals && last.cut_off > target_.relative) {
+        if (!last.goals && last.cut_off > margin * target_.relative) {
             return "light that is not followed to its end leaves an error of " + percent_text(last.cut_off) +
                    (best_.scene->mesh.repetition.any() ? ", far away in a series of periods or symmetry planes"
                                                        : ", between mirrors: give a larger --mirror-depth");
@@ -326,7 +326,9 @@ Attempt judged(const BakeResult& result, double seconds, const Execution& execut
     }
     attempt.rms = error.total.rms / error.reflected;
     attempt.high = error.total.high / error.reflected;
-    attempt.cut_off = error.cut_off / error.reflected;
+    // Bounces carry it on as they do all of the residual.
+    const double carried = error.residual.rms > 0.0 ? std::max(1.0, error.total.rms / error.residual.rms) : 1.0;
+    attempt.cut_off = carried * error.cut_off / error.reflected;
     const ErrorsAt at = ErrorMap(result.solution, error, execution).at(error.at.place, execution);
     double noise = 0.0, basis = 0.0;
     for (std::size_t p = 0; p < error.points; ++p) {

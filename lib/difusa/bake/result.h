@@ -46,10 +46,10 @@ struct Effort {
 
 /// One of several bakes towards an accuracy (bake/error_target.h).
 struct Attempt {
-    Effort effort;            ///< `sites`: as placed
-    double rms = 0.0;         ///< estimated error, relative to the rms reflected radiosity
-    double high = 0.0;        ///< 97.5 % end of its interval
-    double cut_off = 0.0;     ///< the part of light that is cut off, likewise (ErrorEstimate::cut_off)
+    Effort effort;        ///< `sites`: as placed
+    double rms = 0.0;     ///< estimated error, relative to the rms reflected radiosity
+    double high = 0.0;    ///< 97.5 % end of its interval
+    double cut_off = 0.0; ///< the part of light that is cut off (ErrorEstimate::cut_off) and of its bounces, likewise
     double noise_share = 0.0; ///< of the square of the error
     double seconds = 0.0;
     std::optional<double> goals; ///< largest half width of the goals' 95 % intervals, relative to their means
