@@ -333,9 +333,9 @@ TEST(Mirrors, FurnaceOfPartialMirrors) {
     }
 }
 
-/// What is cut off counts as error. In the furnace above the share m^(d+1) of the light is, and the estimate takes it
-/// to bring the irradiance H, so that e = rho m^(d+1) H / (1 - rho s); the exact error of B is rho (H' - H) with H' = E
-/// / (1 - m - rho).
+/// What is cut off counts as error. In the furnace above the share c = m^(d+1) of the light is, and the estimate takes
+/// it to be as bright as H / (1 - c), so that e = rho c H / (1 - c) / (1 - rho s); the exact error of B is rho (H' - H)
+/// with H' = E / (1 - m - rho), which is larger by the factor 1 + rho c / (1 - m - rho).
 TEST(Mirrors, LightThatIsCutOffCountsAsError) {
     for (const std::size_t depth : {1U, 3U, 6U}) {
         SCOPED_TRACE(depth);
@@ -351,13 +351,17 @@ TEST(Mirrors, LightThatIsCutOffCountsAsError) {
         const BakeResult result = test::baked(scene, options);
         const double cut_off = std::pow(m, static_cast<double>(depth + 1)), s = (1.0 - cut_off) / (1.0 - m),
                      H = E * s / (1.0 - rho * s), exact = rho * (E / (1.0 - m - rho) - H),
-                     stated = rho * cut_off * H / (1.0 - rho * s);
+                     stated = rho * cut_off * H / (1.0 - cut_off) / (1.0 - rho * s);
         ASSERT_TRUE(result.error.has_value());
         // Bounces are followed up to a residual of 5 %, from points that are spread at random: their number says that
         // they are known to some 5 %, too.
         EXPECT_NEAR(result.error->total.rms / stated, 1.0, 0.2);
-        EXPECT_NEAR(exact / stated, 1.0, 4.0 * cut_off);
+        EXPECT_NEAR(exact / stated, 1.0 + rho * cut_off / (1.0 - m - rho), 1e-9);
         EXPECT_GE(result.error->total.high, 0.8 * stated);
+        const ErrorsAt map =
+            ErrorMap(result.solution, *result.error, Execution{}).at(result.error->at.place, Execution{});
+        EXPECT_NEAR(map.error.mean() / stated, 1.0, 0.2);
+        EXPECT_NEAR(map.irradiance.mean() / (stated / rho), 1.0, 0.2);
     }
 }
 

@@ -256,6 +256,59 @@ TEST(AnalyticFactors, GroupsErrLessThanRays) {
     EXPECT_LT(entries, made.discretisation.points.size() * 1024); // fewer than rays
 }
 
+/// No group errs by more than its share, whatever the light: not by that of the sign of what a linear kernel is off by.
+TEST(AnalyticFactors, EachGroupErrsLessThanItsRays) {
+    constexpr double even = 512, N = even * 2.8284271247461903;
+    // A triangle and a rectangle, of which a square grid cuts off corners, 1 above a floor.
+    Mesh triangle, oblong;
+    triangle.points = {Vec3(0, 0, 1), Vec3(0.5, 3, 1), Vec3(3, 0, 1)};
+    triangle.triangles = {{0, 1, 2}};
+    triangle.material = {0};
+    triangle.original_face = {0};
+    oblong = rectangle({-1, 0, 1}, {0, 1, 0}, {3, 0, 0});
+    for (Mesh mesh : {triangle, oblong}) {
+        add(mesh, rectangle({0, 0, 0}, {2, 0, 0}, {0, 2, 0}), 1);
+        mesh.derive();
+        const Discretised made(test::uniform_scene(mesh, 0.5, 0.0), 0.1, "cgal", "shepard");
+        const Mesh& surface = made.scene.mesh;
+        const Surfels& surfels = *made.discretisation.surfels;
+        const AnalyticFactors factors(surface, surfels, static_cast<std::size_t>(even), Execution{});
+        const SurfelGroups& groups = factors.tree().groups();
+        std::vector<std::vector<Index>> members(groups.size());
+        for (Index g = 0; g < groups.size(); ++g) {
+            if (groups[g].second == none) {
+                members[g] = {groups[g].first};
+                continue;
+            }
+            for (const Index half : {groups[g].first, groups[g].second}) {
+                members[g].insert(members[g].end(), members[half].begin(), members[half].end());
+            }
+        }
+        AnalyticFactors::Worker worker;
+        std::vector<AnalyticFactors::Factor> found;
+        std::vector<Surfels::Piece> pieces;
+        for (std::size_t j = 0; j < made.discretisation.points.size(); j += 23) {
+            const SurfacePoint& x = made.discretisation.points[j];
+            factors.find(x, found, worker);
+            const Vec3 from = inset(surface, x).position;
+            for (const auto& [group, factor, slope] : found) {
+                double squares = 0.0; // of the kernel's deviation from linear, over the area
+                for (const Index s : members[group]) {
+                    const SurfacePoint y = surfels.centre(s, pieces);
+                    const Vec3 way = y.position - from;
+                    const double kernel = x.normal.dot(way) * -y.normal.dot(way) /
+                                          (std::numbers::pi * way.squaredNorm() * way.squaredNorm()),
+                                 linear = (factor + slope.dot(y.position - groups[group].centre)) / groups[group].area;
+                    squares += surfels.area(s) * std::pow(kernel - linear, 2);
+                }
+                // A ΔK as a root mean square. At corners and between them it is at most sqrt(F / N) / 8, elsewhere 5/3
+                // of that for quadratic functions (the Lebesgue constant of these points of a triangle).
+                EXPECT_LE(std::sqrt(squares * groups[group].area), 5.0 / 3.0 * std::sqrt(factor / N) / 8.0);
+            }
+        }
+    }
+}
+
 /// If light and kernel are greatest in the same places, errors of groups do not cancel: those of means alone would be
 /// larger than what linear kernels are off by at most, sqrt(F / N) / 8 times the deviation of the light within a group.
 TEST(AnalyticFactors, GroupsLoseNoLightThatLiesOpposite) {

@@ -159,8 +159,8 @@ BakeEstimate estimate_cost(const BakeResult& result, const Choices& choices, con
     estimate.segments = most_segments(sites, result, choices, lights);
     estimate.transport_bytes = static_cast<double>(points) * row_bytes(*choices.directions, rays, bins) +
                                expected_surfels(result) * bytes_per_surfel;
-    if (choices.analytic == AnalyticUse::always) { // groups are larger than what a ray stands for
-        estimate.transport_bytes += static_cast<double>(points) * rays * bytes_per_entry;
+    if (choices.analytic == AnalyticUse::always) { // groups are fewer than rays, and have a mean and moments
+        estimate.transport_bytes += SurfelGroups::moments * static_cast<double>(points) * rays * bytes_per_entry;
     }
     if (result.scene->mesh.glossy.any()) {
         estimate.transport_bytes += glossy_bytes(result, static_cast<double>(points), rays, expected_surfels(result));

@@ -232,7 +232,11 @@ class Estimation {
         smooth_.own = sum(own.direct) + sum(own.indirect);
         shown_.own = sum(shown.direct) + sum(shown.indirect);
         total_.own = shown_.own;
-        cut_off_ = cut_off_light(solution_, x, execution_);
+        result_.cut_off_light = cut_off_coefficients(solution_, execution_);
+        if (result_.cut_off_light.rows() > 0) {
+            const Basis& basis = *field_.parts().system->discretisation().basis;
+            cut_off_ = evaluate(basis, result_.cut_off_light, x, execution_).cwiseMax(0.0);
+        }
         if (!field_.parts().direct_in_basis) {
             DirectLight::Effort effort;
             total_.own += sum(field_.sharp(x, seed_, purpose_ + ", own", execution_, effort));
@@ -445,7 +449,7 @@ class Estimation {
     Measured indirect_, smooth_, shown_, total_;
     double doubt_ = 0.0;
     double measured_rays_ = 0.0; ///< in each measurement, for each point
-    Values cut_off_;             ///< cut_off_light
+    Values cut_off_;             ///< ErrorEstimate::cut_off_light there; no rows: none
     Values carried_;             ///< #points by #groups #channels: p / rho
     ErrorEstimate result_;
 };
@@ -582,7 +586,9 @@ ErrorEstimate estimate_error(const Solution& solution, std::size_t points, std::
 void judge_gathered(ErrorEstimate& estimate, double noise) {
     const auto with_noise = [&](double carried) { return std::hypot(carried, noise); };
     const RmsEstimate& carried = estimate.carried_rms;
-    estimate.total = {with_noise(carried.rms), with_noise(carried.low), with_noise(carried.high)};
+    const double cut_off = estimate.cut_off; // of the rays that gather; it has the sign of what bounces carry on
+    estimate.total = {with_noise(carried.rms + cut_off), with_noise(carried.low + cut_off),
+                      with_noise(carried.high + cut_off)};
     estimate.indirect = estimate.total;
     estimate.noise = noise;
     const double rho = estimate.largest_reflectance;

@@ -31,7 +31,8 @@ struct ErrorEstimate {
     RmsEstimate indirect;    ///< of its part rho H_indirect
     RmsEstimate residual;    ///< r, with the noise of direct light
     RmsEstimate carried_rms; ///< p
-    double cut_off = 0.0; ///< of `residual`, the part that light which is cut off leaves (cut_off_light); no ray helps
+    double cut_off =
+        0.0; ///< of `residual`, the part that light which is cut off leaves (cut_off_coefficients); no ray helps
 
     double largest_reflectance = 0.0; ///< rho_max (function `largest_reflectance`)
     double noise = 0.0;               ///< of a gathered output: of its noise, as RmsEstimate; else 0
@@ -44,6 +45,7 @@ struct ErrorEstimate {
     std::vector<double> spread; ///< of the variance of one gather of h by surfels there (Field::gather_by_surfels) with
                                 ///< `rays_per_gather` rays, all channels; W²/m⁴
     std::vector<std::size_t> rays_per_gather; ///< #points
+    Values cut_off_light;                     ///< cut_off_coefficients; no rows: no light is cut off
     Values carried;                           ///< #S by #channels: coefficients of p / rho, W/m²
 
     /// Where the points are blind to errors of the irradiance (ErrorPointSampler::is_blind): `at`, `squared`, `spread`

@@ -50,11 +50,16 @@ Values variation_among_neighbours(const SiteSet& sites, const Values& coefficien
             }
         }
     });
-    const Eigen::RowVectorXd mean = variation.colwise().mean();
+    std::vector<Eigen::Index> alone;
     for (Index i = 0; i < sites.size(); ++i) {
         if (trees.at(sites.region[i]).size() == 1) {
-            variation.row(static_cast<Eigen::Index>(i)) = mean;
+            alone.push_back(static_cast<Eigen::Index>(i)); // their rows are 0
         }
+    }
+    const auto others = static_cast<double>(std::max<std::size_t>(1, sites.size() - alone.size()));
+    const Eigen::RowVectorXd mean = variation.colwise().sum() / others;
+    for (const Eigen::Index i : alone) {
+        variation.row(i) = mean;
     }
     return variation;
 }
@@ -64,13 +69,15 @@ Values variation_among_neighbours(const SiteSet& sites, const Values& coefficien
 /// Sums of squares at a point over the channels, W²/m⁴.
 struct ErrorMap::Local {
     struct Squares {
-        double noise = 0.0, variation = 0.0, carried = 0.0;
-        double light = 0.0, of_a_ray = 0.0; ///< the light; the variance of what single rays bring
+        double noise = 0.0, variation = 0.0;
+        double carried = 0.0, cut_off = 0.0; ///< carried: with what is cut off, which has the same sign
+        double light = 0.0, of_a_ray = 0.0;  ///< the light; the variance of what single rays bring
         double sum(double factor) const { return noise + factor * variation + carried; }
         void add(double factor, const Squares& other) {
             noise += factor * other.noise;
             variation += factor * other.variation;
             carried += factor * other.carried;
+            cut_off += factor * other.cut_off;
             light += factor * other.light;
             of_a_ray += factor * other.of_a_ray;
         }
@@ -161,13 +168,14 @@ ErrorMap::Local ErrorMap::local(const SurfacePoint& x, const BasisRow& row) cons
     Local local;
     const Rgb weights = judged_weight(*solution_.field->parts().scene, x);
     for (Eigen::Index c = 0; c < channels; ++c) {
-        double f = 0.0, p = 0.0, noise = 0.0, variation = 0.0, all = 0.0, of_a_ray = 0.0;
+        double f = 0.0, p = 0.0, noise = 0.0, variation = 0.0, all = 0.0, of_a_ray = 0.0, lost = 0.0;
         for (std::size_t k = 0; k < row.element.size(); ++k) {
             const auto i = static_cast<Eigen::Index>(row.element[k]);
             f += row.weight[k] * coefficients_(i, c);
             noise += row.weight[k] * row.weight[k] * noise_(i, c);
             of_a_ray += row.weight[k] * estimate_.at.variance_of_fresh(i, c);
             p += estimate_.carried.rows() > 0 ? row.weight[k] * estimate_.carried(i, c) : 0.0;
+            lost += estimate_.cut_off_light.rows() > 0 ? row.weight[k] * estimate_.cut_off_light(i, c) : 0.0;
         }
         for (std::size_t k = 0; k < row.element.size(); ++k) {
             const double miss = coefficients_(static_cast<Eigen::Index>(row.element[k]), c) - f;
@@ -176,7 +184,10 @@ ErrorMap::Local ErrorMap::local(const SurfacePoint& x, const BasisRow& row) cons
                 (variation_.size() > 0 ? variation_(static_cast<Eigen::Index>(row.element[k]), c) : miss * miss);
             all += std::abs(row.weight[k]);
         }
-        const Local::Squares here{noise, all > 0.0 ? variation / all : 0.0, p * p, f * f, std::max(0.0, of_a_ray)};
+        lost = std::max(0.0, lost);
+        const double mean_variation = all > 0.0 ? variation / all : 0.0, carried = std::abs(p) + lost;
+        const Local::Squares here{noise,       mean_variation, carried * carried,
+                                  lost * lost, f * f,          std::max(0.0, of_a_ray)};
         local.judged.add(weights[c] * weights[c], here);
         local.irradiance.add(1.0, here);
     }
@@ -192,7 +203,7 @@ ErrorMap::Fit ErrorMap::fit(const ErrorEstimate& told, const std::vector<BasisRo
         const Local all = local(told.at.place[p], row);
         const Local::Squares& here = of_irradiance ? all.irradiance : all.judged;
         const double weight = told.at.weight[p];
-        const double rest = weight * (told.squared[p] - here.noise), variation = weight * here.variation;
+        const double rest = weight * (told.squared[p] - here.noise - here.cut_off), variation = weight * here.variation;
         fit.mean_ratio += rest;
         fit.mean_seen += variation;
         for (std::size_t k = 0; k < row.element.size(); ++k) {

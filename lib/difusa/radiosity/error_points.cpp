@@ -4,7 +4,6 @@
 #include <difusa/algebra/sparse_rows.h>
 #include <difusa/core/parallel.h>
 #include <difusa/core/random.h>
-#include <difusa/discretisation/evaluate.h>
 #include <difusa/scene/sky_parts.h>
 #include <difusa/transport/mirrored.h>
 
@@ -19,6 +18,7 @@ namespace difusa {
 namespace {
 
 constexpr double rounding = 1e-12;                             ///< of a variance, relative to the square of the mean
+constexpr double least_followed = 0.01;                        ///< of light, beside what is cut off
 constexpr double hardly_any = 1e-4;                            ///< of noise or variation, as a share
 constexpr std::size_t candidates_per_point = 16;               ///< from which it is chosen
 constexpr double nearest_facing = 0.05, farthest_facing = 1.0; ///< distances told apart, over the spacing
@@ -143,7 +143,7 @@ double largest_reflectance(const Scene& scene, int channels) {
     return largest;
 }
 
-Values cut_off_light(const Solution& solution, std::span<const SurfacePoint> x, const Execution& execution) {
+Values cut_off_coefficients(const Solution& solution, const Execution& execution) {
     const FieldParts& parts = solution.field->parts();
     const Discretisation& discretisation = parts.system->discretisation();
     const Values& cut_off = parts.system->transport().cut_off;
@@ -157,13 +157,12 @@ Values cut_off_light(const Solution& solution, std::span<const SurfacePoint> x, 
     for (Index s = 0; s < discretisation.surfels->size(); ++s) {
         mean += discretisation.surfels->area(s) / parts.scene->mesh.area * H.row(static_cast<Eigen::Index>(s));
     }
-    const auto sites = static_cast<Eigen::Index>(discretisation.sites->size());
-    const Values share = evaluate(*discretisation.basis, cut_off.topRows(sites), x, execution);
-    Values light(share.rows(), mean.cols());
+    Values light(cut_off.rows(), mean.cols());
     for (Eigen::Index c = 0; c < light.cols(); ++c) {
-        light.col(c) = mean[c] * share.col(c % share.cols());
+        const Eigen::ArrayXd share = cut_off.col(c % cut_off.cols()).array();
+        light.col(c) = mean[c] * share / (1.0 - share).max(least_followed); // the mean lacks as much
     }
-    return light;
+    return discretisation.evaluation->coefficients(light, execution);
 }
 
 ErrorSources error_sources(const Solution& solution, const Execution& execution) {

@@ -48,9 +48,9 @@ Rgb judged_weight(const Scene& scene, const SurfacePoint& x);
 double largest_reflectance(const Scene& scene, int channels);
 
 /// The irradiance that light which is cut off (LightTransport::cut_off) would bring if it were as bright as what the
-/// surface receives on average: #x by #channels, W/m²; no rows if none is cut off. No residual tells of it, since fresh
-/// rays are cut off alike.
-Values cut_off_light(const Solution& solution, std::span<const SurfacePoint> x, const Execution& execution);
+/// surface receives on average, as coefficients of the basis: #S by #channels, W/m²; no rows if none is cut off. No
+/// residual tells of it, since fresh rays are cut off alike.
+Values cut_off_coefficients(const Solution& solution, const Execution& execution);
 
 ErrorSources error_sources(const Solution& solution, const Execution& execution);
 

@@ -134,8 +134,11 @@ AnalyticFactors::Measure AnalyticFactors::measure_polygon(const View& view, cons
     Measure measure;
     measure.facing = Facing::wholly;
     measure.factor = view.factor(corners);
-    for (const Vec3& corner : corners) {
-        samples.push_back({corner, view.kernel(corner, node.normal)});
+    for (std::size_t k = 0; k < corners.size(); ++k) {
+        // Between the corners, too: on a triangle two of three quadratic functions are linear at corners and centroid.
+        const Vec3 between = 0.5 * (corners[k] + corners[k + 1 < corners.size() ? k + 1 : 0]);
+        samples.push_back({corners[k], view.kernel(corners[k], node.normal)});
+        samples.push_back({between, view.kernel(between, node.normal)});
     }
     return measure;
 }

@@ -13,7 +13,7 @@ namespace difusa {
 
 namespace {
 
-constexpr Eigen::Index most_columns = 24; ///< of which moments are held at once
+constexpr Eigen::Index most_columns = 8; ///< of which moments are held at once
 
 } // namespace
 
@@ -37,11 +37,16 @@ void AnalyticTransport::apply(const Values& x, Values& y, const Execution& execu
 }
 
 void AnalyticTransport::apply_transpose(const Values& x, Values& y, const Execution& execution) const {
-    Values of_groups;
-    factors_.apply_transpose(x, of_groups, execution);
     const Values scaled = x.array().colwise() * Eigen::Map<const Eigen::ArrayXd>(scale_.data(), x.rows());
     rest_->apply_transpose(scaled, y, execution);
-    groups_.add_transposed(of_groups, y);
+    Values of_groups;
+    for (Eigen::Index c = 0; c < x.cols(); c += most_columns) {
+        const Eigen::Index count = std::min(most_columns, x.cols() - c);
+        factors_.apply_transpose(x.middleCols(c, count), of_groups, execution);
+        Values of_surfels = y.middleCols(c, count);
+        groups_.add_transposed(of_groups, of_surfels);
+        y.middleCols(c, count) = of_surfels;
+    }
 }
 
 std::size_t AnalyticTransport::entry_count() const {
