@@ -218,6 +218,21 @@ TEST(ErrorTarget, OutOfReachIsRefusedOrTheBestThereIs) {
     EXPECT_THAT(result.journal.notes().back(), testing::HasSubstr("the error is not below 0.001 %"));
 }
 
+/// Who asks for the best that a time allows gets more than the first attempt, also if the accuracy is out of reach.
+TEST(ErrorTarget, FillsTheTimeThatTheBestMayTake) {
+    const ReferenceCase box = reference_case("manufactured-box");
+    BakeOptions options = ordered(5e-4);
+    options.target->most_sites = 600;
+    options.target->best_effort = true;
+    const BakeResult first = baked(box.scene, options);
+    EXPECT_EQ(first.attempts.size(), 1U);
+    options.target->most_seconds = 1e6;
+    const BakeResult best = baked(box.scene, options);
+    EXPECT_GT(best.attempts.size(), 1U);
+    EXPECT_LT(best.error->total.high, first.error->total.high);
+    EXPECT_THAT(best.journal.notes().back(), testing::HasSubstr("the error is not below "));
+}
+
 /// The first attempt fits into a limit; one for a much smaller error does not, and the first is the best there is.
 TEST(ErrorTarget, GoesNoFurtherThanTheMemoryThatItMayTake) {
     const ReferenceCase box = reference_case("manufactured-box");

@@ -184,7 +184,9 @@ class TargetSearch {
         const double of_basis_alone =
             last.rms * std::sqrt(1.0 - last.noise_share) *
             std::pow(static_cast<double>(last.effort.sites) / static_cast<double>(target_.most_sites), 0.5 * of_basis);
-        if (of_basis_alone > hopeless * (last.goals ? 0.5 * std::sqrt(target_.relative) : target_.relative)) {
+        const bool fills_the_time = target_.best_effort && std::isfinite(target_.most_seconds);
+        if (!fills_the_time &&
+            of_basis_alone > hopeless * (last.goals ? 0.5 * std::sqrt(target_.relative) : target_.relative)) {
             return "probably more than " + std::to_string(target_.most_sites) + " sites are needed";
         }
         return "";

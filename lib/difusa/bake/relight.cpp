@@ -242,8 +242,9 @@ class Relighting {
             }
         }
         if (!possible || geometry_fingerprint(mesh) != saved_.geometry) {
-            refuse("the surface of " + result_.file + " is not the one that this transport was computed for; bake it " +
-                   "again with --save-transport, or name a scene of the same surface, --scene FILE");
+            refuse("the surface of " + result_.file + " is not the one that this transport was computed for: points, " +
+                   "faces, mirrors, symmetry planes and periods have to be the same; bake it again with " +
+                   "--save-transport, or name a scene of the same surface, --scene FILE");
         }
         result_.turned_over = saved_.turned_over;
         result_.moved = saved_.moved;

@@ -1,6 +1,7 @@
 #include <difusa/bake/sites_in_sight.h>
 
 #include <difusa/core/parallel.h>
+#include <difusa/core/text.h>
 #include <difusa/discretisation/point_basis.h>
 #include <difusa/discretisation/site_grid.h>
 #include <difusa/mesh/surface_sampling.h>
@@ -108,8 +109,8 @@ Placed with_sites_in_sight(
         placed.sites = remake(std::move(points), spacing);
     }
     if (placed.sites->size() > given) {
-        execution.note(std::to_string(placed.sites->size() - given) +
-                       " sites were added on lit surface that no other site is in sight of");
+        execution.note(counted(placed.sites->size() - given, "site") +
+                       " added on lit surface that no other site is in sight of");
     }
     return placed;
 }
