@@ -18,7 +18,7 @@ namespace difusa {
 namespace {
 
 /// The variance of the noise of N low-discrepancy rays falls as N to this power (measured; integrands have jumps).
-constexpr double decline = -1.5;
+constexpr double variance_decline = -1.5;
 
 bool is_piecewise_constant(const std::vector<BasisRow>& rows) {
     return std::all_of(rows.begin(), rows.end(), [](const BasisRow& row) { return row.element.size() <= 1; });
@@ -127,7 +127,7 @@ double ErrorMap::of_rays(const ErrorEstimate& told, const std::vector<BasisRow>&
             here += rows[p].weight[k] * told.at.variance_of_fresh.row(site).sum();
         }
         const auto gathered = static_cast<double>(std::max<std::size_t>(1, told.rays_per_gather[p]));
-        measured += told.at.weight[p] * told.spread[p] * std::pow(rays / gathered, decline);
+        measured += told.at.weight[p] * told.spread[p] * std::pow(rays / gathered, variance_decline);
         expected += told.at.weight[p] * std::max(0.0, here);
     }
     return expected > 0.0 ? measured / expected : 0.0;

@@ -24,7 +24,7 @@ constexpr std::size_t around_a_sphere = 128, around_an_axis = 32;
 constexpr std::size_t probes = 64;
 constexpr int parts_of_a_reading = 4;                      ///< gathered apart from each other, for the noise
 constexpr std::size_t sensors_at_once = 1024;              ///< the points of that many are in memory
-constexpr double decline = 0.75;                           ///< of noise, by the rays (gathering_noise.h)
+constexpr double noise_decline = 0.75;                     ///< of noise, by the rays (gathering_noise.h)
 constexpr double precise = 0.02;                           ///< noise, over what is measured, that needs no further rays
 constexpr std::size_t rays_of_few = std::size_t{1} << 20U; ///< of sensors that are read with the most rays at once
 constexpr std::size_t rays_again = std::size_t{1} << 24U;  ///< that sensors that are read at once may take again
@@ -186,7 +186,7 @@ class Sensing {
         read(begin, end, are_few ? rays_.most : rays_.first, "sensors, part");
         const double noise = are_few ? 0.0 : relative_noise(begin, end);
         if (noise > precise) {
-            const double wanted = static_cast<double>(rays_.first) * std::pow(noise / precise, 1.0 / decline);
+            const double wanted = static_cast<double>(rays_.first) * std::pow(noise / precise, 1.0 / noise_decline);
             const std::size_t most = std::min(rays_.most, std::max(rays_again / count, 4 * rays_.first));
             const auto rays = static_cast<std::size_t>(std::min(wanted, static_cast<double>(most)));
             if (2 * rays >= 3 * rays_.first) {

@@ -38,7 +38,7 @@ constexpr double negligible_part = 1e-9;
 /// Of the mean square distance of samples: what is less is rounding.
 constexpr double slope_rounding = 1e-9;
 
-/// Corners of an outline at which the kernel is looked at.
+/// Edges of an outline at whose start and middle the kernel is looked at.
 constexpr std::size_t outline_samples = 8;
 
 } // namespace
@@ -161,8 +161,10 @@ AnalyticFactors::Measure AnalyticFactors::measure_outline(const View& view, cons
             return {Facing::partly};
         }
         if (k % step == 0) {
-            // With the shading normal: that of a facet of a smooth surface says little about those beside it.
-            samples.push_back({from, view.kernel(from, shading_normal(edges[k]))});
+            for (const double part : {0.0, 0.5}) {
+                const SurfacePoint y = along(edges[k], part);
+                samples.push_back({y.position, view.kernel(y.position, y.normal)});
+            }
         }
     }
     for (const SurfelTree::Edge& edge : edges) {
@@ -173,12 +175,14 @@ AnalyticFactors::Measure AnalyticFactors::measure_outline(const View& view, cons
     return measure;
 }
 
-/// At the start of an edge, on the side of its triangle.
-Vec3 AnalyticFactors::shading_normal(const SurfelTree::Edge& edge) const {
+/// On an edge, at this part of it from its start, on the side of its triangle. With the shading normal: that of a facet
+/// of a smooth surface says little about those beside it.
+SurfacePoint AnalyticFactors::along(const SurfelTree::Edge& edge, double part) const {
     const std::array<Index, 3>& corners = mesh_.triangles[edge.triangle];
-    return mesh_
-        .shaded(mesh_.at(edge.triangle, edge.from == corners[1] ? 1.0 : 0.0, edge.from == corners[2] ? 1.0 : 0.0))
-        .normal;
+    const auto weight = [&](Index corner) {
+        return corner == edge.from ? 1.0 - part : (corner == edge.to ? part : 0.0);
+    };
+    return mesh_.shaded(mesh_.at(edge.triangle, weight(corners[1]), weight(corners[2])));
 }
 
 /// The form factor of what is in sight of a patch that faces x, and has the factor `factor` if nothing hides it.

@@ -63,7 +63,7 @@ class AnalyticFactors {
     void look(const View& view, Index group, bool open, std::vector<Factor>& found, Worker& worker) const;
     Measure measure_polygon(const View& view, const SurfelTree::Node& node, std::vector<Sample>& samples) const;
     Measure measure_outline(const View& view, const SurfelTree::Node& node, std::vector<Sample>& samples) const;
-    Vec3 shading_normal(const SurfelTree::Edge& edge) const;
+    SurfacePoint along(const SurfelTree::Edge& edge, double part) const;
     static Vec3 slope_of(std::span<const Sample> samples, const Vec3& centre, double mean);
     bool stands_on(const SurfelTree::Node& node, const std::vector<Index>& faces) const;
     bool reaches_behind(const View& view, const SurfelTree::Node& node) const;
