@@ -114,7 +114,7 @@ if [ $sanitized = yes ]; then
 else # sanitizers reserve more address space than there is memory
     expect_refusal 4 "of which nine tenths may be used: give a larger --spacing, or fewer --rays" crowded 400000 "$bake" "$box" kept.ply \
         --sites 9000 --rays 100000
-    expect_text message "sites would take about" MiB
+    expect_text message "sites and its output would take about" MiB
 fi
 
 # 130: interrupted during transport, after the sites that are under way, and without a trace.
