@@ -2,6 +2,8 @@
 #include <difusa/core/error.h>
 #include <difusa/core/memory.h>
 
+#include <support/sanitized.h>
+
 #include <scratch_directory.h>
 
 #include <gmock/gmock.h>
@@ -28,6 +30,9 @@ void write(const fs::path& file, const std::string& text) {
 /// Of 128 MiB in small blocks, which allocators keep, and of a large one nothing counts once they are freed. 32 MiB
 /// are for what else is given back or taken meanwhile.
 TEST(Memory, FreedIsAvailableAgain) {
+    if (test::sanitized()) {
+        GTEST_SKIP() << "freed memory stays with the sanitizer";
+    }
     constexpr std::size_t MiB = std::size_t{1} << 20U;
     const double most = static_cast<double>(held_memory() + 512 * MiB);
     {
