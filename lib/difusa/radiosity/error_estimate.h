@@ -31,8 +31,7 @@ struct ErrorEstimate {
     RmsEstimate indirect;    ///< of its part rho H_indirect
     RmsEstimate residual;    ///< r, with the noise of direct light
     RmsEstimate carried_rms; ///< p
-    double cut_off =
-        0.0; ///< of `residual`, the part that light which is cut off leaves (cut_off_coefficients); no ray helps
+    double cut_off = 0.0;    ///< of `residual`, what light that is cut off leaves (cut_off_coefficients); no ray helps
 
     double largest_reflectance = 0.0; ///< rho_max (function `largest_reflectance`)
     double noise = 0.0;               ///< of a gathered output: of its noise, as RmsEstimate; else 0

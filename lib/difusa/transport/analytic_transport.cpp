@@ -275,8 +275,12 @@ struct Refined {
 void put(AnalyticRows::Row& row, std::size_t j, Refined& refined, LightTransport& transport) {
     SparseRows::Row& exact = refined.exact.row(j);
     const std::size_t rays = refined.rest->rays();
-    exact.column.reserve(SurfelGroups::moments * row.found.size());
-    exact.value.reserve(SurfelGroups::moments * row.found.size());
+    std::size_t entries = row.found.size(); // most slopes are often 0, and what is reserved stays
+    for (const GroupFactor& each : row.found) {
+        entries += static_cast<std::size_t>((each.slope.array() != 0.0).count());
+    }
+    exact.column.reserve(entries);
+    exact.value.reserve(entries);
     for (const auto& [group, factor, slope] : row.found) {
         const Index mean = SurfelGroups::mean_row(group);
         exact.column.push_back(mean);
