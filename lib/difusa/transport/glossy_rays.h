@@ -4,6 +4,7 @@
 #include <difusa/discretisation/glossy_surfels.h>
 #include <difusa/rays/tracer.h>
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <span>
@@ -48,10 +49,13 @@ class GlossyRays {
                                 weight});
             }
         });
+        std::stable_sort(rays.begin(), rays.end(), [](const Ray& a, const Ray& b) { return a.bin < b.bin; });
         rays.shrink_to_fit();
     }
 
     std::size_t points() const { return rays_.size(); }
+
+    /// Those of point j, in ascending order of their bins.
     const std::vector<Ray>& rays(std::size_t j) const { return rays_[j]; }
 
     /// Size in bytes.

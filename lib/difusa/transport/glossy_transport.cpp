@@ -1,12 +1,13 @@
 #include <difusa/transport/glossy_transport.h>
 
+#include <difusa/algebra/column_panels.h>
 #include <difusa/algebra/transpose_sum.h>
+#include <difusa/algebra/wide_vectors.h>
 #include <difusa/core/error.h>
 #include <difusa/core/frame.h>
 #include <difusa/core/parallel.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <map>
@@ -21,38 +22,34 @@ constexpr std::size_t most_reflections = 64; ///< in a row
 constexpr double negligible = 1e-9;          ///< of what is left after them
 constexpr int power_steps = 8;
 
-/// sum += factor Y c, for c of so many columns, row by row; sums of even and odd rows apart, which are quicker.
-template <std::size_t Columns>
-void add_product(double factor, const std::vector<double>& Y, const double* c, double* sum) {
-    std::array<double, Columns> even{}, odd{};
-    constexpr std::ptrdiff_t two_rows = std::ptrdiff_t{2} * Columns;
+/// `count` of the columns of sum += factor Y c, where c has rows of `width` numbers. Sums of even and odd rows apart
+/// are quicker with few columns.
+template <int count>
+void add_panel(double factor, const std::vector<double>& Y, const double* c, Eigen::Index width, double* sum) {
+    constexpr std::size_t apart = count < 8 ? 2 : 1;
+    double sums[apart][count] = {};
     std::size_t k = 0;
-    for (; k + 1 < Y.size(); k += 2, c += two_rows) {
-        for (std::size_t column = 0; column < Columns; ++column) {
-            even[column] += Y[k] * c[column];
-            odd[column] += Y[k + 1] * c[Columns + column];
-        }
-    }
-    for (std::size_t column = 0; column < Columns; ++column) {
-        sum[column] += factor * (even[column] + odd[column] + (k < Y.size() ? Y[k] * c[column] : 0.0));
-    }
-}
-
-/// The same for any number of columns, and rows of c from `first` on.
-void add_product(double factor, const std::vector<double>& Y, const Values& c, Eigen::Index first, double* sum) {
-    const double* const from = c.data() + first * c.cols();
-    switch (c.cols()) {
-    case 1:
-        return add_product<1>(factor, Y, from, sum);
-    case 3:
-        return add_product<3>(factor, Y, from, sum);
-    default:
-        for (std::size_t k = 0; k < Y.size(); ++k) {
-            for (Eigen::Index column = 0; column < c.cols(); ++column) {
-                sum[column] += factor * Y[k] * from[static_cast<Eigen::Index>(k) * c.cols() + column];
+    for (; k + apart <= Y.size(); k += apart) {
+        for (std::size_t row = 0; row < apart; ++row, c += width) {
+            for (int column = 0; column < count; ++column) {
+                sums[row][column] += Y[k + row] * c[column];
             }
         }
     }
+    for (int column = 0; column < count; ++column) {
+        const double last = k < Y.size() ? Y[k] * c[column] : 0.0;
+        sum[column] += factor * (sums[0][column] + (apart == 2 ? sums[1][column] : 0.0) + last);
+    }
+}
+
+/// sum += factor Y c, with rows of c from `first` on.
+void add_product(double factor, const std::vector<double>& Y, const Values& c, Eigen::Index first, double* sum) {
+    const double* const from = c.data() + first * c.cols();
+    with_wide_vectors([&] {
+        for_panels<24, 21, 12, 9, 3, 1>(c.cols(), [&](auto count, Eigen::Index column) {
+            add_panel<count>(factor, Y, from + column, c.cols(), sum + column);
+        });
+    });
 }
 
 /// Rows of c from `first` on += factor Yᵀ y.
@@ -306,11 +303,15 @@ Values GlossyTransport::to_surfels(const Values& points, const Execution& execut
             auto own = c.middleRows(static_cast<Eigen::Index>(p) * width(), width());
             own.setZero();
             const Eigen::Index size = own.size();
-            Eigen::Map<Eigen::ArrayXd> sum(own.data(), size); // all columns at once
-            for (const auto& [element, weight] : weights_[p]) {
-                sum += weight * Eigen::Map<const Eigen::ArrayXd>(
-                                    points.data() + static_cast<Eigen::Index>(element) * size, size);
-            }
+            double* const sum = own.data(); // all columns at once
+            with_wide_vectors([&] {
+                for (const auto& [element, weight] : weights_[p]) {
+                    const double* const from = points.data() + static_cast<Eigen::Index>(element) * size;
+                    for (Eigen::Index i = 0; i < size; ++i) {
+                        sum[i] += weight * from[i];
+                    }
+                }
+            });
             for (Eigen::Index column = 0; column < c.cols(); ++column) {
                 own.col(column) *= factor(static_cast<Index>(p), column, c.cols());
             }
@@ -337,6 +338,9 @@ Values GlossyTransport::to_points(const Values& c, const Execution& execution) c
 
 /// c + S R_g c + (S R_g)² c + ...
 Values GlossyTransport::series(Values c, const Execution& execution) const {
+    if (reflections_ == 0) {
+        return c;
+    }
     Values sum = c;
     for (std::size_t k = 0; k < reflections_; ++k) {
         c = to_surfels(reflect(nullptr, &c, false, c.cols(), execution), execution);
@@ -345,19 +349,33 @@ Values GlossyTransport::series(Values c, const Execution& execution) const {
     return sum;
 }
 
-/// V
+/// V. The coefficients of many columns are more than fits in a cache that is near, and points see surfels in no order.
+/// So the parts are divided into tiles that fit, each of which serves all points of a block.
 Values GlossyTransport::view(const Values& c, const Execution& execution) const {
+    constexpr Eigen::Index tile_size = Eigen::Index{3} << 14U; // numbers: 384 KiB
+    constexpr std::size_t most_points = 512;
+    const std::vector<GlossySurfels::Part>& parts = rays_->surfels().parts();
+    const auto tile = static_cast<std::size_t>(std::max<Eigen::Index>(1, tile_size / (width() * c.cols())));
+    const std::size_t for_each = rows() / (8 * static_cast<std::size_t>(std::max(1U, execution.threads)));
     Values y = Values::Zero(static_cast<Eigen::Index>(rows()), c.cols());
-    parallel_for(rows(), 16, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
-        std::vector<double> Y(harmonics_.count());
-        for (std::size_t j = begin; j < end; ++j) {
-            for (const GlossyRays::Ray& ray : rays_->rays(j)) {
-                at_ray(ray, Y, [&](Eigen::Index first) {
-                    add_product(ray.weight, Y, c, first, y.row(static_cast<Eigen::Index>(j)).data());
-                });
-            }
-        }
-    });
+    parallel_for(rows(), std::clamp<std::size_t>(for_each, 16, most_points), execution.silent(),
+                 [&](std::size_t begin, std::size_t end, unsigned) {
+                     std::vector<double> Y(harmonics_.count());
+                     std::vector<std::size_t> next(end - begin, 0); // ray of each point
+                     for (std::size_t part = 0; part < parts.size();) {
+                         part += tile;
+                         const Index last = part < parts.size() ? parts[part].surfel : none;
+                         for (std::size_t j = begin; j < end; ++j) {
+                             const std::vector<GlossyRays::Ray>& rays = rays_->rays(j);
+                             for (std::size_t& d = next[j - begin]; d < rays.size() && rays[d].bin < last; ++d) {
+                                 at_ray(rays[d], Y, [&](Eigen::Index first) {
+                                     add_product(rays[d].weight, Y, c, first,
+                                                 y.row(static_cast<Eigen::Index>(j)).data());
+                                 });
+                             }
+                         }
+                     }
+                 });
     return y;
 }
 
