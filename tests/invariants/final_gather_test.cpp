@@ -1,11 +1,13 @@
-// Light gathered at places: its noise is stated also where few rays meet what is bright.
+// Light gathered at places: where no element reaches, and with its noise stated where few rays meet what is bright.
 #include <difusa/bake.h>
 #include <difusa/core/random.h>
 #include <difusa/import/shapes.h>
+#include <difusa/mesh/surface_sampling.h>
 
 #include <support/plugins.h>
 #include <support/rooms.h>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -28,6 +30,46 @@ Scene room_with_window() {
     add(mesh, rectangle({0, 1.5, 2}, {0, 1, 0}, {0, 0, 1}), 0);
     mesh.derive();
     return test::uniform_scene(std::move(mesh), 0.2, 0.0);
+}
+
+/// A closed surface as a rough scan has it: a sphere whose vertices are displaced along their radii by up to as much as
+/// its edges are long.
+Mesh rough_sphere() {
+    Mesh mesh = sphere(1.0, 4, Front::inside);
+    RandomStream stream(1, "roughness");
+    for (Vec3& point : mesh.points) {
+        point *= 1.0 + 0.1 * (2.0 * stream.uniform() - 1.0);
+    }
+    mesh.derive();
+    return mesh;
+}
+
+/// Into the tips of narrow pits no site sees, and no element reaches there. In a closed scene whose surface emits E
+/// everywhere, each point receives at least that: all of its rays end on a front.
+TEST(FinalGather, IsWhatPointsShowThatNoElementReaches) {
+    constexpr double E = 1.0, rho = 0.5, exact = E / (1.0 - rho);
+    BakeOptions options;
+    options.sites = 100;
+    options.rays = 64;
+    const BakeResult result =
+        bake(test::registry(), test::uniform_scene(rough_sphere(), rho, E), "pits", options, Execution{2});
+    const std::vector<std::size_t>& gathered = result.output.gathered;
+    ASSERT_FALSE(gathered.empty());
+    ASSERT_LT(gathered.size(), result.mesh.vertices.size() / 10);
+    EXPECT_GE(result.output.H.minCoeff(), E * (1.0 - 1e-9));
+    const Basis& basis = *result.system->discretisation().basis;
+    int beyond = 0;
+    for (const std::size_t i : gathered) {
+        BasisRow row;
+        basis.evaluate(inset(result.scene->mesh, result.mesh.vertices[i]), row);
+        EXPECT_TRUE(row.element.empty());
+        const double off = std::abs(result.output.H(static_cast<Eigen::Index>(i), 0) - exact),
+                     stated = result.errors->irradiance(static_cast<Eigen::Index>(i), 0);
+        EXPECT_GT(stated, 0.0);
+        beyond += off > 4.0 * stated ? 1 : 0;
+    }
+    EXPECT_LE(beyond, static_cast<int>(gathered.size()) / 16 + 1); // Chebyshev, as below
+    EXPECT_THAT(result.journal.notes(), testing::Contains(testing::HasSubstr("out of sight of all sites")));
 }
 
 TEST(FinalGather, StatesItsNoiseWhereFewRaysMeetAWindow) {

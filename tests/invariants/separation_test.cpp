@@ -2,15 +2,18 @@
 // surface reflects and emits and whatever shines on it, and one system serves all lights.
 #include <difusa/algebra/hit_lists.h>
 #include <difusa/bake.h>
+#include <difusa/core/error.h>
 #include <difusa/core/random.h>
 #include <difusa/scene/light_groups.h>
 
 #include <support/lightings.h>
 #include <support/lit_scenes.h>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <limits>
 #include <memory>
 #include <string>
 #include <utility>
@@ -259,6 +262,36 @@ TEST(Separation, AnotherSurfaceIsRefused) {
     other->mesh.points[0] += Vec3(0.0, 0.0, 0.25);
     other->mesh.derive();
     EXPECT_THROW(result.system->solve(other, {all_lights(*other)}, Execution{}), UsageError);
+}
+
+TEST(Separation, ImpossibleLightsAndMaterialsAreRefused) {
+    const BakeResult result = baked(lightings().front().second, options_for("gather"));
+    const auto refused = [&](const char* why, const auto& change) {
+        auto scene = std::make_shared<Scene>(*result.scene);
+        scene->suns = {{Vec3::UnitZ(), Rgb::Ones()}};
+        change(*scene);
+        EXPECT_THAT([&] { result.system->solve(scene, {}, Execution{}); },
+                    testing::ThrowsMessage<InputError>(testing::HasSubstr(why)));
+    };
+    refused("non-unit length", [](Scene& scene) { scene.suns[0].towards *= 3.0; });
+    refused("a sun has", [](Scene& scene) { scene.suns[0].irradiance = Rgb::Constant(-5.0); });
+    refused("the sky's irradiance",
+            [](Scene& scene) { scene.sky = Rgb::Constant(std::numeric_limits<double>::quiet_NaN()); });
+    refused("material number 0 has a reflectance outside [0,1]", [](Scene& scene) {
+        scene.materials[0].name.clear();
+        scene.materials[0].reflectance = Rgb::Constant(1.5);
+    });
+}
+
+/// Whatever the basis: the message must not blame it.
+TEST(Separation, AClosedSceneThatAbsorbsNothingIsTheReason) {
+    BakeOptions options = options_for("gather");
+    options.basis = "moving-least-squares";
+    const BakeResult result = baked(test::uniform_scene(test::box(1.0, 1, true), 0.5, 1.0), options);
+    auto scene = std::make_shared<Scene>(*result.scene);
+    scene->materials[0].reflectance = Rgb::Ones();
+    EXPECT_THAT([&] { result.system->solve(scene, {}, Execution{}); },
+                testing::ThrowsMessage<BouncesDoNotDieOut>(testing::HasSubstr("absorbs nothing")));
 }
 
 TEST(Separation, AllLightsAreTheDefaultAndOthersAreRefused) {

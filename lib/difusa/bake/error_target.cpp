@@ -27,7 +27,7 @@ constexpr double of_noise = 1.5;  ///< squared noise: rays to this power, invert
 constexpr double basis_part =
     of_noise / (of_basis + of_noise); ///< of the squared error, for the least sites times rays
 constexpr double hopeless = 2.0;      ///< times the target: what the basis alone is predicted to miss with all sites
-constexpr double worthwhile = 1.5;    ///< time of an attempt cut down to what is left of it, over that of the last
+constexpr double worthwhile = 1.5;    ///< time of an attempt cut down to what there is, over that of the last
 constexpr std::size_t least_rays = 64, most_rays = std::size_t{1} << 16U;
 constexpr std::size_t most_error_points = std::size_t{1} << 16U;
 constexpr std::size_t first_goal_samples = 1024, most_goal_samples = std::size_t{1} << 24U; // of a goal
@@ -142,7 +142,13 @@ class TargetSearch {
                     break;
                 }
             }
-            if (!attempt(effort)) {
+            const std::string refused = attempt(effort);
+            bool fits = refused.empty();
+            while (!fits && target_.best_effort && halve(effort)) {
+                fits = attempt(effort).empty();
+            }
+            if (!refused.empty() && (!fits || error_of(attempts_.back()) > target_.relative)) {
+                miss(refused);
                 break;
             }
         }
@@ -213,15 +219,31 @@ class TargetSearch {
         if (!target_.best_effort || less < worthwhile) {
             return false;
         }
-        const double share = std::log(less) / std::log(more); // of the growth, on a logarithmic scale
+        effort = part_of_the_way(effort, std::log(less) / std::log(more));
+        return true;
+    }
+
+    /// Half of the way, for what memory may suffice; false if that is hardly more than the last.
+    bool halve(Effort& effort) const {
+        const Effort half = part_of_the_way(effort, 0.5);
+        if (rays_of(half, goals_) < worthwhile * rays_of(attempts_.back().effort, goals_)) {
+            return false;
+        }
+        effort = half;
+        return true;
+    }
+
+    /// From the last effort to this one, by a share of the growth on a logarithmic scale.
+    Effort part_of_the_way(Effort effort, double share) const {
+        const Effort& last = attempts_.back().effort;
         const auto grown = [&](std::size_t from, std::size_t to) {
             return from == 0 ? 0 : scaled(from, std::pow(static_cast<double>(to) / static_cast<double>(from), share));
         };
-        effort.sites = grown(last.effort.sites, effort.sites);
-        effort.rays = grown(last.effort.rays, effort.rays);
-        effort.goal_samples = grown(last.effort.goal_samples, effort.goal_samples);
-        effort.error_points = error_points_for(effort.sites, last.effort.error_points);
-        return true;
+        effort.sites = grown(last.sites, effort.sites);
+        effort.rays = grown(last.rays, effort.rays);
+        effort.goal_samples = grown(last.goal_samples, effort.goal_samples);
+        effort.error_points = error_points_for(effort.sites, last.error_points);
+        return effort;
     }
 
     void miss(const std::string& reason) {
@@ -237,8 +259,8 @@ class TargetSearch {
         best_.target_missed = true;
     }
 
-    /// False if memory does not suffice for it.
-    bool attempt(const Effort& effort) {
+    /// Why memory does not suffice for it; empty if it does.
+    std::string attempt(const Effort& effort) {
         const auto began = std::chrono::steady_clock::now();
         const bool judge_again = !attempts_.empty() && best_number_ + 1 == attempts_.size() &&
                                  effort.sites == attempts_.back().effort.sites &&
@@ -266,8 +288,11 @@ class TargetSearch {
             if (attempts_.empty()) {
                 throw;
             }
-            miss(error.what());
-            return false;
+            journal.end();
+            if (execution_.journal != nullptr) {
+                execution_.journal->append_effort(journal);
+            }
+            return error.what();
         }
         const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began;
         attempts_.push_back(judged(next, took.count(), own));
@@ -277,7 +302,7 @@ class TargetSearch {
         } else if (execution_.journal != nullptr) {
             execution_.journal->append_effort(journal);
         }
-        return true;
+        return "";
     }
 
     void keep(BakeResult next, Journal journal, bool judged_again) {

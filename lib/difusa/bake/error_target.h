@@ -42,8 +42,10 @@ Effort next_effort(const Attempt& attempt, const ErrorTarget& target, std::size_
 /// which becomes the last attempt. `solve`: from the sites to the error estimate, for the sites and rays of the
 /// attempt's options. Times and counts of all attempts go to the journal, notes and savings of the last only.
 ///
-/// Out of reach are a target whose next attempt would exceed one of its limits or the memory: the result is then the
-/// attempt with the smallest upper end and BakeResult::target_missed, with a note, or NotConverged is thrown.
+/// Out of reach are a target whose next attempt would exceed one of its limits or the memory: NotConverged is thrown.
+/// If the best is wanted, that attempt is first cut down to what there is time and memory for, unless that is hardly
+/// more than the last, and the result is the attempt with the smallest upper end and BakeResult::target_missed, with a
+/// note.
 void reach_target(BakeResult& result, const std::function<void(BakeResult& attempt, const Execution& own)>& solve,
                   const Execution& execution);
 

@@ -36,6 +36,11 @@ PointValues values_at(const BakeResult& result, const std::vector<SurfacePoint>&
                       const Execution& execution, const RowVisitor& visit = {}) {
     PointValues values =
         result.field().at(x, result.options.final_gather, result.options.seed, purpose, execution, visit);
+    if (const std::size_t count = values.gathered.size(); count > 0 && result.options.final_gather == 0) {
+        execution.note("the light of " + counted(count, "output point") + " of " + std::to_string(x.size()) +
+                       " is gathered with " + std::to_string(values.rays_of_each) +
+                       " rays each: they are out of sight of all sites");
+    }
     execution.count("output rays", values.rays);
     execution.count("output segments", values.segments);
     execution.count("unobstructed points", values.clear);
@@ -79,6 +84,7 @@ void evaluate_with_errors(BakeResult& result, const ErrorMap& map, const Executi
         ErrorsAt& errors = result.errors.emplace(vertices.size());
         result.output = values_at(result, vertices, "output", execution,
                                   [&](std::size_t i, const BasisRow& row) { map.put(vertices[i], row, i, errors); });
+        map.put_gathered(vertices, result.output, errors, execution);
         return;
     }
     result.output = values_at(result, vertices, "output", execution);

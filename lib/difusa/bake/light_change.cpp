@@ -6,6 +6,7 @@
 #include <difusa/core/text.h>
 #include <difusa/scene/light_groups.h>
 #include <difusa/scene/sky_dome.h>
+#include <difusa/scene/sound_scene.h>
 
 #include <algorithm>
 #include <cmath>

@@ -4,6 +4,7 @@
 #include <difusa/discretisation/patch_elements.h>
 #include <difusa/mesh/lobe_harmonics.h>
 #include <difusa/radiosity/sensors.h>
+#include <difusa/scene/sound_scene.h>
 
 #include <cmath>
 #include <string>
@@ -13,10 +14,6 @@ namespace difusa {
 namespace {
 
 constexpr std::size_t most_error_rounds = 64;
-
-bool is_unit(const Vec3& v) {
-    return std::abs(v.norm() - 1.0) < 1e-6;
-}
 
 [[noreturn]] void refuse(const std::string& option, const std::string& why) {
     throw UsageError(option + ": " + why);
@@ -66,10 +63,6 @@ void check_target(const BakeOptions& options, const ErrorTarget& target) {
 
 } // namespace
 
-bool is_light(const Rgb& c) {
-    return (c == 0.0 || (c >= 1e-100 && c <= 1e100)).all(); // false for NaN
-}
-
 void check_place(const std::string& name, const ListedPoint& place) {
     if (!place.position.allFinite()) {
         throw UsageError(name + " has a coordinate that is not finite");
@@ -77,17 +70,6 @@ void check_place(const std::string& name, const ListedPoint& place) {
     if (place.normal && !is_unit(*place.normal)) {
         throw UsageError(name + " has a normal that is not of unit length");
     }
-}
-
-bool is_sound(const Sun& sun) {
-    return is_unit(sun.towards) && is_light(sun.irradiance) && sun.disc >= 0.0 && sun.disc < 1.0;
-}
-
-bool is_sound(const PointLight& light) {
-    return light.position.allFinite() && is_unit(light.direction) && is_light(light.intensity) &&
-           light.cos_outer >= -1.0 && light.cos_outer <= light.cos_inner && light.cos_inner <= 1.0 &&
-           is_unit(light.c0) && is_unit(light.c90) && light.half_length >= 0.0 && light.half_width >= 0.0 &&
-           std::isfinite(light.radius());
 }
 
 void check_options(const BakeOptions& options) {

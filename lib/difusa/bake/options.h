@@ -139,16 +139,6 @@ struct BakeOptions {
 /// Throws UsageError for a number out of its range or a light that is not sound.
 void check_options(const BakeOptions& options);
 
-/// True if it has a direction of unit length and an irradiance that is_light.
-bool is_sound(const Sun& sun);
-
-/// Likewise, with a cone that is not inside out.
-bool is_sound(const PointLight& light);
-
-/// True if each channel is 0, or from 1e-100 to 1e100: the squares of errors far below it must neither underflow nor
-/// overflow.
-bool is_light(const Rgb& c);
-
 /// Throws UsageError, with the name of the place, unless its position is finite and its normal, if any, of unit length.
 void check_place(const std::string& name, const ListedPoint& place);
 

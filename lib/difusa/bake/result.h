@@ -128,7 +128,7 @@ struct BakeResult {
     double constant_error = 0.0;        ///< rms by which the basis misses the function 1 at random surface points
     std::string elements;               ///< basis and projection of `system`: ElementChoice::text
     double analytic_share = 0.0;        ///< of the transport to a point, on average, that is from exact form factors
-    double mean_back = 0.0;             ///< share of the rays that hit the back of a face
+    double mean_back = 0.0;             ///< share of the light paths from the surface that end on backs
     double mean_cut_off = 0.0;          ///< share of the light from the gather points that is cut off between mirrors
     std::optional<GlossyResult> glossy; ///< if something is glossy
     std::optional<ErrorEstimate> error;

@@ -11,6 +11,7 @@
 #include <difusa/repair/texture_coordinates.h>
 #include <difusa/scene/light_symmetry.h>
 #include <difusa/scene/sky_dome.h>
+#include <difusa/scene/sound_scene.h>
 
 #include <algorithm>
 #include <memory>
@@ -19,10 +20,6 @@
 namespace difusa {
 
 namespace {
-
-std::string list(const Rgb& c) {
-    return text_of(c[0]) + "," + text_of(c[1]) + "," + text_of(c[2]);
-}
 
 /// The fourth power of a distance between sites, in form factors, must not underflow.
 constexpr double least_diameter = 1e-60;
@@ -58,66 +55,13 @@ void check_scene(const Scene& scene, const std::string& name) {
                    std::to_string(scene.materials.size()));
         }
         if (is_textured(scene.materials[material]) && mesh.corner_texture.size() != mesh.triangles.size()) {
-            refuse("the material " + scene.materials[material].name +
-                   " has a texture, but some triangles have no texture coordinates");
+            refuse(name_of(scene, material) + " has a texture, but some triangles have no texture coordinates");
         }
         if (scene.materials[material].vertex_colours && mesh.corner_reflectance.size() != mesh.triangles.size()) {
-            refuse("the material " + scene.materials[material].name +
-                   " uses vertex colours, but some triangles have none");
+            refuse(name_of(scene, material) + " uses vertex colours, but some triangles have none");
         }
     }
-    for (std::size_t t = 0; t < mesh.corner_reflectance.size(); ++t) {
-        for (const Rgb& colour : mesh.corner_reflectance[t]) {
-            if (!((colour >= 0.0) && (colour <= 1.0)).all()) {
-                refuse("triangle " + std::to_string(t) + " has a vertex colour outside [0,1]: " + list(colour));
-            }
-            const Material& material = scene.materials[mesh.material[t]];
-            if (material.vertex_colours && !material.reflects_at_most_all(colour)) {
-                refuse("triangle " + std::to_string(t) +
-                       " reflects more than all of the light, specularly and with its vertex "
-                       "colour " +
-                       list(colour));
-            }
-        }
-    }
-    if (!is_light(scene.sky)) {
-        refuse("the sky's irradiance is neither 0 nor from 1e-100 to 1e100");
-    }
-    for (const Material& material : scene.materials) {
-        // What thermal materials emit follows from their temperatures.
-        if (!((material.reflectance >= 0.0) && (material.reflectance <= 1.0)).all() ||
-            !(material.thermal || is_light(material.emission))) {
-            refuse("the material " + material.name +
-                   " has a reflectance outside [0,1], or an emission that is neither 0 nor from 1e-100 to 1e100");
-        }
-        if (!(material.mirror >= 0.0).all() ||
-            !material.reflects_at_most_all(material.vertex_colours ? Rgb(Rgb::Zero())
-                                                                   : material.brightest_reflectance())) {
-            refuse("the material " + material.name +
-                   " reflects more than all of the light, diffusely and specularly together");
-        }
-        if (material.gloss && !is_sound(*material.gloss)) {
-            refuse("the material " + material.name +
-                   " has a gloss with a reflectance outside [0,1], an exponent "
-                   "outside [1,10000] or a roughness outside [0.03,1]");
-        }
-        if (material.reflectance_texture &&
-            !(material.reflectance_texture->brightest() * material.reflectance <= 1.0).all()) {
-            refuse("the material " + material.name + " has a texture that makes its reflectance exceed 1");
-        }
-    }
-    for (const Sun& sun : scene.suns) {
-        if (!is_sound(sun)) {
-            refuse("a sun has a direction of non-unit length, or an irradiance that is neither 0 nor from 1e-100 to "
-                   "1e100");
-        }
-    }
-    for (const PointLight& light : scene.point_lights) {
-        if (!is_sound(light)) {
-            refuse("a point light has a non-finite position, an axis of non-unit length, an intensity that is neither "
-                   "0 nor from 1e-100 to 1e100, or an inner cone wider than the outer one");
-        }
-    }
+    check_materials_and_lights(scene, name);
 }
 
 /// Three times as bright at the zenith as at the horizon h, and half as bright below, so that shapes show under it.
@@ -132,7 +76,7 @@ std::shared_ptr<const SkyDome> graded_sky(const Vec3& up) {
 void check_levels(const Scene& scene, const std::string& name) {
     const auto check = [&](const std::string& what, const Rgb& light) {
         if (!is_light(light)) {
-            throw InputError(name + ": " + what + " is " + list(light) +
+            throw InputError(name + ": " + what + " is " + text_of(light) +
                              ": lights must be 0, or from 1e-100 to 1e100; use another unit of power");
         }
     };
@@ -251,7 +195,7 @@ void add_default_material(BakeResult& result, const PolygonSoup& soup, const Exe
     }
     result.options.reflectance = material.reflectance;
     if (!material.vertex_colours) {
-        execution.note("faces without a colour have the reflectance " + list(material.reflectance) +
+        execution.note("faces without a colour have the reflectance " + text_of(material.reflectance) +
                        " (--reflectance)");
     }
 }

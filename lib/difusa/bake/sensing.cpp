@@ -239,11 +239,7 @@ void read_places(BakeResult& result, const ErrorMap* errors, const Execution& ex
         result.listed_values =
             result.field().at(result.listed, options.final_gather, options.seed, "listed", execution);
         if (errors != nullptr) {
-            result.listed_errors =
-                options.final_gather == 0
-                    ? errors->at(result.listed, execution)
-                    : errors->gathered_at(result.listed, options.final_gather, result.listed_values.noise,
-                                          result.listed_values.noise_of_irradiance, execution);
+            result.listed_errors = errors->of(result.listed, result.listed_values, execution);
         }
         execution.count("output rays", result.listed_values.rays);
         execution.count("output segments", result.listed_values.segments);

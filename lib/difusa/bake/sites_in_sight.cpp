@@ -21,13 +21,6 @@ constexpr std::size_t places_per_site = 8;
 constexpr std::size_t most_rounds = 4;
 constexpr double many = 1e-3; ///< of the places that are examined
 
-/// False if every ray from x ends on a back: x lies inside a body, or between two that touch.
-bool light_arrives(const Tracer& tracer, const SurfacePoint& x, RandomStream stream) {
-    const Glance seen(tracer, x, stream);
-    return std::any_of(seen.hits.begin(), seen.hits.end(),
-                       [](const Hit& hit) { return hit.face == none || hit.front; });
-}
-
 /// Those of the places that light reaches, but no element of the basis.
 std::vector<SurfacePoint> missing(const PointBasis& basis, const Tracer& tracer,
                                   const std::vector<SurfacePoint>& places, std::uint64_t seed,
@@ -35,8 +28,8 @@ std::vector<SurfacePoint> missing(const PointBasis& basis, const Tracer& tracer,
     std::vector<std::uint8_t> lacks(places.size(), 0);
     parallel_for(places.size(), 256, execution, [&](std::size_t begin, std::size_t end, unsigned) {
         for (std::size_t i = begin; i < end; ++i) {
-            lacks[i] =
-                !basis.reaches(places[i]) && light_arrives(tracer, places[i], RandomStream(seed, "pockets", i)) ? 1 : 0;
+            RandomStream stream(seed, "pockets", i);
+            lacks[i] = !basis.reaches(places[i]) && Glance(tracer, places[i], stream).light_arrives() ? 1 : 0;
         }
     });
     std::vector<SurfacePoint> found;

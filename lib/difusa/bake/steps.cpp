@@ -60,19 +60,18 @@ void check_constants(BakeResult& result, const Discretisation& discretisation, c
 
 /// Notes how much of the surface and of the rays is lost.
 void check_coverage(BakeResult& result, const Discretisation& discretisation, const LightTransport& transport,
-                    double dark_area, const Execution& execution) {
-    const double area = result.scene->mesh.area, uncovered = discretisation.uncovered - dark_area;
+                    const Execution& execution) {
+    const double area = result.scene->mesh.area, uncovered = discretisation.uncovered;
+    const SiteSet& sites = *discretisation.sites;
     // Bases that sum to one leave out what nothing is in sight of: no light is lost there.
     if (uncovered > 1e-3 * area && !discretisation.basis->sums_to_one()) {
         execution.note("no basis function covers " + text_of(100.0 * uncovered / area) +
                        " % of the surface: light is lost there; give the basis a larger width, or more sites");
     }
-    for (const double back : transport.back) {
-        result.mean_back += back / static_cast<double>(transport.points());
-    }
+    result.mean_back += sites.mean(transport.back);
     if (transport.cut_off.rows() > 0) {
-        result.mean_back += transport.back_in_mirrors.mean();
-        result.mean_cut_off = transport.cut_off.mean();
+        result.mean_back += sites.mean(transport.back_in_mirrors);
+        result.mean_cut_off = sites.mean(transport.cut_off);
         if (result.mean_cut_off > 1e-3) {
             const std::string share = text_of(std::round(1000.0 * result.mean_cut_off) / 10.0);
             execution.note(result.scene->mesh.repetition.any()
@@ -88,7 +87,7 @@ void check_coverage(BakeResult& result, const Discretisation& discretisation, co
         }
     }
     if (result.scene->thermal) {
-        check_surroundings(result, transport, execution);
+        check_surroundings(result, sites, transport, execution);
         return;
     }
     if (result.mean_back > 0.1) {
@@ -163,7 +162,7 @@ void solve_with(BakeResult& result, const ElementChoice& elements, const Choices
     LightTransport reflected =
         with_gloss(*transport, discretisation, result.scene->mesh.glossy, result.options.directional_order, execution);
     if (first) {
-        check_coverage(result, discretisation, reflected, placed.dark_area, execution);
+        check_coverage(result, discretisation, reflected, execution);
         check_lobes(result, reflected, execution);
     }
     result.system = std::make_shared<RadiositySystem>(

@@ -2,6 +2,7 @@
 
 #include <difusa/bake/options.h>
 #include <difusa/core/error.h>
+#include <difusa/scene/sound_scene.h>
 
 #include <cmath>
 #include <string>

@@ -25,7 +25,7 @@ constexpr double largest_leak = 1e-3;
 constexpr double resolved = 100.0;
 
 /// The mean share of the radiation that leaves the surface.
-double sky_share(const LightTransport& transport, const Execution& execution) {
+double sky_share(const SiteSet& sites, const LightTransport& transport, const Execution& execution) {
     if (transport.cut_off.rows() > 0) { // over mirrors, too
         const auto surfels = static_cast<Eigen::Index>(transport.surfels);
         Values share;
@@ -33,13 +33,9 @@ double sky_share(const LightTransport& transport, const Execution& execution) {
             Values::Zero(surfels, transport.cut_off.cols()),
             Values::Ones(static_cast<Eigen::Index>(transport.W->columns()) - surfels, transport.cut_off.cols()), share,
             execution);
-        return share.mean();
+        return sites.mean(share);
     }
-    double sum = 0.0;
-    for (const double share : transport.sky) {
-        sum += share / static_cast<double>(transport.points());
-    }
-    return sum;
+    return sites.mean(transport.sky);
 }
 
 bool is_body(const Material& material) {
@@ -270,8 +266,9 @@ void check_places(const BakeResult& result) {
     }
 }
 
-void check_surroundings(const BakeResult& result, const LightTransport& transport, const Execution& execution) {
-    const double sky = sky_share(transport, execution);
+void check_surroundings(const BakeResult& result, const SiteSet& sites, const LightTransport& transport,
+                        const Execution& execution) {
+    const double sky = sky_share(sites, transport, execution);
     const auto percent = [](double share) { return text_of(std::round(1e5 * share) / 1e3) + " %"; };
     if (result.scene->thermal->surroundings) {
         if (result.mean_back > largest_leak) {
@@ -336,8 +333,10 @@ void find_temperatures(BakeResult& result, const LightingOptions& options, const
     const Eigen::MatrixXd exchange = size.cwiseInverse().asDiagonal() * bodies.exchange;
     const double exchanged = singular_values(exchange).sigma.minCoeff();
     // Losses count as exchange with the surroundings, which are there or not.
-    const double lost =
-        scene.thermal->surroundings ? 0.0 : result.mean_back + sky_share(result.system->transport(), execution);
+    const double lost = scene.thermal->surroundings
+                            ? 0.0
+                            : result.mean_back + sky_share(*result.system->discretisation().sites,
+                                                           result.system->transport(), execution);
     if (const double least = std::max(resolved * result.options.solve.tolerance, 10.0 * lost); !(exchanged > least)) {
         throw InputError("the temperatures of materials whose \"heat\" is given are not determined: some of them "
                          "exchange heat with each other alone, or only a share of " +

@@ -16,7 +16,8 @@ void check_places(const BakeResult& result);
 
 /// Without surroundings nothing may leave the surface: throws InputError if more than a thousandth of the radiation
 /// does, or ends on backs; notes what little is lost, and what ends on backs.
-void check_surroundings(const BakeResult& result, const LightTransport& transport, const Execution& execution);
+void check_surroundings(const BakeResult& result, const SiteSet& sites, const LightTransport& transport,
+                        const Execution& execution);
 
 /// Finds the temperatures of the materials whose heat is prescribed: their light and that of everything else are solved
 /// for as sets, and a small linear system says how warm each has to be. Does nothing if there are none. Throws

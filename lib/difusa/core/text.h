@@ -20,6 +20,10 @@ inline std::string text_of(double value) {
 }
 
 /// "1 face", "3 faces".
+inline std::string text_of(const Rgb& c) {
+    return text_of(c[0]) + "," + text_of(c[1]) + "," + text_of(c[2]);
+}
+
 inline std::string counted(std::size_t count, std::string_view thing) {
     return std::to_string(count) + " " + std::string(thing) + (count == 1 ? "" : "s");
 }

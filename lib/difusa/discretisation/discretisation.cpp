@@ -51,8 +51,11 @@ Discretisation discretise(const Mesh& mesh, std::shared_ptr<SiteSet> sites, std:
     result.averages = std::make_shared<BasisAverages>(*basis, *result.surfels, execution);
     const Substructure* const parts = basis->substructure(); // which surfels may be larger than
     result.integrals = parts != nullptr ? parts->area : integrate(*result.surfels, *result.averages, execution);
+    std::vector<Surfels::Piece> scratch;
     for (Index s = 0; s < result.surfels->size(); ++s) {
-        result.uncovered += result.averages->is_empty(s) ? result.surfels->area(s) : 0.0;
+        if (result.averages->is_empty(s) && !sites->is_dark(mesh.region[result.surfels->centre(s, scratch).face])) {
+            result.uncovered += result.surfels->area(s);
+        }
     }
     if (!neighbour_areas) {
         sites->area = result.integrals;

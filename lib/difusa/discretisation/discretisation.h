@@ -19,10 +19,10 @@ struct Discretisation {
     std::shared_ptr<const Surfels> surfels;
     std::shared_ptr<const BasisAverages> averages; ///< P: coefficients to means over the surfels
     std::vector<double> integrals;                 ///< #S: A_i = ∫ phi_i dA (T 5.3)
-    double uncovered = 0.0;                        ///< area of the surfels not covered by any basis function
-    std::vector<SurfacePoint> points;              ///< where light is gathered; the sites first
-    std::shared_ptr<const Projection> projection;  ///< irradiance at the points to coefficients, in the equation
-    std::shared_ptr<const Projection> evaluation;  ///< likewise, for the field that is evaluated
+    double uncovered = 0.0;           ///< area of the surfels not covered by any basis function, except on dark regions
+    std::vector<SurfacePoint> points; ///< where light is gathered; the sites first
+    std::shared_ptr<const Projection> projection; ///< irradiance at the points to coefficients, in the equation
+    std::shared_ptr<const Projection> evaluation; ///< likewise, for the field that is evaluated
 
     /// The side of surfels for sites at a spacing: this gives about six per site.
     static double surfel_edge(double spacing) { return 0.5 * spacing; }

@@ -142,4 +142,14 @@ SiteSet make_site_set(const Mesh& mesh, std::vector<SurfacePoint> points, double
     return sites;
 }
 
+double SiteSet::mean(const Eigen::Ref<const Values>& at_points) const {
+    double sum = 0.0, all = 0.0;
+    for (std::size_t i = 0; i < size(); ++i) {
+        const double weight = std::max(0.0, area[i]); // integrals of basis functions with negative parts
+        sum += weight * at_points.row(static_cast<Eigen::Index>(i)).mean();
+        all += weight;
+    }
+    return all > 0.0 ? sum / all : 0.0;
+}
+
 } // namespace difusa

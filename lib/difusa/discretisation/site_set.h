@@ -2,10 +2,12 @@
 #pragma once
 
 #include <difusa/core/progress.h>
+#include <difusa/core/types.h>
 #include <difusa/discretisation/size_field.h>
 #include <difusa/mesh/mesh.h>
 
 #include <limits>
+#include <span>
 #include <vector>
 
 namespace difusa {
@@ -35,6 +37,13 @@ struct SiteSet {
     bool is_dark(Index of_region) const { return !dark.empty() && dark[of_region] != 0; }
 
     std::size_t size() const { return points.size(); }
+
+    /// The mean over the surface, and over the columns, of what is known at the sites, and maybe at further points
+    /// after them: at least #S by any number.
+    double mean(const Eigen::Ref<const Values>& at_points) const;
+    double mean(std::span<const double> at_points) const {
+        return mean(Eigen::Map<const Values>(at_points.data(), static_cast<Eigen::Index>(at_points.size()), 1));
+    }
 };
 
 /// Makes a site set from sampled points, sorted along a Z curve (sites near each other in space are near in memory):

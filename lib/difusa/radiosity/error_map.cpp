@@ -5,6 +5,7 @@
 #include <difusa/discretisation/evaluate.h>
 #include <difusa/mesh/point_tree.h>
 #include <difusa/mesh/surface_sampling.h>
+#include <difusa/radiosity/field.h>
 #include <difusa/radiosity/gathering_noise.h>
 
 #include <algorithm>
@@ -264,7 +265,10 @@ ErrorsAt ErrorMap::gathered_at(std::span<const SurfacePoint> x, std::size_t rays
         BasisRow row;
         for (std::size_t i = begin; i < end; ++i) {
             basis.evaluate(inset(solution_.field->parts().scene->mesh, x[i]), row);
-            const Local here = local(x[i], row);
+            Local here = local(x[i], row);
+            if (row.element.empty()) { // what bounces carry on is known of the whole surface
+                here.judged.carried = here.irradiance.carried = estimate_.carried_rms.rms * estimate_.carried_rms.rms;
+            }
             const auto at = static_cast<Eigen::Index>(i);
             errors.noise(at, 0) = std::max(noise(at, 0), over_channels(here.judged.of_gathers(half)));
             errors.discretisation(at, 0) = over_channels(here.judged.carried);
@@ -275,6 +279,32 @@ ErrorsAt ErrorMap::gathered_at(std::span<const SurfacePoint> x, std::size_t rays
         }
     });
     return errors;
+}
+
+ErrorsAt ErrorMap::of(std::span<const SurfacePoint> x, const PointValues& values, const Execution& execution) const {
+    if (values.gathered.size() == x.size()) {
+        return gathered_at(x, values.rays_of_each, values.noise, values.noise_of_irradiance, execution);
+    }
+    ErrorsAt errors = at(x, execution);
+    put_gathered(x, values, errors, execution);
+    return errors;
+}
+
+void ErrorMap::put_gathered(std::span<const SurfacePoint> x, const PointValues& values, ErrorsAt& errors,
+                            const Execution& execution) const {
+    std::vector<SurfacePoint> points;
+    for (const std::size_t i : values.gathered) {
+        points.push_back(x[i]);
+    }
+    const ErrorsAt found =
+        gathered_at(points, values.rays_of_each, values.noise, values.noise_of_irradiance, execution);
+    for (std::size_t k = 0; k < points.size(); ++k) {
+        const auto from = static_cast<Eigen::Index>(k), to = static_cast<Eigen::Index>(values.gathered[k]);
+        errors.noise.row(to) = found.noise.row(from);
+        errors.discretisation.row(to) = found.discretisation.row(from);
+        errors.error.row(to) = found.error.row(from);
+        errors.irradiance.row(to) = found.irradiance.row(from);
+    }
 }
 
 } // namespace difusa

@@ -32,14 +32,21 @@ class ErrorMap {
 
     ErrorsAt at(std::span<const SurfacePoint> x, const Execution& execution) const;
 
-    /// The same for a single point x, number i of them, where `row` is the basis slightly inside the face of x (Field).
-    /// `errors` has room for it.
+    /// The same for what Field::at has found at the points.
+    ErrorsAt of(std::span<const SurfacePoint> x, const PointValues& values, const Execution& execution) const;
+
+    /// Sets those of the points whose light Field::at has gathered.
+    void put_gathered(std::span<const SurfacePoint> x, const PointValues& values, ErrorsAt& errors,
+                      const Execution& execution) const;
+
+    /// The same as `at` for a single point x, number i of them, where `row` is the basis slightly inside the face of x
+    /// (Field). `errors` has room for it.
     void put(const SurfacePoint& x, const BasisRow& row, std::size_t i, ErrorsAt& errors) const;
 
-    /// The same for light gathered at the points with so many rays (Field::at), with this noise of its radiosity and
-    /// its irradiance (#x by 1, W/m², root mean squares over the channels). The noise is at least what the rays of the
-    /// sites around let expect: few rays may all miss what is bright, such as a distant window, and then know nothing
-    /// of their noise.
+    /// The same as `at` for light gathered at the points with so many rays (Field::at), with this noise of its
+    /// radiosity and its irradiance (#x by 1, W/m², root mean squares over the channels). The noise is at least what
+    /// the rays of the sites around let expect: few rays may all miss what is bright, such as a distant window, and
+    /// then know nothing of their noise.
     ErrorsAt gathered_at(std::span<const SurfacePoint> x, std::size_t rays, const Values& noise,
                          const Values& noise_of_irradiance, const Execution& execution) const;
 

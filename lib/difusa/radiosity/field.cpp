@@ -8,17 +8,22 @@
 #include <difusa/radiosity/exact_correction.h>
 #include <difusa/radiosity/gathering_noise.h>
 #include <difusa/radiosity/system.h>
+#include <difusa/rays/glance.h>
 #include <difusa/scene/sky_parts.h>
 #include <difusa/transport/gathered_rows.h>
 
 #include <algorithm>
 #include <memory>
 #include <numbers>
+#include <numeric>
 #include <optional>
 
 namespace difusa {
 
 namespace {
+
+constexpr std::size_t rays_out_of_reach = 256; ///< gathered at points that no element reaches
+constexpr double most_out_of_reach = 0.1; ///< of the surface: beyond, it lacks sites by intent, or the basis is narrow
 
 /// Handles one point at a time with fresh rays; scratch of a thread.
 class Gatherer {
@@ -158,32 +163,50 @@ class Gatherer {
         add_surface(direct, indirect);
     }
 
+    /// Where no element reaches a hit, as in pits, it receives what the others do on average.
     void add_surface(Eigen::Ref<Eigen::RowVectorXd> direct, Eigen::Ref<Eigen::RowVectorXd> indirect) {
-        const std::vector<char>& evaluated = parts_.direct->area_light_materials();
         evaluate_basis();
         H_.resize(indirect.size());
+        mean_.setZero(indirect.size());
+        out_of_reach_.clear();
+        double weight = 0.0;
         for (std::size_t p = 0; p < met_.size(); ++p) {
+            if (means_ == nullptr && rows_[p].element.empty()) {
+                out_of_reach_.push_back(p);
+                continue;
+            }
             smooth_at(p);
-            const Rgb colour = colour_.empty() ? Rgb(Rgb::Ones()) : colour_[p];
-            const Rgb rho = colour * scene_.reflectance(met_[p]);
-            Rgb brought = Rgb::Zero();
-            for (Eigen::Index column = 0; column < H_.size(); column += parts_.channels) {
-                for (Eigen::Index channel = 0; channel < parts_.channels; ++channel) {
-                    const double reflected = weight_[p] * (H_[column + channel] * rho[channel]);
-                    indirect[column + channel] += reflected;
-                    brought[channel] += reflected;
-                }
-            }
-            const Index material = scene_.mesh.material[met_[p].face];
-            const Material& emitter = scene_.materials[material];
-            const bool sampled = samples_emission_ && colour_.empty() && emitter.emits_unevenly();
-            if (evaluated[material] == 0 && !sampled && (emitter.emission != 0.0).any()) {
-                const Rgb emitted = weight_[p] * (colour * scene_.emission(met_[p]));
-                of_set(direct, sets_.material[material]) += row_of(emitted);
-                brought += emitted;
-            }
-            count_ray(brought);
+            add_hit(p, direct, indirect);
+            mean_ += weight_[p] * H_;
+            weight += weight_[p];
         }
+        H_ = weight > 0.0 ? Eigen::RowVectorXd(mean_ / weight) : mean_;
+        for (const std::size_t p : out_of_reach_) {
+            add_hit(p, direct, indirect);
+        }
+    }
+
+    /// What hit p emits, and reflects of `H_`.
+    void add_hit(std::size_t p, Eigen::Ref<Eigen::RowVectorXd> direct, Eigen::Ref<Eigen::RowVectorXd> indirect) {
+        const Rgb colour = colour_.empty() ? Rgb(Rgb::Ones()) : colour_[p];
+        const Rgb rho = colour * scene_.reflectance(met_[p]);
+        Rgb brought = Rgb::Zero();
+        for (Eigen::Index column = 0; column < H_.size(); column += parts_.channels) {
+            for (Eigen::Index channel = 0; channel < parts_.channels; ++channel) {
+                const double reflected = weight_[p] * (H_[column + channel] * rho[channel]);
+                indirect[column + channel] += reflected;
+                brought[channel] += reflected;
+            }
+        }
+        const Index material = scene_.mesh.material[met_[p].face];
+        const Material& emitter = scene_.materials[material];
+        const bool sampled = samples_emission_ && colour_.empty() && emitter.emits_unevenly();
+        if (parts_.direct->area_light_materials()[material] == 0 && !sampled && (emitter.emission != 0.0).any()) {
+            const Rgb emitted = weight_[p] * (colour * scene_.emission(met_[p]));
+            of_set(direct, sets_.material[material]) += row_of(emitted);
+            brought += emitted;
+        }
+        count_ray(brought);
     }
 
     bool needs_basis(std::size_t p) const { return means_ == nullptr || p % stride_ == first_corrected_; }
@@ -238,7 +261,8 @@ class Gatherer {
     std::vector<SurfacePoint> corrected_; ///< hits at which the basis corrects the means
     std::vector<BasisRow> rows_;          ///< there
     std::size_t first_corrected_ = 0;
-    Eigen::RowVectorXd H_;
+    std::vector<std::size_t> out_of_reach_; ///< hits that no element reaches
+    Eigen::RowVectorXd H_, mean_;
     std::vector<Rgb> sharp_, emitted_;
     bool samples_emission_; ///< of emitters with a texture or pattern, except in mirrors
     Rgb sum_ = Rgb::Zero(); ///< of what the rays bring
@@ -411,6 +435,100 @@ void Field::gather_twice(std::span<const SurfacePoint> x, std::size_t rays, std:
     }
 }
 
+/// Gathers at x, and sets the noise in `values`.
+Irradiance Field::gather_with_noise(std::span<const SurfacePoint> x, std::size_t rays, std::uint64_t seed,
+                                    const std::string& purpose, const Execution& execution, PointValues& values) const {
+    const Scene& scene = *parts_.scene;
+    Irradiance H, other;
+    gather_twice(x, rays, seed, purpose, execution, H, other);
+    const Values first = H.direct + H.indirect, second = other.direct + other.indirect;
+    const Values difference = sum_of_parts(Values(first - second), channels());
+    const Values squares = 0.25 * difference.rowwise().squaredNorm();
+    const Values all = noise_of_gathers(squares, 1, 0.25 * (H.variance + other.variance));
+    values.rays_of_each = rays;
+    values.noise_of_irradiance = all / std::sqrt(channels());
+    values.noise = values.noise_of_irradiance;
+    for (Eigen::Index i = 0; i < all.rows() && !scene.thermal; ++i) {
+        const Eigen::RowVectorXd rho =
+            scene.reflectance(x[static_cast<std::size_t>(i)]).head(channels()).matrix().transpose();
+        const double own = difference.row(i).norm();
+        // In the channels as the difference, or as all light.
+        const Eigen::RowVectorXd part = own > 0.0
+                                            ? Eigen::RowVectorXd(difference.row(i) / own)
+                                            : Eigen::RowVectorXd::Constant(channels(), std::sqrt(1.0 / channels()));
+        values.noise(i, 0) *= part.cwiseProduct(rho).norm();
+    }
+    H.direct = 0.5 * (H.direct + other.direct);
+    H.indirect = 0.5 * (H.indirect + other.indirect);
+    H.rays += other.rays;
+    H.segments += other.segments;
+    H.clear += other.clear;
+    return H;
+}
+
+/// The points that no element reaches, though light may, as far as a glance tells. `H`: of the basis.
+std::vector<std::size_t> Field::out_of_reach(std::span<const SurfacePoint> x, const Irradiance& H, std::uint64_t seed,
+                                             const std::string& purpose, const Execution& execution) const {
+    const Discretisation& discretisation = parts_.system->discretisation();
+    const Mesh& mesh = parts_.scene->mesh;
+    if (discretisation.uncovered > most_out_of_reach * mesh.area) {
+        return {};
+    }
+    std::vector<std::uint8_t> lacks(x.size(), 0);
+    parallel_for(x.size(), 256, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
+        BasisRow row;
+        for (std::size_t i = begin; i < end; ++i) {
+            if (!(H.indirect.row(static_cast<Eigen::Index>(i)).array() == 0.0).all() ||
+                discretisation.sites->is_dark(mesh.region[x[i].face])) {
+                continue;
+            }
+            const SurfacePoint inside = inset(mesh, x[i]);
+            discretisation.basis->evaluate(inside, row);
+            if (row.element.empty()) {
+                RandomStream stream(seed, purpose + ", glance", i);
+                lacks[i] = Glance(parts_.system->tracer(), inside, stream).light_arrives() ? 1 : 0;
+            }
+        }
+    });
+    std::vector<std::size_t> found;
+    for (std::size_t i = 0; i < lacks.size(); ++i) {
+        if (lacks[i] != 0) {
+            found.push_back(i);
+        }
+    }
+    return found;
+}
+
+/// The irradiance at x; sets what `values` say of gathered points.
+Irradiance Field::irradiance(std::span<const SurfacePoint> x, std::size_t final_gather, std::uint64_t seed,
+                             const std::string& purpose, const Execution& execution, const RowVisitor& visit,
+                             PointValues& values) const {
+    if (final_gather > 0) {
+        values.gathered.resize(x.size());
+        std::iota(values.gathered.begin(), values.gathered.end(), std::size_t{0});
+        return gather_with_noise(x, final_gather, seed, purpose, execution, values);
+    }
+    Irradiance H = evaluate(x, seed, purpose, execution, visit);
+    values.gathered = out_of_reach(x, H, seed, purpose, execution);
+    if (values.gathered.empty()) {
+        return H;
+    }
+    std::vector<SurfacePoint> points;
+    for (const std::size_t i : values.gathered) {
+        points.push_back(x[i]);
+    }
+    const Irradiance gathered =
+        gather_with_noise(points, rays_out_of_reach, seed, purpose + ", out of reach", execution, values);
+    for (std::size_t k = 0; k < points.size(); ++k) {
+        const auto from = static_cast<Eigen::Index>(k), to = static_cast<Eigen::Index>(values.gathered[k]);
+        H.direct.row(to) = gathered.direct.row(from);
+        H.indirect.row(to) = gathered.indirect.row(from);
+    }
+    H.rays += gathered.rays;
+    H.segments += gathered.segments;
+    return H;
+}
+
 PointValues Field::at(std::span<const SurfacePoint> x, std::size_t final_gather, std::uint64_t seed,
                       const std::string& purpose, const Execution& execution, const RowVisitor& visit) const {
     const Scene& scene = *parts_.scene;
@@ -422,34 +540,7 @@ PointValues Field::at(std::span<const SurfacePoint> x, std::size_t final_gather,
         }
     }
     PointValues values;
-    Irradiance H;
-    if (final_gather == 0) {
-        H = evaluate(x, seed, purpose, execution, visit);
-    } else {
-        Irradiance other;
-        gather_twice(x, final_gather, seed, purpose, execution, H, other);
-        const Values first = H.direct + H.indirect, second = other.direct + other.indirect;
-        const Values difference = sum_of_parts(Values(first - second), channels());
-        const Values squares = 0.25 * difference.rowwise().squaredNorm();
-        const Values all = noise_of_gathers(squares, 1, 0.25 * (H.variance + other.variance));
-        values.noise_of_irradiance = all / std::sqrt(channels());
-        values.noise = values.noise_of_irradiance;
-        for (Eigen::Index i = 0; i < all.rows() && !scene.thermal; ++i) {
-            const Eigen::RowVectorXd rho =
-                scene.reflectance(x[static_cast<std::size_t>(i)]).head(channels()).matrix().transpose();
-            const double own = difference.row(i).norm();
-            // In the channels as the difference, or as all light.
-            const Eigen::RowVectorXd part = own > 0.0
-                                                ? Eigen::RowVectorXd(difference.row(i) / own)
-                                                : Eigen::RowVectorXd::Constant(channels(), std::sqrt(1.0 / channels()));
-            values.noise(i, 0) *= part.cwiseProduct(rho).norm();
-        }
-        H.direct = 0.5 * (H.direct + other.direct);
-        H.indirect = 0.5 * (H.indirect + other.indirect);
-        H.rays += other.rays;
-        H.segments += other.segments;
-        H.clear += other.clear;
-    }
+    Irradiance H = irradiance(x, final_gather, seed, purpose, execution, visit, values);
     if (!scene.thermal) {
         raise_to_zero(H.direct, channels());
         raise_to_zero(H.indirect, channels());

@@ -62,9 +62,12 @@ struct PointValues {
     Values H_indirect; ///< after one reflection or more
     Values rho;        ///< reflectance at the exact point
     Values E;          ///< emitted radiosity at the exact point
-    // Estimated noise due to gathering, root mean squares over the channels: #points by 1; no rows if not gathered.
+    /// Points whose light is gathered, ascending: all with a final gather, else those that no element reaches.
+    std::vector<std::size_t> gathered;
+    // Estimated noise due to gathering, root mean squares over the channels: #gathered by 1.
     Values noise;                       ///< of B, in thermal scenes of H
     Values noise_of_irradiance;         ///< of H
+    std::size_t rays_of_each = 0;       ///< of the gathered points
     std::vector<GroupValues> groups;    ///< empty if all light is one set; their B and H add up to B and H
     std::size_t rays = 0, segments = 0; ///< cast
     std::size_t clear = 0;              ///< points that needed no shadow rays to area lights
@@ -132,8 +135,9 @@ class Field {
 
     /// Everything at points, with no sum of irradiances below 0, except of thermal scenes. `final_gather` rays from
     /// each (an even number), in two independent halves whose difference gives the noise; 0: the basis is evaluated,
-    /// and shown to `visit`. Gathers use exact form factors where FieldParts::sent is known. Throws UsageError for
-    /// points without a face of the mesh.
+    /// and shown to `visit`. Light that no element brings to a point, as to the tip of a pit that no site sees into, is
+    /// gathered even so, unless more than a tenth of the surface is without elements. Gathers use exact form factors
+    /// where FieldParts::sent is known. Throws UsageError for points without a face of the mesh.
     PointValues at(std::span<const SurfacePoint> x, std::size_t final_gather, std::uint64_t seed,
                    const std::string& purpose, const Execution& execution, const RowVisitor& visit = {}) const;
 
@@ -141,6 +145,13 @@ class Field {
     Irradiance gather_smooth(std::span<const SurfacePoint> x, const SurfelMeans* means,
                              const ExactCorrection* correction, std::size_t rays, std::uint64_t seed,
                              std::string_view purpose, const Execution& execution) const;
+    Irradiance gather_with_noise(std::span<const SurfacePoint> x, std::size_t rays, std::uint64_t seed,
+                                 const std::string& purpose, const Execution& execution, PointValues& values) const;
+    std::vector<std::size_t> out_of_reach(std::span<const SurfacePoint> x, const Irradiance& H, std::uint64_t seed,
+                                          const std::string& purpose, const Execution& execution) const;
+    Irradiance irradiance(std::span<const SurfacePoint> x, std::size_t final_gather, std::uint64_t seed,
+                          const std::string& purpose, const Execution& execution, const RowVisitor& visit,
+                          PointValues& values) const;
 
     FieldParts parts_;
 };

@@ -10,6 +10,7 @@
 #include <difusa/radiosity/reflected_transport.h>
 #include <difusa/radiosity/response.h>
 #include <difusa/scene/sky_parts.h>
+#include <difusa/scene/sound_scene.h>
 #include <difusa/transport/analytic_transport.h>
 #include <difusa/transport/glossy_transport.h>
 #include <difusa/transport/mirrored.h>
@@ -358,7 +359,8 @@ class Solving {
                                  text_of(result_.spectral_radius) + " (must be below 1; largest row sum of the " +
                                  "transport " + text_of(row_sum) + ", largest reflectance " +
                                  text_of(result_.light.reflectance.maxCoeff()) + "). ";
-        if (!discretisation_.projection->is_mean() || !discretisation_.basis->sums_to_one()) {
+        const bool absorbs = (result_.light.reflectance.colwise().minCoeff().array() < 1.0).all();
+        if (absorbs && (!discretisation_.projection->is_mean() || !discretisation_.basis->sums_to_one())) {
             return what + "The basis is not a partition of unity: use --basis normalized-radial or shepard, or give "
                           "this one a smaller width";
         }
@@ -566,6 +568,7 @@ void RadiositySystem::check_scene(const Scene& scene) const {
                     [&](Index material) { return material >= scene.materials.size(); })) {
         throw UsageError("a triangle has a material that the scene does not have");
     }
+    check_materials_and_lights(scene, "the scene");
     const auto same_reflections = [&] {
         const Mirrors &a = own.mirrors, &b = other.mirrors;
         const GlossySurfaces &c = own.glossy, &d = other.glossy;

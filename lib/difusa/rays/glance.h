@@ -5,6 +5,7 @@
 #include <difusa/rays/direction_pool.h>
 #include <difusa/rays/tracer.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -29,6 +30,11 @@ struct Glance {
             rays[d] = {x.position, direction, x.face};
         }
         tracer.first_hits(rays, hits);
+    }
+
+    /// False if every ray ends on a back: x lies inside a body, or between two that touch.
+    bool light_arrives() const {
+        return std::any_of(hits.begin(), hits.end(), [](const Hit& hit) { return hit.face == none || hit.front; });
     }
 };
 

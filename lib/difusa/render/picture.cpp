@@ -31,7 +31,7 @@ const Rgb dark_grey = Rgb::Constant(0.02), dot_colour{0.02, 0.05, 0.35};
 const Rgb neutral = Rgb::Constant(0.18), light_neutral = Rgb::Constant(0.6);
 
 Pixel pixel_of(const Rgb& c) {
-    DIFUSA_REQUIRE(c.allFinite(), text_of(c[0]) + "," + text_of(c[1]) + "," + text_of(c[2]));
+    DIFUSA_REQUIRE(c.allFinite(), text_of(c));
     return {static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2])};
 }
 
@@ -335,10 +335,7 @@ class Look {
 
     /// BakeResult::errors at the points of the picture.
     void add_error(const PointValues& light, const Show& show, std::vector<Pixel>& values) {
-        const ErrorsAt errors = view_.options.final_gather > 0
-                                    ? errors_->gathered_at(points_, view_.options.final_gather, light.noise,
-                                                           light.noise_of_irradiance, execution_)
-                                    : errors_->at(points_, execution_);
+        const ErrorsAt errors = errors_->of(points_, light, execution_);
         const Values shown = show.quantity == Quantity::error ? errors.error : lumens_per_watt * errors.irradiance;
         for (std::size_t p = 0; p < seen_directly_; ++p) {
             values[offset_ + numbers_[p]] = pixel_of(Rgb::Constant(shown(static_cast<Eigen::Index>(p), 0)));
