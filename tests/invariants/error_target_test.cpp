@@ -251,6 +251,41 @@ TEST(ErrorTarget, GoesNoFurtherThanTheMemoryThatItMayTake) {
     EXPECT_THROW(baked(box.scene, options, limited), ResourceError);
 }
 
+/// Memory that suffices for so many sites, and not for more. 8000 are wanted after the first 1000: half of the way, on
+/// a logarithmic scale, is root 8 times as many.
+TEST(ErrorTarget, CutsDownWhatMemoryDoesNotSufficeFor) {
+    const ReferenceCase box = reference_case("manufactured-box");
+    const auto search = [&](std::size_t most_sites, bool best_effort) {
+        BakeResult result = baked(box.scene, ordered(1.0));
+        result.options = ordered(2e-4);
+        result.options.target->best_effort = best_effort;
+        reach_target(
+            result,
+            [&](BakeResult& attempt, const Execution&) {
+                if (attempt.options.sites > most_sites) {
+                    throw ResourceError("too many sites");
+                }
+                BakeOptions own = attempt.options;
+                own.target.reset();
+                BakeResult made = baked(box.scene, own);
+                attempt.sites = made.sites;
+                attempt.system = made.system;
+                attempt.solution = made.solution;
+                attempt.error = made.error;
+            },
+            Execution{});
+        return result;
+    };
+    const BakeResult result = search(3000, true);
+    ASSERT_EQ(result.attempts.size(), 2U);
+    EXPECT_TRUE(result.target_missed);
+    const Effort &first = result.attempts[0].effort, &last = result.attempts[1].effort;
+    EXPECT_NEAR(static_cast<double>(last.sites), std::sqrt(8.0) * static_cast<double>(first.sites),
+                0.1 * static_cast<double>(last.sites));
+    EXPECT_EQ(search(1100, true).attempts.size(), 1U); // hardly more than the first
+    EXPECT_THROW(search(3000, false), NotConverged);
+}
+
 /// What attempts took and gave back is there for others and for the output.
 TEST(ErrorTarget, LeavesMemoryForTheOutput) {
     if (test::sanitized()) {

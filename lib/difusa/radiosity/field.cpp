@@ -164,7 +164,7 @@ class Gatherer {
     }
 
     /// Where no element reaches a hit, as in pits, it receives what the others do on average.
-    void add_surface(Eigen::Ref<Eigen::RowVectorXd> direct, Eigen::Ref<Eigen::RowVectorXd> indirect) {
+    void add_surface(Eigen::Ref<Eigen::RowVectorXd>& direct, Eigen::Ref<Eigen::RowVectorXd>& indirect) {
         evaluate_basis();
         H_.resize(indirect.size());
         mean_.setZero(indirect.size());
@@ -187,7 +187,7 @@ class Gatherer {
     }
 
     /// What hit p emits, and reflects of `H_`.
-    void add_hit(std::size_t p, Eigen::Ref<Eigen::RowVectorXd> direct, Eigen::Ref<Eigen::RowVectorXd> indirect) {
+    void add_hit(std::size_t p, Eigen::Ref<Eigen::RowVectorXd>& direct, Eigen::Ref<Eigen::RowVectorXd>& indirect) {
         const Rgb colour = colour_.empty() ? Rgb(Rgb::Ones()) : colour_[p];
         const Rgb rho = colour * scene_.reflectance(met_[p]);
         Rgb brought = Rgb::Zero();
