@@ -80,6 +80,31 @@ TEST(Gloss, TheTransposeIsOne) {
     }
 }
 
+/// With many columns, coefficients are read tile by tile: here 2304 of each column, those of a few surfels.
+TEST(Gloss, ManyColumnsAreWhatEachIsAlone) {
+    Scene scene = glossy_room({Model::ggx, 0.5}, Rgb(0.6, 0.3, 0.1));
+    settle_gloss(scene);
+    const test::Discretised made(std::move(scene), 0.6, "cgal", "normalized-radial");
+    const LightTransport transport =
+        with_gloss(made.gathered(64), made.discretisation, made.scene.mesh.glossy, 6, Execution{2});
+    ASSERT_NE(glossy_part(*transport.W), nullptr);
+    ASSERT_GT(glossy_part(*transport.W)->elements(), 20U);
+    Values x(static_cast<Eigen::Index>(transport.W->columns()), 21);
+    RandomStream stream(1, "vectors");
+    for (Eigen::Index k = 0; k < x.size(); ++k) {
+        x.data()[k] = stream.uniform();
+    }
+    Values all, of_threads, one;
+    transport.W->apply(x, all, Execution{1});
+    transport.W->apply(x, of_threads, Execution{3});
+    EXPECT_EQ(all, of_threads);
+    for (Eigen::Index c = 0; c < x.cols(); c += 3) {
+        transport.W->apply(x.middleCols(c, 3), one, Execution{1});
+        // Sums of at most a million numbers in another order.
+        EXPECT_LT((one - all.middleCols(c, 3)).cwiseAbs().maxCoeff(), 1e6 * 2.2e-16 * one.cwiseAbs().maxCoeff());
+    }
+}
+
 /// The walls of a room with a glossy floor: the basis within the error that the bake itself tells (at its 97.5 % end),
 /// and a final gather, which follows glossy reflections by rays, within the error that one reflection leaves of it.
 TEST(Gloss, AgreesWithPathTracing) {

@@ -114,5 +114,15 @@ TEST(SiteSet, ALoneSiteCoversItsRegion) {
     EXPECT_GE(sites.radius[0], Vec3(0, 2, 3).norm());
 }
 
+TEST(SiteSet, MeansAreBySitesAreas) {
+    SiteSet sites;
+    sites.points.resize(3);
+    sites.area = {3.0, 1.0, -0.5}; // an integral of a function with negative parts counts as 0
+    Values values(4, 2);           // the last row is of no site
+    values << 1.0, 3.0, 10.0, 20.0, 1e9, 1e9, 1e9, 1e9;
+    EXPECT_DOUBLE_EQ(sites.mean(values), (3.0 * 2.0 + 1.0 * 15.0) / 4.0);
+    EXPECT_DOUBLE_EQ(sites.mean(std::vector<double>{2.0, 6.0, 1e9}), (3.0 * 2.0 + 6.0) / 4.0);
+}
+
 } // namespace
 } // namespace difusa::site_set_test

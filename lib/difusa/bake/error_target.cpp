@@ -144,7 +144,8 @@ class TargetSearch {
             }
             const std::string refused = attempt(effort);
             bool fits = refused.empty();
-            while (!fits && target_.best_effort && halve(effort)) {
+            while (!fits && target_.best_effort && halve(effort) &&
+                   seconds_of(effort) <= target_.most_seconds - spent_) {
                 fits = attempt(effort).empty();
             }
             if (!refused.empty() && (!fits || error_of(attempts_.back()) > target_.relative)) {
@@ -207,10 +208,7 @@ class TargetSearch {
     /// there is time for, unless that hardly improves on the last attempt.
     bool fit_into_time(Effort& effort) const {
         const Attempt& last = attempts_.back();
-        double left = target_.most_seconds;
-        for (const Attempt& each : attempts_) {
-            left -= each.seconds;
-        }
+        const double left = target_.most_seconds - spent_;
         const double next = seconds_of(effort);
         if (next <= left) {
             return true;
@@ -261,7 +259,9 @@ class TargetSearch {
 
     /// Why memory does not suffice for it; empty if it does.
     std::string attempt(const Effort& effort) {
-        const auto began = std::chrono::steady_clock::now();
+        const auto since = [began = std::chrono::steady_clock::now()] {
+            return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+        };
         const bool judge_again = !attempts_.empty() && best_number_ + 1 == attempts_.size() &&
                                  effort.sites == attempts_.back().effort.sites &&
                                  effort.rays == attempts_.back().effort.rays;
@@ -288,14 +288,15 @@ class TargetSearch {
             if (attempts_.empty()) {
                 throw;
             }
+            spent_ += since();
             journal.end();
             if (execution_.journal != nullptr) {
                 execution_.journal->append_effort(journal);
             }
             return error.what();
         }
-        const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began;
-        attempts_.push_back(judged(next, took.count(), own));
+        attempts_.push_back(judged(next, since(), own));
+        spent_ += attempts_.back().seconds;
         journal.end();
         if (attempts_.size() == 1 || judge_again || error_of(attempts_.back()) < error_of(attempts_[best_number_])) {
             keep(std::move(next), std::move(journal), judge_again);
@@ -325,6 +326,7 @@ class TargetSearch {
     const ErrorTarget target_;
     const std::size_t goals_;
     std::vector<Attempt> attempts_;
+    double spent_ = 0.0; ///< seconds, on attempts that memory did not suffice for, too
     std::size_t best_number_ = 0;
     Journal best_journal_;
     std::string missed_;

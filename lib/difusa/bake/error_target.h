@@ -42,10 +42,11 @@ Effort next_effort(const Attempt& attempt, const ErrorTarget& target, std::size_
 /// which becomes the last attempt. `solve`: from the sites to the error estimate, for the sites and rays of the
 /// attempt's options. Times and counts of all attempts go to the journal, notes and savings of the last only.
 ///
-/// Out of reach are a target whose next attempt would exceed one of its limits or the memory: NotConverged is thrown.
-/// If the best is wanted, that attempt is first cut down to what there is time and memory for, unless that is hardly
-/// more than the last, and the result is the attempt with the smallest upper end and BakeResult::target_missed, with a
-/// note.
+/// A target is out of reach if its next attempt would exceed one of its limits or the memory: NotConverged is thrown,
+/// or for a first attempt that memory does not suffice for, ResourceError. If the best is wanted, a later attempt is
+/// cut down to what there is time for, or to half of its growth (on a logarithmic scale) until memory suffices, unless
+/// that is hardly more than the last. Then the result is the attempt with the smallest upper end,
+/// BakeResult::target_missed is set, and a note says why.
 void reach_target(BakeResult& result, const std::function<void(BakeResult& attempt, const Execution& own)>& solve,
                   const Execution& execution);
 

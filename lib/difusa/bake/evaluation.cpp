@@ -36,11 +36,7 @@ PointValues values_at(const BakeResult& result, const std::vector<SurfacePoint>&
                       const Execution& execution, const RowVisitor& visit = {}) {
     PointValues values =
         result.field().at(x, result.options.final_gather, result.options.seed, purpose, execution, visit);
-    if (const std::size_t count = values.gathered.size(); count > 0 && result.options.final_gather == 0) {
-        execution.note("the light of " + counted(count, "output point") + " of " + std::to_string(x.size()) +
-                       " is gathered with " + std::to_string(values.rays_of_each) +
-                       " rays each: they are out of sight of all sites");
-    }
+    note_gathered(result, values, "output point", execution);
     execution.count("output rays", values.rays);
     execution.count("output segments", values.segments);
     execution.count("unobstructed points", values.clear);

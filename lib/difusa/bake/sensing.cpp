@@ -233,11 +233,20 @@ void find_places(BakeResult& result, const Execution& execution) {
     placing.note_far(execution);
 }
 
+void note_gathered(const BakeResult& result, const PointValues& values, const char* thing, const Execution& execution) {
+    if (const std::size_t count = values.gathered.size(); count > 0 && result.options.final_gather == 0) {
+        execution.note("the light of " + counted(count, thing) + " of " + std::to_string(values.B.rows()) +
+                       " is gathered with " + std::to_string(values.rays_of_each) +
+                       " rays each: no basis function reaches " + (count == 1 ? "it" : "them"));
+    }
+}
+
 void read_places(BakeResult& result, const ErrorMap* errors, const Execution& execution) {
     const BakeOptions& options = result.options;
     if (!result.listed.empty()) {
         result.listed_values =
             result.field().at(result.listed, options.final_gather, options.seed, "listed", execution);
+        note_gathered(result, result.listed_values, "listed place", execution);
         if (errors != nullptr) {
             result.listed_errors = errors->of(result.listed, result.listed_values, execution);
         }

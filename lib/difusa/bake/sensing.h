@@ -19,6 +19,9 @@ void open_if_seen_from_outside(BakeResult& result);
 /// and UsageError for a normal that a sensor without one has no use for.
 void find_places(BakeResult& result, const Execution& execution);
 
+/// Notes how many points no element reaches, whose light Field::at has gathered; nothing after a final gather.
+void note_gathered(const BakeResult& result, const PointValues& values, const char* thing, const Execution& execution);
+
 /// Fills in `listed_values` and `readings`. `errors`: null without an estimate.
 void read_places(BakeResult& result, const ErrorMap* errors, const Execution& execution);
 

@@ -19,11 +19,12 @@ inline std::string text_of(double value) {
     return text;
 }
 
-/// "1 face", "3 faces".
+/// "0.5,0.5,0.25".
 inline std::string text_of(const Rgb& c) {
     return text_of(c[0]) + "," + text_of(c[1]) + "," + text_of(c[2]);
 }
 
+/// "1 face", "3 faces".
 inline std::string counted(std::size_t count, std::string_view thing) {
     return std::to_string(count) + " " + std::string(thing) + (count == 1 ? "" : "s");
 }

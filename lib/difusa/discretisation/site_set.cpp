@@ -1,5 +1,6 @@
 #include <difusa/discretisation/site_set.h>
 
+#include <difusa/core/error.h>
 #include <difusa/core/parallel.h>
 #include <difusa/mesh/point_tree.h>
 
@@ -143,6 +144,7 @@ SiteSet make_site_set(const Mesh& mesh, std::vector<SurfacePoint> points, double
 }
 
 double SiteSet::mean(const Eigen::Ref<const Values>& at_points) const {
+    DIFUSA_REQUIRE(static_cast<std::size_t>(at_points.rows()) >= size());
     double sum = 0.0, all = 0.0;
     for (std::size_t i = 0; i < size(); ++i) {
         const double weight = std::max(0.0, area[i]); // integrals of basis functions with negative parts

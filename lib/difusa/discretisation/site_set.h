@@ -38,8 +38,8 @@ struct SiteSet {
 
     std::size_t size() const { return points.size(); }
 
-    /// The mean over the surface, and over the columns, of what is known at the sites, and maybe at further points
-    /// after them: at least #S by any number.
+    /// The mean over the surface, except dark regions, and over the columns, of what is known at the sites, and maybe
+    /// at further points after them: at least #S by any number. By the areas of the sites.
     double mean(const Eigen::Ref<const Values>& at_points) const;
     double mean(std::span<const double> at_points) const {
         return mean(Eigen::Map<const Values>(at_points.data(), static_cast<Eigen::Index>(at_points.size()), 1));

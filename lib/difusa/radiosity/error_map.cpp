@@ -97,6 +97,15 @@ ErrorMap::ErrorMap(const Solution& solution, const ErrorEstimate& estimate, cons
       coefficients_(sum_of_parts(solution.field->parts().smooth, solution.field->channels())) {
     const Discretisation& discretisation = solution.field->parts().system->discretisation();
     noise_ = estimate.at.variance.topRows(static_cast<Eigen::Index>(discretisation.sites->size()));
+    Values carried = Values::Zero(coefficients_.rows(), coefficients_.cols());
+    for (const Values* const part : {&estimate.carried, &estimate.cut_off_light}) {
+        if (part->rows() > 0) {
+            carried += part->cwiseAbs();
+        }
+    }
+    for (Eigen::Index c = 0; c < carried.cols(); ++c) {
+        carried_[c] = discretisation.sites->mean(Values(carried.col(c).cwiseAbs2()));
+    }
     std::vector<BasisRow> rows(estimate.at.size());
     discretisation.basis->evaluate(estimate.at.place, rows);
     if (is_piecewise_constant(rows)) {
@@ -266,8 +275,12 @@ ErrorsAt ErrorMap::gathered_at(std::span<const SurfacePoint> x, std::size_t rays
         for (std::size_t i = begin; i < end; ++i) {
             basis.evaluate(inset(solution_.field->parts().scene->mesh, x[i]), row);
             Local here = local(x[i], row);
-            if (row.element.empty()) { // what bounces carry on is known of the whole surface
-                here.judged.carried = here.irradiance.carried = estimate_.carried_rms.rms * estimate_.carried_rms.rms;
+            if (row.element.empty()) { // what bounces carry on to it is not known: as much as elsewhere
+                const Rgb weights = judged_weight(*solution_.field->parts().scene, x[i]);
+                for (int c = 0; c < coefficients_.cols(); ++c) {
+                    here.judged.carried += weights[c] * weights[c] * carried_[c];
+                    here.irradiance.carried += carried_[c];
+                }
             }
             const auto at = static_cast<Eigen::Index>(i);
             errors.noise(at, 0) = std::max(noise(at, 0), over_channels(here.judged.of_gathers(half)));
@@ -282,7 +295,7 @@ ErrorsAt ErrorMap::gathered_at(std::span<const SurfacePoint> x, std::size_t rays
 }
 
 ErrorsAt ErrorMap::of(std::span<const SurfacePoint> x, const PointValues& values, const Execution& execution) const {
-    if (values.gathered.size() == x.size()) {
+    if (values.gathered.size() == x.size()) { // after a final gather, mostly
         return gathered_at(x, values.rays_of_each, values.noise, values.noise_of_irradiance, execution);
     }
     ErrorsAt errors = at(x, execution);

@@ -35,7 +35,7 @@ class ErrorMap {
     /// The same for what Field::at has found at the points.
     ErrorsAt of(std::span<const SurfacePoint> x, const PointValues& values, const Execution& execution) const;
 
-    /// Sets those of the points whose light Field::at has gathered.
+    /// Replaces the errors at the points whose light Field::at has gathered.
     void put_gathered(std::span<const SurfacePoint> x, const PointValues& values, ErrorsAt& errors,
                       const Execution& execution) const;
 
@@ -67,10 +67,11 @@ class ErrorMap {
 
     const Solution& solution_;
     const ErrorEstimate& estimate_;
-    Values noise_;            ///< #S by #channels: estimated variance of h, W²/m⁴
-    Values coefficients_;     ///< #S by #channels: of h, all sets together
-    Values variation_;        ///< #S by #channels: of h around elements of a piecewise constant basis; else empty
-    Fit judged_, irradiance_; ///< the latter empty without ErrorEstimate::of_irradiance
+    Rgb carried_ = Rgb::Zero(); ///< mean squares over the surface of what bounces carry on, with what is cut off
+    Values noise_;              ///< #S by #channels: estimated variance of h, W²/m⁴
+    Values coefficients_;       ///< #S by #channels: of h, all sets together
+    Values variation_;          ///< #S by #channels: of h around elements of a piecewise constant basis; else empty
+    Fit judged_, irradiance_;   ///< the latter empty without ErrorEstimate::of_irradiance
 };
 
 } // namespace difusa

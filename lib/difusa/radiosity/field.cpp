@@ -23,7 +23,13 @@ namespace difusa {
 namespace {
 
 constexpr std::size_t rays_out_of_reach = 256; ///< gathered at points that no element reaches
+constexpr double doubt_of_substitutes = 0.5; ///< standard deviation of light that is substituted there, relative to it
 constexpr double most_out_of_reach = 0.1; ///< of the surface: beyond, it lacks sites by intent, or the basis is narrow
+
+/// Elements are not missing by intent, or for want of width.
+bool are_elements_everywhere(const FieldParts& parts) {
+    return parts.system->discretisation().uncovered <= most_out_of_reach * parts.scene->mesh.area;
+}
 
 /// Handles one point at a time with fresh rays; scratch of a thread.
 class Gatherer {
@@ -40,7 +46,8 @@ class Gatherer {
         : parts_(parts), means_(means), stride_(stride), scene_(*parts.scene),
           basis_(*parts.system->discretisation().basis), around_(parts.system->tracer(), pool),
           sets_(parts.direct->sets()), seed_(seed), sharp_(sets_.count()), emitted_(sets_.count()),
-          samples_emission_(parts.bright && parts.bright->samples_emission()) {
+          samples_emission_(parts.bright && parts.bright->samples_emission()),
+          substitutes_(means == nullptr && are_elements_everywhere(parts)) {
         if (means != nullptr) {
             shortcut_.emplace(BrightSurfels::Shortcut{means->first_bounce, means->even, stride_});
         }
@@ -56,7 +63,7 @@ class Gatherer {
     /// Irradiance::variance.
     double add(const SurfacePoint& x, std::size_t number, Eigen::Ref<Eigen::RowVectorXd> direct,
                Eigen::Ref<Eigen::RowVectorXd> indirect) {
-        sum_ = Rgb::Zero();
+        sum_ = reflected_out_of_reach_ = Rgb::Zero();
         squares_ = 0.0;
         std::optional<RandomStream> gloss; // of rays that glossy surfaces reflect
         if (scene_.mesh.glossy.any()) {
@@ -95,10 +102,27 @@ class Gatherer {
         if (!around_.glossy_hits().empty() && parts_.direct->any()) {
             add_glossy(*gloss, indirect);
         }
-        return expected_variance(squares_of(sum_), squares_, around_.count());
+        return expected_variance(squares_of(sum_), squares_, around_.count()) + add_out_of_reach(direct, indirect);
     }
 
   private:
+    /// Where no element reaches a hit, as in a pit, it receives what x does: H = A + q H, where A is what x receives
+    /// without that, and the hits reflect the share q. Exact where all receive the same, and dark where nothing else
+    /// arrives. Returns the variance: twice, for the mean of two gathers has the same doubt.
+    double add_out_of_reach(const Eigen::Ref<Eigen::RowVectorXd>& direct, Eigen::Ref<Eigen::RowVectorXd> indirect) {
+        if (!(reflected_out_of_reach_ > 0.0).any()) {
+            return 0.0;
+        }
+        Eigen::RowVectorXd added(indirect.size());
+        for (Eigen::Index column = 0; column < indirect.size(); ++column) {
+            const double q = reflected_out_of_reach_[column % parts_.channels];
+            added[column] = q < 1.0 ? q / (1.0 - q) * (direct[column] + indirect[column]) : 0.0;
+        }
+        indirect += added;
+        const Values all = sum_of_parts(Values(added), parts_.channels);
+        return 2.0 * doubt_of_substitutes * doubt_of_substitutes * all.squaredNorm();
+    }
+
     /// Counts what one ray brings, times its weight, for the variance.
     void count_ray(const Rgb& H) {
         sum_ += H;
@@ -163,25 +187,11 @@ class Gatherer {
         add_surface(direct, indirect);
     }
 
-    /// Where no element reaches a hit, as in pits, it receives what the others do on average.
     void add_surface(Eigen::Ref<Eigen::RowVectorXd>& direct, Eigen::Ref<Eigen::RowVectorXd>& indirect) {
         evaluate_basis();
         H_.resize(indirect.size());
-        mean_.setZero(indirect.size());
-        out_of_reach_.clear();
-        double weight = 0.0;
         for (std::size_t p = 0; p < met_.size(); ++p) {
-            if (means_ == nullptr && rows_[p].element.empty()) {
-                out_of_reach_.push_back(p);
-                continue;
-            }
             smooth_at(p);
-            add_hit(p, direct, indirect);
-            mean_ += weight_[p] * H_;
-            weight += weight_[p];
-        }
-        H_ = weight > 0.0 ? Eigen::RowVectorXd(mean_ / weight) : mean_;
-        for (const std::size_t p : out_of_reach_) {
             add_hit(p, direct, indirect);
         }
     }
@@ -190,6 +200,9 @@ class Gatherer {
     void add_hit(std::size_t p, Eigen::Ref<Eigen::RowVectorXd>& direct, Eigen::Ref<Eigen::RowVectorXd>& indirect) {
         const Rgb colour = colour_.empty() ? Rgb(Rgb::Ones()) : colour_[p];
         const Rgb rho = colour * scene_.reflectance(met_[p]);
+        if (substitutes_ && rows_[p].element.empty()) {
+            reflected_out_of_reach_ += weight_[p] * rho;
+        }
         Rgb brought = Rgb::Zero();
         for (Eigen::Index column = 0; column < H_.size(); column += parts_.channels) {
             for (Eigen::Index channel = 0; channel < parts_.channels; ++channel) {
@@ -261,12 +274,13 @@ class Gatherer {
     std::vector<SurfacePoint> corrected_; ///< hits at which the basis corrects the means
     std::vector<BasisRow> rows_;          ///< there
     std::size_t first_corrected_ = 0;
-    std::vector<std::size_t> out_of_reach_; ///< hits that no element reaches
-    Eigen::RowVectorXd H_, mean_;
+    Eigen::RowVectorXd H_;
     std::vector<Rgb> sharp_, emitted_;
-    bool samples_emission_; ///< of emitters with a texture or pattern, except in mirrors
-    Rgb sum_ = Rgb::Zero(); ///< of what the rays bring
-    double squares_ = 0.0;  ///< of that of each
+    bool samples_emission_;                    ///< of emitters with a texture or pattern, except in mirrors
+    bool substitutes_;                         ///< light at hits that no element reaches
+    Rgb reflected_out_of_reach_ = Rgb::Zero(); ///< the share that such hits reflect to the point
+    Rgb sum_ = Rgb::Zero();                    ///< of what the rays bring
+    double squares_ = 0.0;                     ///< of that of each
     GatheredRows::Scratch scratch_;
 };
 
@@ -471,11 +485,13 @@ std::vector<std::size_t> Field::out_of_reach(std::span<const SurfacePoint> x, co
                                              const std::string& purpose, const Execution& execution) const {
     const Discretisation& discretisation = parts_.system->discretisation();
     const Mesh& mesh = parts_.scene->mesh;
-    if (discretisation.uncovered > most_out_of_reach * mesh.area) {
+    const bool dark = (H.indirect.array() == 0.0).all() && (H.direct.array() == 0.0).all();
+    if (dark || !are_elements_everywhere(parts_)) {
         return {};
     }
     std::vector<std::uint8_t> lacks(x.size(), 0);
-    parallel_for(x.size(), 256, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
+    const Unreported unreported(execution);
+    parallel_for(x.size(), 256, unreported, [&](std::size_t begin, std::size_t end, unsigned) {
         BasisRow row;
         for (std::size_t i = begin; i < end; ++i) {
             if (!(H.indirect.row(static_cast<Eigen::Index>(i)).array() == 0.0).all() ||

@@ -96,7 +96,8 @@ class Field {
     /// h from `rays` rays from each point:
     ///     h(x) = sky + mean over the rays of E(y) + rho(y) (H_sharp(y) + sum_i c_i phi_i(y)).
     /// The mean error over the points is the error of `evaluate` reduced by one reflection (at most by the factor of
-    /// the reflectance), plus the noise of the rays. `correction`: for these points, or null.
+    /// the reflectance), plus the noise of the rays. Hits that no element reaches receive as much as x, unless more
+    /// than a tenth of the surface is without elements. `correction`: for these points, or null.
     Irradiance gather(std::span<const SurfacePoint> x, std::size_t rays, std::uint64_t seed, std::string_view purpose,
                       const Execution& execution, const ExactCorrection* correction = nullptr) const;
 
@@ -118,10 +119,10 @@ class Field {
         std::vector<std::uint8_t> even; ///< SurfelLight::even
     };
 
-    /// What `gather_smooth` gives, with the same rays and no bias, in less time: as if sum_i c_i phi_i, and direct
-    /// light where it is even, were at each hit their means over the surfel, plus 16 times the difference at the hits
-    /// of one ray of 16: that varies little, and adds little to the noise. With `correction`, which leaves no other
-    /// noise than that within surfels, it is one of 8.
+    /// What `gather_smooth` gives where elements reach all hits, with the same rays and no bias, in less time: as if
+    /// sum_i c_i phi_i, and direct light where it is even, were at each hit their means over the surfel, plus 16 times
+    /// the difference at the hits of one ray of 16: that varies little, and adds little to the noise. With
+    /// `correction`, which leaves no other noise than that within surfels, it is one of 8.
     Irradiance gather_by_surfels(std::span<const SurfacePoint> x, const SurfelMeans& means,
                                  const ExactCorrection* correction, std::size_t rays, std::uint64_t seed,
                                  std::string_view purpose, const Execution& execution) const;
@@ -135,9 +136,9 @@ class Field {
 
     /// Everything at points, with no sum of irradiances below 0, except of thermal scenes. `final_gather` rays from
     /// each (an even number), in two independent halves whose difference gives the noise; 0: the basis is evaluated,
-    /// and shown to `visit`. Light that no element brings to a point, as to the tip of a pit that no site sees into, is
-    /// gathered even so, unless more than a tenth of the surface is without elements. Gathers use exact form factors
-    /// where FieldParts::sent is known. Throws UsageError for points without a face of the mesh.
+    /// and shown to `visit`. At points that no element reaches, such as the tip of a pit that no site sees into, all
+    /// light is gathered, with 256 rays, unless more than a tenth of the surface is without elements. Gathers use exact
+    /// form factors where FieldParts::sent is known. Throws UsageError for points without a face of the mesh.
     PointValues at(std::span<const SurfacePoint> x, std::size_t final_gather, std::uint64_t seed,
                    const std::string& purpose, const Execution& execution, const RowVisitor& visit = {}) const;
 

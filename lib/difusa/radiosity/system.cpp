@@ -359,7 +359,8 @@ class Solving {
                                  text_of(result_.spectral_radius) + " (must be below 1; largest row sum of the " +
                                  "transport " + text_of(row_sum) + ", largest reflectance " +
                                  text_of(result_.light.reflectance.maxCoeff()) + "). ";
-        const bool absorbs = (result_.light.reflectance.colwise().minCoeff().array() < 1.0).all();
+        const bool absorbs = (result_.light.reflectance.colwise().minCoeff().array() < 1.0).all() ||
+                             discretisation_.sites->mean(transport_.sky) > 1e-9;
         if (absorbs && (!discretisation_.projection->is_mean() || !discretisation_.basis->sums_to_one())) {
             return what + "The basis is not a partition of unity: use --basis normalized-radial or shepard, or give "
                           "this one a smaller width";
@@ -373,8 +374,7 @@ class Solving {
             return what + "Part of the surface exchanges heat neither with a fixed temperature nor with the "
                           "surroundings, so that its temperature is not determined: fix some temperature there";
         }
-        return what + "A closed scene that absorbs nothing has no steady state: give some surface a reflectance "
-                      "below 1";
+        return what + "A closed scene that absorbs nothing has no steady state: give it a reflectance below 1";
     }
 
     /// Coefficients of the field to evaluate, from values at the points.
