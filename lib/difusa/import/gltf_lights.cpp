@@ -1,6 +1,7 @@
 #include <difusa/import/gltf_lights.h>
 
 #include <difusa/core/photometry.h>
+#include <difusa/scene/sound_scene.h>
 
 #include <cmath>
 #include <numbers>
@@ -12,7 +13,6 @@ namespace {
 /// Where a direction of the node points: its -z, along which cameras look and lights shine. What a scale of 0 destroys
 /// is recovered from the rotations alone.
 Vec3 turned(const GltfInput& input, const JsonValue& at, const GltfNodePlace& node, const Vec3& direction) {
-    const auto is_unit = [](const Vec3& v) { return std::abs(v.norm() - 1.0) < 1e-6; };
     Vec3 result = (node.place.linear * direction).stableNormalized();
     if (!is_unit(result)) {
         result = (node.turn * direction).stableNormalized();

@@ -8,10 +8,6 @@
 
 namespace difusa {
 
-bool is_unit(const Vec3& v) {
-    return std::abs(v.norm() - 1.0) < 1e-6;
-}
-
 bool is_light(const Rgb& c) {
     return (c == 0.0 || (c >= 1e-100 && c <= 1e100)).all(); // false for NaN
 }

@@ -3,12 +3,15 @@
 
 #include <difusa/scene/scene.h>
 
+#include <cmath>
 #include <string>
 
 namespace difusa {
 
 /// True if its length is 1, to six digits.
-bool is_unit(const Vec3& v);
+inline bool is_unit(const Vec3& v) {
+    return std::abs(v.norm() - 1.0) < 1e-6;
+}
 
 /// True if it has a direction of unit length and an irradiance that is_light.
 bool is_sound(const Sun& sun);
