@@ -1,13 +1,15 @@
-// form_factors_bench [N [TOLERANCE...]]: time and row sums of the form factors between the triangles of the box [-1,1]³
-// around the cube [-1/2,1/2]³, 24 n² triangles for n = 4, 8, ... up to N (16), on one core, as a table. The surface is
-// closed, so that row sums tell the error: nothing is normalised. With "grouped" before N, those with far triangles in
-// groups; "numbers" are the factors above 0, or the links between groups.
+// form_factors_bench [grouped] [spheres] [N [TOLERANCE...]]: time and row sums of the form factors between the
+// triangles of the box [-1,1]³ around the cube [-1/2,1/2]³, 24 n² triangles for n = 4, 8, ... up to N (16), on one
+// core, as a table. The surface is closed, so that row sums tell the error: nothing is normalised. With "spheres",
+// those of two concentric spheres, the radii 1/2 and 1, of 40 n² triangles. With "grouped", those with far triangles in
+// groups. "Numbers" are the factors above 0, or the links between groups.
 #include "../meshes.h"
 
 #include <difusa/form_factors/form_factors.h>
 #include <difusa/form_factors/grouped.h>
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -40,10 +42,18 @@ Outcome compute(const difusa::Mesh& mesh, double tolerance, bool grouped, difusa
     return outcome;
 }
 
-void measure(int n, double tolerance, bool grouped) {
-    const difusa::Mesh mesh = difusa::test::together(
-        difusa::test::moved(difusa::test::box(Vec3(2, 2, 2), n, true), 1.0, Vec3::Constant(-1.0)),
-        difusa::test::moved(difusa::test::box(Vec3(1, 1, 1), n), 1.0, Vec3::Constant(-0.5)));
+/// A closed surface of two bodies, one inside the other.
+difusa::Mesh nested(int n, bool spheres) {
+    namespace test = difusa::test;
+    if (spheres) {
+        const int level = std::bit_width(static_cast<unsigned>(n)) - 1;
+        return test::together(test::icosphere(level, 1.0, true), test::icosphere(level, 0.5));
+    }
+    return test::together(test::moved(test::box(Vec3(2, 2, 2), n, true), 1.0, Vec3::Constant(-1.0)),
+                          test::moved(test::box(Vec3(1, 1, 1), n), 1.0, Vec3::Constant(-0.5)));
+}
+
+void measure(const difusa::Mesh& mesh, double tolerance, bool grouped) {
     difusa::FormFactorCounts counts;
     const auto began = std::chrono::steady_clock::now();
     const Outcome outcome = compute(mesh, tolerance, grouped, counts);
@@ -62,8 +72,13 @@ void measure(int n, double tolerance, bool grouped) {
 } // namespace form_factors_bench
 
 int main(int count, char** words) {
-    const bool grouped = count > 1 && std::string_view(words[1]) == "grouped"; // NOLINT: a benchmark's own argument
-    const int first = grouped ? 2 : 1;
+    int first = 1;
+    const auto takes = [&](std::string_view word) {
+        const bool is_next = count > first && words[first] == word; // NOLINT: a benchmark's own argument
+        first += is_next ? 1 : 0;
+        return is_next;
+    };
+    const bool grouped = takes("grouped"), spheres = takes("spheres");
     const int largest = count > first ? std::atoi(words[first]) : 16; // NOLINT: likewise
     std::vector<double> tolerances;
     for (int k = first + 1; k < count; ++k) {
@@ -77,7 +92,7 @@ int main(int count, char** words) {
         "|\n|---|---|---|---|---|---|---|---|\n");
     for (const double tolerance : tolerances) {
         for (int n = 4; n <= largest; n *= 2) {
-            form_factors_bench::measure(n, tolerance, grouped);
+            form_factors_bench::measure(form_factors_bench::nested(n, spheres), tolerance, grouped);
         }
     }
     return 0;

@@ -172,6 +172,102 @@ TEST(ClosedBody, TheOutlineOfABox) {
     EXPECT_FALSE(body->find_outline({0.5, 0.5, 0.0}, 1e-14, view)) << "from below its base";
 }
 
+/// A point of the triangle with these corners.
+Vec3 point_in(const std::array<Vec3, 3>& corners, RandomStream& random) {
+    double u = random.uniform(), v = random.uniform();
+    if (u + v > 1.0) {
+        u = 1.0 - u;
+        v = 1.0 - v;
+    }
+    return corners[0] + u * (corners[1] - corners[0]) + v * (corners[2] - corners[0]);
+}
+
+/// What is said of a convex body between two triangles is true of the lines between their points; and it is said where
+/// it is so by much.
+TEST(ClosedBody, HidesOrIsApartFromTriangles) {
+    RandomStream random(4, "triangles");
+    const auto somewhere = [&](double half) {
+        return Vec3(half * (2.0 * random.uniform() - 1.0), half * (2.0 * random.uniform() - 1.0),
+                    half * (2.0 * random.uniform() - 1.0));
+    };
+    for (const Mesh& mesh : {test::icosphere(2), test::moved(test::box({2, 1, 0.4}, 2), 1.0, Vec3(-1, -0.5, -0.2))}) {
+        const std::shared_ptr<const ClosedBody> body = bodies_of(mesh)[0];
+        ASSERT_TRUE(body && body->convex());
+        const auto thinner = [&](double scale, const Vec3& p, const Vec3& q) { // the body scaled around the origin
+            return body->is_crossed(p / scale, q / scale, 0.0);
+        };
+        std::size_t hidden = 0, apart = 0, some = 0;
+        for (int i = 0; i < 3000; ++i) {
+            std::array<Vec3, 3> from, to;
+            const Vec3 at_from = somewhere(2.5), at_to = somewhere(2.5);
+            for (std::size_t k = 0; k < 3; ++k) {
+                from[k] = at_from + somewhere(0.3);
+                to[k] = at_to + somewhere(0.3);
+            }
+            bool all = true, none = true, all_of_thinner = true;
+            for (int ray = 0; ray < 40; ++ray) {
+                const Vec3 p = point_in(from, random), q = point_in(to, random);
+                const bool crossed = body->is_crossed(p, q, 0.0);
+                all = all && crossed;
+                none = none && !crossed;
+            }
+            for (const Vec3& p : from) {
+                for (const Vec3& q : to) {
+                    all_of_thinner = all_of_thinner && thinner(0.9, p, q);
+                }
+            }
+            const bool hides = body->hides(from, to, 1e-14), is_apart = body->is_apart(from, to, 1e-14);
+            EXPECT_TRUE(!hides || all) << i;
+            EXPECT_TRUE(!is_apart || none) << i;
+            hidden += hides ? 1 : 0;
+            apart += is_apart ? 1 : 0;
+            some += !hides && !is_apart ? 1 : 0;
+            if (all_of_thinner && body->is_apart(from, {}, -1e-3)) {
+                EXPECT_TRUE(hides) << i;
+            }
+            // Within a ball that stays away from the body.
+            const Vec3 middle = 0.5 * (at_from + at_to);
+            const double reach = 0.5 * (at_from - at_to).norm() + 0.6;
+            if (middle.norm() > reach + 1.2) {
+                EXPECT_TRUE(is_apart) << i;
+            }
+        }
+        EXPECT_GT(hidden, 100U);
+        EXPECT_GT(apart, 500U);
+        EXPECT_GT(some, 100U);
+    }
+}
+
+/// Lines are cut by a body as by its faces one by one.
+TEST(ClosedBody, IsCrossedWhereItsFacesAre) {
+    const Mesh mesh = test::icosphere(1);
+    const std::shared_ptr<const ClosedBody> body = bodies_of(mesh)[0];
+    ASSERT_TRUE(body && body->convex());
+    RandomStream random(5, "segments");
+    std::size_t crossed = 0;
+    for (int i = 0; i < 4000; ++i) {
+        const auto somewhere = [&] {
+            return Vec3(4.0 * random.uniform() - 2.0, 4.0 * random.uniform() - 2.0, 4.0 * random.uniform() - 2.0);
+        };
+        const Vec3 p = somewhere(), q = somewhere();
+        bool any = false;
+        for (Index t = 0; t < mesh.triangles.size(); ++t) {
+            const auto [a, b, c] = mesh.corners(t);
+            const double at_p = mesh.normals[t].dot(p - a), at_q = mesh.normals[t].dot(q - a);
+            if (at_p * at_q < 0.0) {
+                const Vec3 x = p + at_p / (at_p - at_q) * (q - p);
+                const auto left = [&](const Vec3& from, const Vec3& to) {
+                    return mesh.normals[t].dot((to - from).cross(x - from)) >= 0.0;
+                };
+                any = any || (left(a, b) && left(b, c) && left(c, a));
+            }
+        }
+        EXPECT_EQ(body->is_crossed(p, q, 0.0), any) << i;
+        crossed += any ? 1 : 0;
+    }
+    EXPECT_GT(crossed, 500U);
+}
+
 /// The view past bodies is that past their triangles one by one.
 TEST(BlockedView, ClosedBodiesHideWhatTheirTrianglesHide) {
     const auto square = [](double z, double half, double up) {
@@ -196,21 +292,27 @@ TEST(BlockedView, ClosedBodiesHideWhatTheirTrianglesHide) {
         test::together(test::moved(test::icosphere(1), 0.5, Vec3(0.6, 0, 0)),
                        test::moved(dented_ball(1), 0.7, Vec3(-0.5, 0.2, 0.4))),
     };
+    std::size_t whole = 0; // faces of bodies that are looked at as one
     for (std::size_t s = 0; s < scenes.size(); ++s) {
         const Mesh mesh = test::together(scenes[s], squares);
-        const std::vector<Blocker> blockers = blockers_of(mesh, flat_parts(mesh));
-        std::vector<Blocker> alone = blockers;
-        std::vector<const Blocker*> with_bodies, one_by_one;
-        for (std::size_t i = 0; i < blockers.size(); ++i) {
-            if (blockers[i].body) {
-                alone[i].body = nullptr;
-                with_bodies.push_back(&blockers[i]);
-                one_by_one.push_back(&alone[i]);
-            }
+        std::vector<Blocker> blockers = blockers_of(mesh, flat_parts(mesh));
+        std::erase_if(blockers, [](const Blocker& blocker) { return !blocker.body; });
+        const ObstacleSet with_bodies(blockers);
+        for (Blocker& blocker : blockers) {
+            blocker.body = nullptr;
         }
+        const ObstacleSet one_by_one(blockers);
+        whole += one_by_one.all().size() - with_bodies.all().size();
+        const auto listed = [](const ObstacleSet& set) {
+            std::vector<const Obstacle*> all;
+            for (const Obstacle& obstacle : set.all()) {
+                all.push_back(&obstacle);
+            }
+            return all;
+        };
         BlockedView fast, naive;
-        fast.set(from, to, with_bodies, 1e-14);
-        naive.set(from, to, one_by_one, 1e-14);
+        fast.set(from, to, listed(with_bodies), 1e-14);
+        naive.set(from, to, listed(one_by_one), 1e-14);
         RandomStream random(9, "points");
         std::size_t partly = 0;
         for (int i = 0; i < 200; ++i) {
@@ -225,6 +327,7 @@ TEST(BlockedView, ClosedBodiesHideWhatTheirTrianglesHide) {
         }
         EXPECT_GT(partly, 20U) << "scene " << s;
     }
+    EXPECT_GT(whole, 600U);
 }
 
 } // namespace

@@ -1,10 +1,12 @@
 #include <difusa/form_factors/blocked.h>
 
+#include <difusa/core/fingerprint.h>
 #include <difusa/rays/lambert.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <utility>
 
@@ -18,14 +20,18 @@ constexpr double corner_share = 1.0 / 6.0;
 
 constexpr std::size_t no_body = std::numeric_limits<std::size_t>::max();
 
-/// So many faces of a body are looked at for its outline in the time that hiding what is behind one piece takes.
-constexpr std::size_t faces_for_piece = 16;
-
 /// A polygon is divided along this many lines at most, the longest: further ones are found as the rules disagree.
 constexpr std::size_t most_cuts = 8;
 
+constexpr std::size_t most_outlines = std::size_t{1} << 14U; ///< that are kept
+
 /// Lengths and distances below this share of a polygon's radius divide nothing.
 constexpr double least_cut = 0x1p-20;
+
+bool is_above(const ClosedBody& body, const Plane& plane, double height) {
+    return std::all_of(body.corners().begin(), body.corners().end(),
+                       [&](const Vec3& corner) { return plane.height(corner) > height; });
+}
 
 /// The length of what of the segment from p to q, in the plane of a polygon, is inside of it.
 double length_inside(const FlatPolygon& polygon, const Vec3& normal, const Vec3& p, const Vec3& q) {
@@ -117,30 +123,52 @@ std::array<OuterTriangle, 4> quarters(const OuterTriangle& whole) {
 
 } // namespace
 
-void BlockedView::set(const PolygonEnd& from, const PolygonEnd& to, std::span<const Blocker* const> blockers,
+void BlockedView::set(const PolygonEnd& from, const PolygonEnd& to, std::span<const Obstacle* const> obstacles,
                       double rounding) {
     from_ = &from;
     to_ = &to;
     rounding_ = rounding;
     bodies_.clear();
+    wholes_.clear();
     pieces_.clear();
     cuts_.clear();
-    for (const Blocker* blocker : blockers) {
-        std::size_t body = no_body;
-        if (blocker->body) {
-            body = number_of(*blocker->body);
-            ++bodies_[body].listed;
-        }
-        const FlatPolygon before = blocker->polygon.above(from.plane, rounding).above(to.plane, rounding);
-        if (!before.empty()) {
-            add_cut(before, blocker->plane);
-            pieces_.push_back({before, blocker->plane, body});
+    for (const Obstacle* obstacle : obstacles) {
+        if (obstacle->body() == nullptr) {
+            add(obstacle->pieces()[0]);
+        } else if (hides_as_a_whole(*obstacle->body())) {
+            wholes_.push_back(obstacle);
+        } else {
+            for (const Blocker& piece : obstacle->pieces()) {
+                if (obstruction(piece, from.polygon.corners(), to.polygon.corners(), rounding) != Obstruction::clear) {
+                    add(piece);
+                }
+            }
         }
     }
     std::stable_sort(cuts_.begin(), cuts_.end(), [](const Cut& a, const Cut& b) { return a.length > b.length; });
     cuts_.resize(std::min(cuts_.size(), most_cuts), {0.0, {}});
     for (Body& body : bodies_) {
-        look_at(body);
+        // Where it stands on the plane, points of that may be inside of it, or of a room whose outside it is.
+        body.outside = body.listed > 1 && is_above(*body.body, from.plane, rounding); // else nothing is gained
+    }
+}
+
+/// True if what its outline hides is what it hides.
+bool BlockedView::hides_as_a_whole(const ClosedBody& body) const {
+    return is_above(body, to_->plane, -rounding_) &&
+           (is_above(body, from_->plane, rounding_) || body.is_apart(from_->polygon.corners(), {}, -2.0 * rounding_));
+}
+
+void BlockedView::add(const Blocker& blocker) {
+    std::size_t body = no_body;
+    if (blocker.body) {
+        body = number_of(*blocker.body);
+        ++bodies_[body].listed;
+    }
+    const FlatPolygon before = blocker.polygon.above(from_->plane, rounding_).above(to_->plane, rounding_);
+    if (!before.empty()) {
+        add_cut(before, blocker.plane);
+        pieces_.push_back({before, blocker.plane, body});
     }
 }
 
@@ -189,82 +217,134 @@ std::size_t BlockedView::number_of(const ClosedBody& body) {
     return bodies_.size() - 1;
 }
 
-void BlockedView::look_at(Body& body) const {
-    const auto is_above = [&](const Plane& plane, double height) {
-        return std::all_of(body.body->corners().begin(), body.body->corners().end(),
-                           [&](const Vec3& corner) { return plane.height(corner) > height; });
-    };
-    if (body.listed < 2) {
-        return; // nothing to be gained
-    }
-    // Where it stands on the plane, points of that may be inside of it, or of a room whose outside it is.
-    body.outside = is_above(from_->plane, rounding_);
-    body.by_outline = body.outside && body.body->convex() && body.listed * faces_for_piece > body.body->face_count() &&
-                      is_above(to_->plane, -rounding_);
-}
-
 void BlockedView::hide(const Vec3& x, const FlatPolygon& blocker, const Plane& plane) {
     if (visible_.hide(x, blocker, plane, rounding_)) {
         seen_ = Seen::part;
     }
 }
 
+std::size_t BlockedView::SightHash::operator()(const Sight& sight) const {
+    Fingerprint fingerprint;
+    fingerprint.add(reinterpret_cast<std::uintptr_t>(sight.body)); // NOLINT: no order depends on it
+    for (const double coordinate : sight.x) {
+        fingerprint.add(coordinate);
+    }
+    return fingerprint.value();
+}
+
+/// Corners of the body; null if no outline is found. Valid until the next call.
+const std::vector<Index>* BlockedView::outline_of(const ClosedBody& body, const Vec3& x) {
+    if (outlines_.size() >= most_outlines) {
+        outlines_.clear();
+    }
+    const auto [place, is_new] = outlines_.try_emplace({&body, {x[0], x[1], x[2]}});
+    if (is_new && body.find_outline(x, rounding_, view_)) {
+        place->second = view_.outline;
+    }
+    return place->second.empty() ? nullptr : &place->second;
+}
+
 /// False if no outline is found.
 bool BlockedView::hide_behind(const Vec3& x, const ClosedBody& body) {
-    if (!body.find_outline(x, rounding_, view_)) {
+    const std::vector<Index>* const outline = outline_of(body, x);
+    if (outline == nullptr) {
         return false;
     }
     const std::span<const Vec3> corners = body.corners();
     // A fan of polygons from one corner of the outline. They need not be flat: what they hide is the same.
     constexpr std::size_t more = Blocker::most_corners - 2;
-    const std::vector<Index>& outline = view_.outline;
-    for (std::size_t first = 1; first + 1 < outline.size(); first += more) {
+    for (std::size_t first = 1; first + 1 < outline->size(); first += more) {
         FlatPolygon part;
-        part.add(corners[outline[0]]);
-        for (std::size_t k = first; k <= std::min(first + more, outline.size() - 1); ++k) {
-            part.add(corners[outline[k]]);
+        part.add(corners[(*outline)[0]]);
+        for (std::size_t k = first; k <= std::min(first + more, outline->size() - 1); ++k) {
+            part.add(corners[(*outline)[k]]);
         }
         hide(x, part, {Vec3::Zero(), -1.0}); // seen from its front
     }
     return true;
 }
 
+/// The form factor past a single convex body: that to the whole polygon less that to what the body hides, which is
+/// convex, too. Nothing if no outline is found, or if what it hides has too many corners.
+std::optional<double> BlockedView::factor_past(const Vec3& x, const ClosedBody& body) {
+    const std::vector<Index>* const outline = outline_of(body, x);
+    if (outline == nullptr) {
+        return std::nullopt;
+    }
+    const std::span<const Vec3> corners = body.corners();
+    FlatPolygon hidden = to_->polygon;
+    bool cut = false;
+    for (std::size_t k = 0; k < outline->size(); ++k) {
+        const Vec3 from = corners[(*outline)[k]] - x, to = corners[(*outline)[k + 1 < outline->size() ? k + 1 : 0]] - x,
+                   normal = to.cross(from);
+        const double length = normal.norm();
+        if (!(length > 0.0)) {
+            continue;
+        }
+        const Plane side{normal / length, normal.dot(x) / length};
+        const std::span<const Vec3> left = hidden.corners();
+        if (std::all_of(left.begin(), left.end(), [&](const Vec3& corner) { return side.height(corner) >= 0.0; })) {
+            continue;
+        }
+        cut = true;
+        hidden = hidden.above(side, 0.0);
+        if (hidden.empty()) {
+            return factor_of(x, to_->polygon);
+        }
+        if (hidden.size() == FlatPolygon::capacity) {
+            return std::nullopt;
+        }
+    }
+    seen_ = cut ? Seen::part : Seen::nothing;
+    return cut ? std::max(0.0, factor_of(x, to_->polygon) - factor_of(x, hidden)) : 0.0;
+}
+
+/// All of a polygon in front of `from`, nothing hidden.
+double BlockedView::factor_of(const Vec3& x, const FlatPolygon& polygon) const {
+    std::array<Vec3, FlatPolygon::capacity> seen; // NOLINT: filled before use
+    for (std::size_t k = 0; k < polygon.size(); ++k) {
+        seen[k] = polygon[k] - x;
+    }
+    return lambert_sum(from_->plane.normal, {seen.data(), polygon.size()});
+}
+
 double BlockedView::form_factor(const Vec3& x) {
-    visible_.set(to_->polygon);
     seen_ = Seen::everything;
-    for (Body& each : bodies_) {
-        each.is_hidden_behind = each.by_outline && !visible_.empty() && hide_behind(x, *each.body);
+    if (wholes_.size() == 1 && pieces_.empty()) {
+        if (const std::optional<double> factor = factor_past(x, *wholes_[0]->body())) {
+            return *factor;
+        }
+    }
+    visible_.set(to_->polygon);
+    for (const Obstacle* whole : wholes_) {
+        if (!visible_.empty() && !hide_behind(x, *whole->body())) {
+            for (const Blocker& front : whole->pieces()) {
+                if (front.plane.height(x) > rounding_) {
+                    hide(x, front.polygon, front.plane);
+                }
+            }
+        }
     }
     for (std::size_t k = 0; k < pieces_.size() && !visible_.empty(); ++k) {
         const Piece& piece = pieces_[k];
-        if (piece.body != no_body) {
-            const Body& body = bodies_[piece.body];
-            if (body.is_hidden_behind || (body.outside && piece.plane.height(x) <= rounding_)) {
-                continue;
-            }
+        if (piece.body == no_body || !bodies_[piece.body].outside || piece.plane.height(x) > rounding_) {
+            hide(x, piece.polygon, piece.plane);
         }
-        hide(x, piece.polygon, piece.plane);
     }
     if (visible_.empty()) {
         seen_ = Seen::nothing;
     }
     double sum = 0.0;
-    std::array<Vec3, FlatPolygon::capacity> seen; // NOLINT: filled before use
-    visible_.for_pieces([&](const FlatPolygon& piece) {
-        for (std::size_t k = 0; k < piece.size(); ++k) {
-            seen[k] = piece[k] - x;
-        }
-        sum += lambert_sum(from_->plane.normal, {seen.data(), piece.size()});
-    });
+    visible_.for_pieces([&](const FlatPolygon& piece) { sum += factor_of(x, piece); });
     return sum;
 }
 
-Estimate blocked_exchange(const PolygonEnd& P, const PolygonEnd& Q, std::span<const Blocker* const> blockers,
+Estimate blocked_exchange(const PolygonEnd& P, const PolygonEnd& Q, std::span<const Obstacle* const> obstacles,
                           double rounding, double tolerance, BlockedView& view, const Execution& execution,
                           std::size_t most_triangles) {
     const bool swap = Q.radius < P.radius;
     const PolygonEnd &from = swap ? Q : P, &to = swap ? P : Q;
-    view.set(from, to, blockers, rounding);
+    view.set(from, to, obstacles, rounding);
     std::vector<OuterTriangle> open;
     Estimate sum;
     for (const FlatPolygon& outline : view.smooth_parts()) {

@@ -6,7 +6,10 @@
 #include <difusa/form_factors/unblocked.h>
 #include <difusa/rays/visible_part.h>
 
+#include <array>
 #include <cstddef>
+#include <optional>
+#include <unordered_map>
 #include <vector>
 
 namespace difusa {
@@ -17,9 +20,9 @@ enum class Seen : unsigned { nothing = 1, part = 2, everything = 4 };
 /// The view of one polygon from the points of another, through blockers. Scratch of one thread.
 class BlockedView {
   public:
-    /// From points of `from` to the polygon `to`, each wholly in front of the plane of the other. Of the blockers only
+    /// From points of `from` to the polygon `to`, each wholly in front of the plane of the other. Of the obstacles only
     /// what is in front of both planes counts.
-    void set(const PolygonEnd& from, const PolygonEnd& to, std::span<const Blocker* const> blockers, double rounding);
+    void set(const PolygonEnd& from, const PolygonEnd& to, std::span<const Obstacle* const> obstacles, double rounding);
 
     /// The form factor from the element at x, in the plane of `from` and with its normal, to the visible part of `to`.
     /// Exact to rounding, past nearly convex bodies to that of single precision: a convex blocker hides from x what
@@ -36,13 +39,11 @@ class BlockedView {
     std::vector<FlatPolygon> smooth_parts() const;
 
   private:
-    /// A closed body that some blockers are a part of.
+    /// A closed body that some pieces are a part of.
     struct Body {
         const ClosedBody* body;
-        std::size_t listed = 0;        ///< of its blockers
-        bool outside = false;          ///< it is in front of the plane of `from`, whose points are outside of it
-        bool by_outline = false;       ///< convex, in front of both planes, and its outline is found in less time
-        bool is_hidden_behind = false; ///< by the last point
+        std::size_t listed = 0; ///< of its pieces
+        bool outside = false;   ///< it is in front of the plane of `from`, whose points are outside of it
     };
     /// A piece of the surface.
     struct Piece {
@@ -55,21 +56,37 @@ class BlockedView {
         double length; ///< of what of it is in `from`
         Plane plane;   ///< of the blocker
     };
+    bool hides_as_a_whole(const ClosedBody& body) const;
+    void add(const Blocker& blocker);
     void add_cut(const FlatPolygon& piece, const Plane& plane);
     std::size_t number_of(const ClosedBody& body);
-    void look_at(Body& body) const;
     void hide(const Vec3& x, const FlatPolygon& blocker, const Plane& plane);
+    const std::vector<Index>* outline_of(const ClosedBody& body, const Vec3& x);
     bool hide_behind(const Vec3& x, const ClosedBody& body);
+    std::optional<double> factor_past(const Vec3& x, const ClosedBody& body);
+    double factor_of(const Vec3& x, const FlatPolygon& polygon) const;
+
+    /// What the corners of a body are seen from.
+    struct Sight {
+        const ClosedBody* body;
+        std::array<double, 3> x;
+        bool operator==(const Sight&) const = default;
+    };
+    struct SightHash {
+        std::size_t operator()(const Sight& sight) const;
+    };
 
     const PolygonEnd* from_ = nullptr;
     const PolygonEnd* to_ = nullptr;
     double rounding_ = 0.0;
     Seen seen_ = Seen::everything;
     std::vector<Body> bodies_;
-    std::vector<Piece> pieces_;
-    std::vector<Cut> cuts_; ///< the longest first
+    std::vector<const Obstacle*> wholes_; ///< convex bodies in front of `to`, with `from` outside of them
+    std::vector<Piece> pieces_;           ///< of all others
+    std::vector<Cut> cuts_;               ///< the longest first
     ClosedBody::View view_;
-    VisiblePart visible_; ///< of `to`
+    std::unordered_map<Sight, std::vector<Index>, SightHash> outlines_; ///< found before: pairs have points in common
+    VisiblePart visible_;                                               ///< of `to`
 };
 
 /// A_P F_PQ through blockers, with an estimated error of at most `tolerance` (an area) if `most_triangles` suffice: the
@@ -79,7 +96,7 @@ class BlockedView {
 /// points see alike, since the rules may miss what is hidden from a corner only. The triangle with the largest
 /// difference is divided into four until their sum is below the tolerance: the kinks at which the outline of one
 /// polygon enters the shadow of another end up in small triangles. Throws Interrupted.
-Estimate blocked_exchange(const PolygonEnd& P, const PolygonEnd& Q, std::span<const Blocker* const> blockers,
+Estimate blocked_exchange(const PolygonEnd& P, const PolygonEnd& Q, std::span<const Obstacle* const> obstacles,
                           double rounding, double tolerance, BlockedView& view, const Execution& execution,
                           std::size_t most_triangles = 20000);
 

@@ -12,6 +12,8 @@ namespace difusa {
 
 namespace {
 
+constexpr std::size_t few_pieces = 12; ///< of a body
+
 using Loop = std::vector<Index>; ///< numbers of points, counterclockwise
 
 /// The boundary of the union of polygons whose insides do not overlap, if it is one simple loop: their edges without
@@ -251,6 +253,85 @@ std::vector<Blocker> blockers_of(const Mesh& mesh, const std::vector<Index>& par
         }
     }
     return blockers;
+}
+
+Obstacle::Obstacle(std::span<const Blocker> pieces)
+    : pieces_(pieces), body_(pieces[0].body && pieces[0].body->convex() ? pieces[0].body.get() : nullptr),
+      low_(pieces[0].low), high_(pieces[0].high) {
+    for (const Vec3& corner : corners()) { // of a body, also of faces that come between no two points
+        low_ = low_.cwiseMin(corner);
+        high_ = high_.cwiseMax(corner);
+    }
+}
+
+bool Obstacle::is_crossed(const Vec3& p, const Vec3& q, double rounding) const {
+    if (body_ != nullptr) {
+        return body_->is_crossed(p, q, rounding);
+    }
+    const Blocker& piece = pieces_[0];
+    const double at_p = piece.plane.height(p), at_q = piece.plane.height(q);
+    if (!((at_p > rounding && at_q < -rounding) || (at_p < -rounding && at_q > rounding))) {
+        return false;
+    }
+    const Vec3 x = p + at_p / (at_p - at_q) * (q - p);
+    const FlatPolygon& polygon = piece.polygon;
+    for (std::size_t k = 0; k < polygon.size(); ++k) {
+        if ((polygon.next(k) - polygon[k]).cross(x - polygon[k]).dot(piece.plane.normal) < 0.0) {
+            return false;
+        }
+    }
+    return true;
+}
+
+ObstacleSet::ObstacleSet(std::vector<Blocker> blockers) : pieces_(std::move(blockers)) {
+    const auto whole = [](const Blocker& piece) {
+        return piece.body && piece.body->convex() ? piece.body.get() : nullptr;
+    };
+    // Bodies in the order of their first pieces.
+    std::map<const ClosedBody*, std::size_t> first;
+    std::vector<std::size_t> place(pieces_.size()), order(pieces_.size());
+    for (std::size_t i = 0; i < pieces_.size(); ++i) {
+        const ClosedBody* const body = whole(pieces_[i]);
+        place[i] = body != nullptr ? first.try_emplace(body, i).first->second : i;
+    }
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return place[a] < place[b]; });
+    std::vector<Blocker> sorted;
+    sorted.reserve(pieces_.size());
+    for (const std::size_t i : order) {
+        sorted.push_back(std::move(pieces_[i]));
+    }
+    pieces_ = std::move(sorted);
+    for (std::size_t i = 0, end = 0; i < pieces_.size(); i = end) {
+        const ClosedBody* const body = whole(pieces_[i]);
+        for (end = i + 1; body != nullptr && end < pieces_.size() && whole(pieces_[end]) == body; ++end) {
+        }
+        all_.emplace_back(std::span(pieces_).subspan(i, end - i));
+    }
+}
+
+Obstruction obstruction(const Obstacle& obstacle, std::span<const Vec3> from, std::span<const Vec3> to,
+                        double rounding) {
+    const ClosedBody* const body = obstacle.body();
+    if (body == nullptr) {
+        return obstruction(obstacle.pieces()[0], from, to, rounding);
+    }
+    if (obstacle.pieces().size() <= few_pieces) { // one by one they leave less in doubt
+        bool clear = true;
+        for (const Blocker& piece : obstacle.pieces()) {
+            const Obstruction what = obstruction(piece, from, to, rounding);
+            if (what == Obstruction::complete) {
+                return what;
+            }
+            clear = clear && what == Obstruction::clear;
+        }
+        if (clear) {
+            return Obstruction::clear;
+        }
+    }
+    return body->is_apart(from, to, rounding) ? Obstruction::clear
+           : body->hides(from, to, rounding)  ? Obstruction::complete
+                                              : Obstruction::partial;
 }
 
 Obstruction obstruction(const Blocker& blocker, std::span<const Vec3> from, std::span<const Vec3> to, double rounding) {

@@ -3,6 +3,8 @@
 #include <difusa/mesh/crossing_faces.h>
 
 #include <algorithm>
+#include <limits>
+#include <numeric>
 #include <optional>
 #include <unordered_map>
 #include <utility>
@@ -15,6 +17,7 @@ constexpr std::size_t most_comparisons = std::size_t{1} << 29U; ///< for all bod
 constexpr double single_rounding = 0x1p-21; ///< of distances between points in single precision, of the coordinates
 constexpr double least_share = 1e-6;        ///< of a body's extent that matters
 constexpr double least_turn = 1e-3;         ///< of an outline, to the right, that is not rounding
+constexpr int most_steps = 24;              ///< of the search for a plane between a body and points
 
 Plane plane_of(const Mesh& mesh, Index triangle) {
     return {mesh.normals[triangle], mesh.normals[triangle].dot(mesh.corner(triangle, 0))};
@@ -23,6 +26,13 @@ Plane plane_of(const Mesh& mesh, Index triangle) {
 /// The largest coordinate.
 double magnitude(const Eigen::AlignedBox3d& box) {
     return std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff());
+}
+
+/// The point of a segment that is closest to the origin.
+Vec3 closest_to_origin(const Vec3& p, const Vec3& q) {
+    const Vec3 along = q - p;
+    const double square = along.squaredNorm();
+    return square > 0.0 ? Vec3(p + std::clamp(-p.dot(along) / square, 0.0, 1.0) * along) : p;
 }
 
 /// The number of each key, in the order in which they are asked for.
@@ -113,6 +123,145 @@ ClosedBody::ClosedBody(const Mesh& mesh, const std::vector<Index>& triangles, co
         }
     }
     convex_ = is_convex(comparisons);
+    if (convex_) {
+        prepare_convex();
+    }
+}
+
+void ClosedBody::prepare_convex() {
+    for (const Vec3& corner : corners_) {
+        centre_ += corner;
+    }
+    centre_ /= static_cast<double>(corners_.size());
+    double highest = -std::numeric_limits<double>::infinity();
+    for (const Plane& plane : planes_) {
+        highest = std::max(highest, plane.height(centre_));
+    }
+    inner_ = std::max(0.0, -highest);
+    columns_.resize(static_cast<Eigen::Index>(corners_.size()), 3);
+    for (std::size_t k = 0; k < corners_.size(); ++k) {
+        outer_ = std::max(outer_, (corners_[k] - centre_).norm());
+        columns_.row(static_cast<Eigen::Index>(k)) = corners_[k];
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto along = [axis](const Vec3& a, const Vec3& b) { return a[axis] < b[axis]; };
+        const auto [low, high] = std::minmax_element(corners_.begin(), corners_.end(), along);
+        poles_[2 * static_cast<std::size_t>(axis)] = static_cast<Index>(low - corners_.begin());
+        poles_[2 * static_cast<std::size_t>(axis) + 1] = static_cast<Index>(high - corners_.begin());
+    }
+    first_.assign(corners_.size() + 1, 0);
+    for (const Edge& edge : edges_) {
+        ++first_[edge.from + 1];
+        ++first_[edge.to + 1];
+    }
+    std::partial_sum(first_.begin(), first_.end(), first_.begin());
+    std::vector<Index> next(first_.begin(), first_.end() - 1);
+    neighbour_.resize(first_.back());
+    for (const Edge& edge : edges_) {
+        neighbour_[next[edge.from]++] = edge.to;
+        neighbour_[next[edge.to]++] = edge.from;
+    }
+}
+
+bool ClosedBody::is_crossed(const Vec3& p, const Vec3& q, double rounding) const {
+    const Vec3 from = p - centre_, to = q - centre_;
+    const double inner = inner_ - rounding;
+    if (inner > 0.0 && std::max(from.squaredNorm(), to.squaredNorm()) > outer_ * outer_ &&
+        closest_to_origin(from, to).squaredNorm() < inner * inner) {
+        return true;
+    }
+    double first = 0.0, last = 1.0; // what of the segment is inside
+    for (const Plane& plane : planes_) {
+        const double at_p = plane.height(p) + rounding, at_q = plane.height(q) + rounding;
+        if (at_p >= 0.0 && at_q >= 0.0) {
+            return false;
+        }
+        if (at_p >= 0.0) {
+            first = std::max(first, at_p / (at_p - at_q));
+        } else if (at_q >= 0.0) {
+            last = std::min(last, at_p / (at_p - at_q));
+        }
+        if (first >= last) {
+            return false;
+        }
+    }
+    return first > 0.0 || last < 1.0;
+}
+
+bool ClosedBody::hides(std::span<const Vec3> from, std::span<const Vec3> to, double rounding) const {
+    for (const Vec3& p : from) {
+        for (const Vec3& q : to) {
+            if (!is_crossed(p, q, rounding)) {
+                return false;
+            }
+        }
+    }
+    return is_apart(from, {}, rounding) || is_apart(to, {}, rounding);
+}
+
+/// From a corner on to lower ones, as long as an edge leads to one: on a convex body to the lowest.
+Index ClosedBody::lowest_corner(const Vec3& direction, Index start) const {
+    Index lowest = start;
+    double height = direction.dot(corners_[start]);
+    for (bool lower = true; lower;) {
+        lower = false;
+        for (Index k = first_[lowest], last = first_[lowest + 1]; k < last; ++k) {
+            if (const double at = direction.dot(corners_[neighbour_[k]]); at < height) {
+                lowest = neighbour_[k];
+                height = at;
+                lower = true;
+            }
+        }
+    }
+    return lowest;
+}
+
+/// The lowest of the poles.
+Index ClosedBody::low_corner(const Vec3& direction) const {
+    return *std::min_element(poles_.begin(), poles_.end(),
+                             [&](Index a, Index b) { return direction.dot(corners_[a]) < direction.dot(corners_[b]); });
+}
+
+bool ClosedBody::is_apart(std::span<const Vec3> points, std::span<const Vec3> others, double rounding) const {
+    const auto highest = [&](const Vec3& direction) {
+        const Vec3* found = nullptr;
+        double height = 0.0;
+        for (const std::span<const Vec3> some : {points, others}) {
+            for (const Vec3& p : some) {
+                if (const double at = direction.dot(p); found == nullptr || at > height) {
+                    found = &p;
+                    height = at;
+                }
+            }
+        }
+        return *found;
+    };
+    // The points of the body less these points make a convex set. Where the origin is outside of it, the direction of
+    // a point of it that is closer and closer to the origin becomes the normal of a plane between the two.
+    Vec3 mean = Vec3::Zero();
+    for (const std::span<const Vec3> some : {points, others}) {
+        for (const Vec3& p : some) {
+            mean += p / static_cast<double>(points.size() + others.size());
+        }
+    }
+    Vec3 closest = centre_ - mean;
+    Index lowest = low_corner(closest);
+    for (int step = 0; step < most_steps; ++step) {
+        const double length = closest.norm();
+        if (length <= rounding) {
+            return false;
+        }
+        const Vec3 normal = closest / length;
+        lowest = lowest_corner(normal, lowest);
+        const Vec3 far = highest(normal), extreme = corners_[lowest] - far;
+        if (normal.dot(extreme) >= -rounding) {
+            // Where the body is convex but for rounding, no edge may lead on.
+            return (columns_.col(0) * normal[0] + columns_.col(1) * normal[1] + columns_.col(2) * normal[2])
+                       .minCoeff() >= normal.dot(far) - rounding;
+        }
+        closest = closest_to_origin(closest, extreme);
+    }
+    return false;
 }
 
 bool ClosedBody::is_convex(std::size_t& comparisons) const {

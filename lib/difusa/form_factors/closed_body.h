@@ -6,6 +6,7 @@
 #include <difusa/mesh/mesh.h>
 #include <difusa/rays/flat_polygon.h>
 
+#include <array>
 #include <memory>
 #include <span>
 #include <vector>
@@ -28,6 +29,18 @@ class ClosedBody {
     std::span<const Vec3> corners() const { return corners_; } ///< those on edges between faces
     std::size_t face_count() const { return planes_.size(); }
 
+    /// Of a convex body: whether the segment from p to q passes through its surface, deeper than `rounding`.
+    bool is_crossed(const Vec3& p, const Vec3& q, double rounding) const;
+
+    /// Of a convex body: true only if it hides all points of the convex hull of `to` from all of that of `from`. That
+    /// is so if one of the hulls is outside of it and all segments between the given points cross it: the points from
+    /// which it hides a point are a convex set.
+    bool hides(std::span<const Vec3> from, std::span<const Vec3> to, double rounding) const;
+
+    /// Of a convex body: true only if some plane has the body on one side and all points on the other, up to
+    /// `rounding`. The plane is searched for as E. G. Gilbert does (1966), in few steps: false if it is not found.
+    bool is_apart(std::span<const Vec3> points, std::span<const Vec3> others, double rounding) const;
+
     /// What a point sees of a convex body. Scratch of one thread.
     struct View {
         std::vector<char> front;    ///< #faces: whether the point is before it
@@ -42,6 +55,9 @@ class ClosedBody {
 
   private:
     bool is_convex(std::size_t& comparisons) const;
+    void prepare_convex();
+    Index lowest_corner(const Vec3& direction, Index start) const;
+    Index low_corner(const Vec3& direction) const;
 
     struct Edge {
         Index from, to, left, right; ///< corners; and faces, as seen from before the left one with `to` above `from`
@@ -50,6 +66,11 @@ class ClosedBody {
     std::vector<Plane> planes_; ///< #faces, of the first triangle of each
     std::vector<Edge> edges_;
     bool convex_ = false;
+    Vec3 centre_ = Vec3::Zero();           ///< of a ball inside of a convex body, and of one around it
+    double inner_ = 0.0, outer_ = 0.0;     ///< their radii
+    std::array<Index, 6> poles_{};         ///< its lowest and highest corners along each axis
+    Eigen::MatrixX3d columns_;             ///< the corners of a convex body once more
+    std::vector<Index> neighbour_, first_; ///< corners at the other ends of its edges, those of each corner in turn
 };
 
 /// #T: the body that the triangle is a part of, or null. `parts`: #T, the flat parts (blockers.h). None are found if it

@@ -42,7 +42,7 @@ struct ExchangeProblem {
     std::vector<Index> by_rank; ///< triangles in the order of their surfaces
     std::vector<Index> rank;    ///< of each triangle
     std::vector<Index> parts;   ///< flat_parts
-    std::vector<Blocker> blockers;
+    ObstacleSet obstacles;
     TargetTree tree;
     std::vector<PolygonEnd> ends; ///< of the triangles
 
@@ -85,17 +85,17 @@ class ExchangeWorker {
         p_ = p;
         const PolygonEnd& P = problem_.ends[p];
         pair_.between.clear();
-        for (const Blocker& blocker : problem_.blockers) {
-            const std::span<const Vec3> corners = blocker.polygon.corners();
+        for (const Obstacle& obstacle : problem_.obstacles.all()) {
+            const std::span<const Vec3> corners = obstacle.corners();
             if (std::any_of(corners.begin(), corners.end(),
                             [&](const Vec3& c) { return P.plane.height(c) > problem_.rounding; })) {
-                pair_.between.push_back(&blocker);
+                pair_.between.push_back(&obstacle);
             }
         }
         visit(0, 0, pair_.between.size());
     }
 
-    /// The triangles under a node; blockers [first, last) may come between.
+    /// The triangles under a node; obstacles [first, last) may come between.
     void visit(Index number, std::size_t first, std::size_t last) {
         const TargetTree::Node& node = problem_.tree.node(number);
         const PolygonEnd& P = problem_.ends[p_];
@@ -301,17 +301,18 @@ FormFactors form_factors(const Mesh& mesh, const Surfaces& surfaces, const FormF
     execution.phase("form factors");
     const std::vector<Index> order = in_order_of_surfaces(surfaces), rank = inverse_of(order);
     const std::vector<Index> parts = flat_parts(mesh);
-    const ExchangeProblem problem{mesh,
-                                  surfaces,
-                                  options.tolerance,
-                                  plane_rounding(mesh),
-                                  surfaces.areas(mesh),
-                                  order,
-                                  rank,
-                                  parts,
-                                  mesh.convex ? std::vector<Blocker>() : blockers_of(mesh, parts, execution),
-                                  TargetTree(mesh, parts, rank),
-                                  ends_of(mesh)};
+    const ExchangeProblem problem{
+        mesh,
+        surfaces,
+        options.tolerance,
+        plane_rounding(mesh),
+        surfaces.areas(mesh),
+        order,
+        rank,
+        parts,
+        ObstacleSet(mesh.convex ? std::vector<Blocker>() : blockers_of(mesh, parts, execution)),
+        TargetTree(mesh, parts, rank),
+        ends_of(mesh)};
     const std::vector<Task> tasks = tasks_of(problem);
     std::vector<ExchangeRow> rows(tasks.size());
     std::vector<ExchangeWorker> workers(execution.threads, ExchangeWorker(problem, execution));

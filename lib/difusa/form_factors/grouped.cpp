@@ -78,7 +78,7 @@ struct GroupedProblem {
     TargetTree tree;
     std::vector<Extent> extents; ///< of its nodes
     std::vector<double> area;    ///< likewise
-    std::vector<Blocker> blockers;
+    ObstacleSet obstacles;
     std::vector<PolygonEnd> ends;
 };
 
@@ -130,22 +130,6 @@ Extent extent_of(const Mesh& mesh, const TargetTree& tree, const TargetTree::Nod
     extent.hull[2] = extent.centre + high[0] * axes.u + high[1] * axes.v;
     extent.hull[3] = extent.centre + low[0] * axes.u + high[1] * axes.v;
     return extent;
-}
-
-/// Whether the segment passes through the inside of the blocker.
-bool is_crossed(const Blocker& blocker, const Vec3& p, const Vec3& q, double rounding) {
-    const double at_p = blocker.plane.height(p), at_q = blocker.plane.height(q);
-    if (!((at_p > rounding && at_q < -rounding) || (at_p < -rounding && at_q > rounding))) {
-        return false;
-    }
-    const Vec3 x = p + at_p / (at_p - at_q) * (q - p);
-    const FlatPolygon& polygon = blocker.polygon;
-    for (std::size_t k = 0; k < polygon.size(); ++k) {
-        if ((polygon.next(k) - polygon[k]).cross(x - polygon[k]).dot(blocker.plane.normal) < 0.0) {
-            return false;
-        }
-    }
-    return true;
 }
 
 /// The factors from points of one group to all of the other, whose area is `area`, as a function of the point.
@@ -217,8 +201,8 @@ class GroupedWorker {
   private:
     void start(Pair pair) {
         pair_.between.clear();
-        for (const Blocker& blocker : problem_.blockers) {
-            pair_.between.push_back(&blocker);
+        for (const Obstacle& obstacle : problem_.obstacles.all()) {
+            pair_.between.push_back(&obstacle);
         }
         visit(pair, 0, pair_.between.size());
     }
@@ -345,7 +329,7 @@ class GroupedWorker {
         for (std::size_t i = 0; i < rule_points; ++i) {
             for (std::size_t j = 0; j < rule_points; ++j) {
                 for (std::size_t k = first; k < last && kernel[i][j] > 0.0; ++k) {
-                    if (is_crossed(*pair_.between[k], at_a.point[i], at_b.point[j], problem_.rounding)) {
+                    if (pair_.between[k]->is_crossed(at_a.point[i], at_b.point[j], problem_.rounding)) {
                         kernel[i][j] = 0.0;
                     }
                 }
@@ -433,7 +417,7 @@ GroupedFormFactors grouped_form_factors(const Mesh& mesh, const FormFactorOption
                            TargetTree(mesh, parts, ranks, 1),
                            {},
                            {},
-                           mesh.convex ? std::vector<Blocker>() : blockers_of(mesh, parts, execution),
+                           ObstacleSet(mesh.convex ? std::vector<Blocker>() : blockers_of(mesh, parts, execution)),
                            ends_of(mesh)};
     const TargetTree& tree = problem.tree;
     problem.extents.resize(tree.size());

@@ -9,6 +9,12 @@ namespace {
 /// Exact integrals are computed to this share of the tolerance: it costs little.
 constexpr double clear_share = 1e-3;
 
+/// Whether some of the obstacle is in front of the plane.
+bool rises_above(const Plane& plane, const Obstacle& obstacle, double rounding) {
+    const std::span<const Vec3> corners = obstacle.corners();
+    return std::any_of(corners.begin(), corners.end(), [&](const Vec3& c) { return plane.height(c) > rounding; });
+}
+
 } // namespace
 
 std::vector<PolygonEnd> ends_of(const Mesh& mesh) {
@@ -45,16 +51,16 @@ bool PairExchange::narrow(std::span<const Vec3> from, std::span<const Vec3> to, 
         }
     }
     for (std::size_t k = first; k < last; ++k) {
-        const Blocker* blocker = between[k];
-        if ((blocker->low.array() > high.array()).any() || (blocker->high.array() < low.array()).any()) {
+        const Obstacle* const obstacle = between[k];
+        if ((obstacle->low().array() > high.array()).any() || (obstacle->high().array() < low.array()).any()) {
             continue;
         }
-        const Obstruction what = obstruction(*blocker, from, to, rounding_);
+        const Obstruction what = obstruction(*obstacle, from, to, rounding_);
         if (what == Obstruction::complete) {
             return false;
         }
         if (what == Obstruction::partial) {
-            between.push_back(blocker);
+            between.push_back(obstacle);
         }
     }
     return true;
@@ -79,19 +85,26 @@ Estimate PairExchange::of(Index p, Index q, std::size_t first, std::size_t last,
     if (P->polygon.empty() || Q->polygon.empty()) {
         return {};
     }
+    const std::size_t start = between.size();
+    for (std::size_t k = first; k < last; ++k) {
+        const Obstacle* const obstacle = between[k];
+        if (rises_above(P->plane, *obstacle, rounding_) && rises_above(Q->plane, *obstacle, rounding_)) {
+            between.push_back(obstacle);
+        }
+    }
     const std::size_t before = between.size();
     Estimate exchange;
-    if (!narrow(P->polygon.corners(), Q->polygon.corners(), first, last)) {
+    if (!narrow(P->polygon.corners(), Q->polygon.corners(), start, before)) {
         ++counts.hidden;
     } else if (between.size() == before) {
         ++counts.clear;
         exchange = unblocked_exchange(*P, *Q, clear_share * allowed);
     } else {
         ++counts.partial;
-        const std::span<const Blocker* const> blockers(between.data() + before, between.size() - before);
-        exchange = blocked_exchange(*P, *Q, blockers, rounding_, allowed, view_, execution_);
+        const std::span<const Obstacle* const> obstacles(between.data() + before, between.size() - before);
+        exchange = blocked_exchange(*P, *Q, obstacles, rounding_, allowed, view_, execution_);
     }
-    between.resize(before);
+    between.resize(start);
     return exchange;
 }
 

@@ -35,22 +35,22 @@ enum class PlaneSide { behind, across, in_front };
 /// Points within `rounding` of the plane count as on it; all of them on it as behind.
 PlaneSide side_of(const Plane& plane, std::span<const Vec3> points, double rounding);
 
-/// Pairs of triangles, for a search that goes down trees of them: a stack of lists of blockers that may come between
+/// Pairs of triangles, for a search that goes down trees of them: a stack of lists of obstacles that may come between
 /// what it looks at. Scratch of one thread.
 class PairExchange {
   public:
     PairExchange(const std::vector<PolygonEnd>& ends, double rounding, const Execution& execution)
         : ends_(ends), rounding_(rounding), execution_(execution) {}
 
-    /// Blockers: [first, last) of the stack are a list.
-    std::vector<const Blocker*> between;
+    /// ObstacleSet: [first, last) of the stack are a list.
+    std::vector<const Obstacle*> between;
 
     /// Adds to the end of the stack those of [first, last) that may come between any of these points. False if one of
     /// them hides all.
     bool narrow(std::span<const Vec3> from, std::span<const Vec3> to, std::size_t first, std::size_t last);
 
     /// A_p F_pq of two triangles: clipped to the fronts of both planes; then `unblocked_exchange` with a thousandth of
-    /// `allowed` (an area) if none of the blockers [first, last) reaches between them, else `blocked_exchange`. Leaves
+    /// `allowed` (an area) if none of the obstacles [first, last) reaches between them, else `blocked_exchange`. Leaves
     /// the stack as it was. Throws Interrupted.
     Estimate of(Index p, Index q, std::size_t first, std::size_t last, double allowed);
 
