@@ -222,6 +222,8 @@ Choices make_choices(const Registry& registry, const BakeOptions& options) {
                          "--transport gather, or another projection");
     }
     choices.analytic = choose_analytic(choices, options);
+    choices.aims_at_openings = !choices.pairwise && !choices.solver->needs_factors() &&
+                               choices.directions->equal_weights() && !choices.directions->is_fixed();
     return choices;
 }
 

@@ -45,9 +45,10 @@ struct Choices {
     MirrorPathOptions over_mirrors; ///< likewise
     bool direct_in_basis = false;   ///< BakeOptions::direct is "interpolated"
     AnalyticUse analytic = AnalyticUse::never;
-    bool operator_bounce = false; ///< BakeOptions::first_bounce is "operator"
-    bool stop_by_change = false;  ///< BakeOptions::stop is "change"
-    bool may_be_dark = false;     ///< LightingOptions::may_be_dark
+    bool aims_at_openings = false; ///< rays to openings of the sky are possible (transport/skylight.h)
+    bool operator_bounce = false;  ///< BakeOptions::first_bounce is "operator"
+    bool stop_by_change = false;   ///< BakeOptions::stop is "change"
+    bool may_be_dark = false;      ///< LightingOptions::may_be_dark
     Flip flip = Flip::certain;
     std::string sampler_name;                                 ///< BakeOptions::sampler, or the one it stands for
     std::string sensor;                                       ///< BakeOptions::sensor

@@ -105,7 +105,9 @@ class Relighting {
             const bool lit = has_light(scene);
             change_light(how_.change, scene);
             if (path_ != nullptr) {
-                steps_ = sun_steps(*path_, result_.up);
+                SunPath path = *path_;
+                path.photometric = result_.photometric;
+                steps_ = sun_steps(path, result_.up);
                 check_symmetry(steps_, scene.mesh.repetition.planes);
                 moving_ = scene.suns.size();
                 scene.suns.push_back(steps_.front().sun);

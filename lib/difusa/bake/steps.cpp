@@ -16,6 +16,7 @@
 #include <difusa/transport/gathered.h>
 #include <difusa/transport/glossy_transport.h>
 #include <difusa/transport/pairwise.h>
+#include <difusa/transport/skylight.h>
 
 #include <algorithm>
 #include <cmath>
@@ -156,6 +157,10 @@ void solve_with(BakeResult& result, const ElementChoice& elements, const Choices
         transport = with_analytic_factors(std::move(*transport), result.scene->mesh, discretisation.points,
                                           *discretisation.surfels, choices.analytic, execution);
         const auto* const analytic = dynamic_cast<const AnalyticTransport*>(transport->W.get());
+        if (choices.aims_at_openings && result.scene->has_sky()) {
+            transport = with_skylight(std::move(*transport), {result.scene->mesh, *choices.engine},
+                                      discretisation.points, *choices.directions, result.options.seed, execution);
+        }
         result.options.analytic = analytic != nullptr ? "always" : "never"; // so that a saved transport is solved alike
         result.analytic_share = analytic != nullptr ? analytic->share() : 0.0;
     }

@@ -52,7 +52,8 @@ std::vector<SunStep> sun_steps(const SunPath& path, const Vec3& up) {
             continue;
         }
         step.sun.towards = towards_sun(step.position, up, north).normalized();
-        step.sun.irradiance = path.strength.value_or(Rgb::Constant(clear_sky_sun(step.position)));
+        step.sun.irradiance = path.strength.value_or(
+            Rgb::Constant(path.photometric ? clear_sky_sunlight(step.position) : clear_sky_sun(step.position)));
         steps.push_back(std::move(step));
     }
     if (steps.empty()) {

@@ -15,8 +15,10 @@ struct SunPath {
     double time_zone = 0.0;         ///< of all times, hours east of universal time
     double from = 0.0, to = 24.0;   ///< hours
     double step = 1.0;              ///< hours
-    std::optional<Rgb> strength;    ///< irradiance of a surface that faces the sun, W/m²; absent: `clear_sky_sun`
+    std::optional<Rgb> strength;    ///< irradiance of a surface that faces the sun, W/m²; absent: `clear_sky_sun`, or
+                                    ///< if `photometric`, `clear_sky_sunlight`
     std::optional<Vec3> north = {}; ///< absent: default_north
+    bool photometric = false;       ///< watts are those of light; relighting sets it as the bake was
 };
 
 /// The sun at one time of a path.

@@ -40,6 +40,9 @@ class DirectLight {
     const std::vector<char>& area_light_materials() const { return area_light_materials_; }
     std::size_t area_light_count() const { return area_lights_.count(); }
 
+    /// Whether there are lights with an extent, whose shadows have penumbras.
+    bool casts_penumbras() const { return extended_ > 0 || area_lights_.count() > 0; }
+
     /// Shadow rays that `irradiance` casts for a point if those of area lights settle at once.
     std::size_t rays_per_point(std::size_t samples) const {
         return suns_.size() + points_.size() - extended_ + extended_ * rounds_at_least * samples_per_round(samples) +

@@ -4,6 +4,7 @@
 #include <difusa/core/parallel.h>
 #include <difusa/radiosity/response.h>
 #include <difusa/transport/gathered.h>
+#include <difusa/transport/skylight.h>
 
 #include <algorithm>
 #include <cmath>
@@ -110,10 +111,12 @@ class DaylightComputation {
     DaylightCoefficients run() {
         const SystemParts& parts = system_.parts();
         execution_.phase("sky at the sites");
+        const std::vector<SurfacePoint>& points = system_.discretisation().points;
+        const SkyBins bins{sky_.count(), [this](const Vec3& towards) { return sky_.at(towards); }};
         const LightTransport sites =
-            gathered(system_.tracer(), system_.discretisation().points, *system_.discretisation().surfels,
-                     {sky_.count(), [this](const Vec3& towards) { return sky_.at(towards); }}, *parts.directions,
-                     options_.site_rays, parts.seed, execution_);
+            with_skylight(gathered(system_.tracer(), points, *system_.discretisation().surfels, bins, *parts.directions,
+                                   options_.site_rays, parts.seed, execution_),
+                          system_.tracer(), points, bins, system_.transport().openings, parts.seed, execution_);
         result_.site_rays = sites.rays;
         const auto count = static_cast<Eigen::Index>(sky_.count());
         result_.value.setZero(static_cast<Eigen::Index>(x_.size()), count * channels_);

@@ -52,15 +52,15 @@ void find_variances(const Solution& solution, ErrorSources& sources, const Execu
     sources.variance_of_fresh = (square - mean.cwiseAbs2()).cwiseMax(0.0);
     const RefinedTransport* const refined = refined_part(*system.transport().W);
     sources.variance = refined != nullptr ? refined->variance_of_rays(all, execution) : sources.variance_of_fresh;
-    if (parts.sent) {
-        sources.variance_of_fresh = sources.variance; // their rays are corrected likewise
+    if (parts.sent || system.transport().openings) {
+        sources.variance_of_fresh = sources.variance; // their rays are corrected, or aimed, likewise
     }
 }
 
 /// The mixture's integral over each surfel; they sum to 1, or all are 0 if nothing reflects.
 std::vector<double> density_of(const Surfels& surfels, const Values& weights, const ErrorSources& sources,
                                const Execution& execution) {
-    std::array<std::vector<double>, 4> parts;
+    std::array<std::vector<double>, 5> parts;
     parts.fill(std::vector<double>(surfels.size()));
     parallel_for(surfels.size(), 4096, execution, [&](std::size_t begin, std::size_t end, unsigned) {
         for (std::size_t s = begin; s < end; ++s) {
@@ -70,11 +70,12 @@ std::vector<double> density_of(const Surfels& surfels, const Values& weights, co
             parts[1][s] = squared.dot(sources.light.row(row).cwiseAbs2());
             parts[2][s] = squared.dot(sources.variation.row(row));
             parts[3][s] = squared.dot(sources.noise.row(row));
+            parts[4][s] = squared.dot(sources.shadowed.row(row));
         }
     });
     // Variances that are rounding errors do not count.
     const double least = rounding * std::accumulate(parts[1].begin(), parts[1].end(), 0.0);
-    std::array<double, 4> factor{};
+    std::array<double, 5> factor{};
     double present = 0.0;
     for (std::size_t k = 0; k < parts.size(); ++k) {
         const double sum = std::accumulate(parts[k].begin(), parts[k].end(), 0.0);
@@ -177,6 +178,15 @@ ErrorSources error_sources(const Solution& solution, const Execution& execution)
     find_variances(solution, sources, execution);
     P.apply(sources.variance.topRows(c.rows()), sources.noise, execution);
     sources.noise = sources.noise.cwiseMax(0.0);
+    sources.shadowed.setZero(sources.light.rows(), sources.light.cols());
+    if (field.direct->casts_penumbras() && !field.direct_in_basis) {
+        const Values direct = sum_of_parts(solution.light.direct, field.channels);
+        for (Eigen::Index s = 0; s < direct.rows(); ++s) {
+            if (solution.light.even[static_cast<std::size_t>(s)] == 0) {
+                sources.shadowed.row(s) = direct.row(s).cwiseAbs2();
+            }
+        }
+    }
     return sources;
 }
 

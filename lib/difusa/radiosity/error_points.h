@@ -30,6 +30,8 @@ struct ErrorSources {
     Values variation;         ///< variance of the coefficients among the basis functions there, because the error of an
                               ///< approximation grows with the variation of what it approximates; W²/m⁴
     Values noise;             ///< ErrorPoints::variance around; W²/m⁴
+    Values shadowed;          ///< square of the direct light where it is uneven and lights cast penumbras, which are
+                              ///< narrow: else 0; W²/m⁴
     Values variance;          ///< ErrorPoints::variance
     Values variance_of_fresh; ///< ErrorPoints::variance_of_fresh
 };

@@ -1,5 +1,7 @@
 #include <difusa/scene/sun_position.h>
 
+#include <difusa/core/photometry.h>
+
 #include <cmath>
 #include <numbers>
 
@@ -136,14 +138,31 @@ Vec3 towards_sun(const SunPosition& position, const Vec3& up, const Vec3& north)
            sin_of(position.elevation) * up;
 }
 
+namespace {
+
+/// Relative air mass at an elevation above 0 (Kasten and Young 1989).
+double air_mass(double h) {
+    return 1.0 / (sin_of(h) + 0.50572 * std::pow(h + 6.07995, -1.6364));
+}
+
+} // namespace
+
 double clear_sky_sun(const SunPosition& position) {
-    const double h = position.elevation;
-    if (!(h > 0.0)) {
+    if (!(position.elevation > 0.0)) {
         return 0.0;
     }
     constexpr double solar_constant = 1361.0;
-    const double air_mass = 1.0 / (sin_of(h) + 0.50572 * std::pow(h + 6.07995, -1.6364));
-    return solar_constant / (position.distance * position.distance) * std::pow(0.7, std::pow(air_mass, 0.678));
+    return solar_constant / (position.distance * position.distance) *
+           std::pow(0.7, std::pow(air_mass(position.elevation), 0.678));
+}
+
+double clear_sky_sunlight(const SunPosition& position) {
+    if (!(position.elevation > 0.0)) {
+        return 0.0;
+    }
+    constexpr double solar_illuminance = 127500.0;
+    return solar_illuminance / lumens_per_watt / (position.distance * position.distance) *
+           std::exp(-0.21 * air_mass(position.elevation));
 }
 
 } // namespace difusa

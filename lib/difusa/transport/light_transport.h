@@ -10,6 +10,7 @@
 namespace difusa {
 
 class GlossyRays;
+class SkyOpenings;
 
 /// With the radiosity b of the surfels and pi times the radiance of the sky's parts (scene/sky_parts.h), the irradiance
 /// at the points is
@@ -26,8 +27,9 @@ struct LightTransport {
     /// of a face, and the share that is cut off, between mirrors (Mirrors::most) or in an infinite series of cells
     /// (Hit::cut_off). No rows: there are neither.
     Values back_in_mirrors, cut_off;
-    std::shared_ptr<const GlossyRays> glossy = {}; ///< what glossy reflection needs to know; null: nothing is glossy
-    std::size_t rays = 0;                          ///< first-hit rays cast, not counting those that go on from mirrors
+    std::shared_ptr<const GlossyRays> glossy = {};    ///< what glossy reflection needs to know; null: nothing is glossy
+    std::shared_ptr<const SkyOpenings> openings = {}; ///< that rays are aimed at (skylight.h); null: at none
+    std::size_t rays = 0;     ///< first-hit rays cast, not counting those that go on from mirrors
     std::size_t segments = 0; ///< visibility segments cast, and rays to mirror patches and on from them
     std::size_t bytes = 0;    ///< size of W
 

@@ -1,0 +1,58 @@
+// Gathered transport in which light from the sky through openings, such as windows, comes by rays aimed at these.
+#pragma once
+
+#include <difusa/algebra/hit_lists.h>
+#include <difusa/algebra/sparse_rows.h>
+#include <difusa/rays/sky_openings.h>
+#include <difusa/transport/gathered.h>
+#include <difusa/transport/light_transport.h>
+#include <difusa/transport/mirrored.h>
+
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace difusa {
+
+/// W [b; sky] = diag(s) D b + Y sky: D are the surfels that the rays of a row meet, Y what rays to the openings see of
+/// the sky, and s makes what the others carry add up to 1 with it. A row whose point is too near to an opening keeps
+/// its rays, with s = 1.
+class SkylightTransport final : public RefinedTransport {
+  public:
+    SkylightTransport(std::shared_ptr<const HitLists> by_rays, std::size_t surfels, std::vector<double> scale,
+                      std::vector<double> share, SparseRows skylight);
+
+    const HitLists& by_rays() const override { return *by_rays_; }
+    std::size_t rows() const override { return by_rays_->rows(); }
+    std::size_t columns() const override { return by_rays_->columns(); }
+    void apply(const Values& x, Values& y, const Execution& execution) const override;
+    void apply_transpose(const Values& x, Values& y, const Execution& execution) const override;
+    std::size_t entry_count() const override { return by_rays_->entry_count() + skylight_.entry_count(); }
+    Values variance_of_rays(const Values& x, const Execution& execution) const override;
+
+    /// Bytes beside those of `by_rays`.
+    std::size_t bytes() const;
+
+  private:
+    Values without_sky(const Values& x) const;
+    void scale_rows(Values& y) const;
+
+    std::shared_ptr<const HitLists> by_rays_;
+    std::size_t surfels_;
+    std::vector<double> scale_; ///< s
+    std::vector<double> share_; ///< of the sky, as far as the rays of the row are to tell: 0 with rays to openings
+    SparseRows skylight_;       ///< Y
+};
+
+/// The transport with rays to the openings of the scene, a quarter as many again from each point, if there are any:
+/// else unchanged, as with mirrors, gloss, symmetry planes or periods, and with rows that are no HitLists. `points`: of
+/// its rows. Rays to openings count as segments. Phase "rays to openings".
+LightTransport with_skylight(LightTransport transport, const Tracer& tracer, std::span<const SurfacePoint> points,
+                             const Directions& directions, std::uint64_t seed, const Execution& execution);
+
+/// The same with known openings, or null, and with parts of the sky as the transport has them.
+LightTransport with_skylight(LightTransport transport, const Tracer& tracer, std::span<const SurfacePoint> points,
+                             const SkyBins& sky, std::shared_ptr<const SkyOpenings> openings, std::uint64_t seed,
+                             const Execution& execution);
+
+} // namespace difusa

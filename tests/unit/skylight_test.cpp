@@ -1,0 +1,166 @@
+// Rays to the openings of a scene, in a room with a rectangular hole in its ceiling, whose form factors are known.
+#include <difusa/transport/skylight.h>
+
+#include <difusa/core/random.h>
+#include <difusa/import/shapes.h>
+#include <difusa/rays/lambert.h>
+
+#include <support/discretised.h>
+#include <support/rooms.h>
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace difusa::skylight_test {
+namespace {
+
+using test::Discretised;
+
+const std::array<Vec3, 4> hole{Vec3(2.5, 1.7, 3), Vec3(2.5, 2.3, 3), Vec3(3.3, 2.3, 3), Vec3(3.3, 1.7, 3)};
+
+/// 6 by 4 by 3 m, fronts inwards.
+Mesh room() {
+    const Vec3 x(6, 0, 0), y(0, 4, 0), z(0, 0, 3);
+    Mesh mesh = rectangle({0, 0, 0}, x, y);
+    add(mesh, rectangle({0, 0, 0}, z, x), 0);
+    add(mesh, rectangle({0, 4, 0}, x, z), 0);
+    add(mesh, rectangle({0, 0, 0}, y, z), 0);
+    add(mesh, rectangle({6, 0, 0}, z, y), 0);
+    add(mesh, rectangle({0, 0, 3}, {0, 4, 0}, {2.5, 0, 0}), 0);
+    add(mesh, rectangle({3.3, 0, 3}, {0, 4, 0}, {2.7, 0, 0}), 0);
+    add(mesh, rectangle({2.5, 0, 3}, {0, 1.7, 0}, {0.8, 0, 0}), 0);
+    add(mesh, rectangle({2.5, 2.3, 3}, {0, 1.7, 0}, {0.8, 0, 0}), 0);
+    mesh.derive();
+    return mesh;
+}
+
+double exact_share(const SurfacePoint& x) {
+    return x.position[2] > 2.999 ? 0.0 : lambert_form_factor(x.position, x.normal, hole);
+}
+
+class Skylight : public testing::Test {
+  protected:
+    Skylight() : made_(test::uniform_scene(room(), 0.5, 0.0), 0.5, "cgal", "shepard") {}
+
+    LightTransport refined(std::size_t rays, unsigned threads = 1) const {
+        return with_skylight(made_.gathered(rays, "fibonacci"), made_.tracer(), made_.discretisation.points,
+                             *test::plugin<Directions>("fibonacci"), 1, Execution{threads, nullptr, nullptr});
+    }
+
+    Discretised made_;
+};
+
+/// The mean over many sets of rays is the form factor, and each set is near it.
+TEST_F(Skylight, RaysToAnOpeningHaveItsFormFactorInTheMean) {
+    const auto openings = SkyOpenings::find(made_.tracer(), made_.discretisation.points,
+                                            *test::plugin<Directions>("fibonacci"), 1, Execution{});
+    ASSERT_TRUE(openings);
+    constexpr int sets = 200;
+    int looked_at = 0;
+    for (std::size_t j = 0; j < made_.discretisation.points.size(); j += 7) {
+        const SurfacePoint& x = made_.discretisation.points[j];
+        const double exact = exact_share(inset(made_.scene.mesh, x));
+        EXPECT_TRUE(exact == 0.0 || openings->contain(x.position, Vec3(2.9, 2.0, 3.0) - x.position));
+        double sum = 0.0, squares = 0.0;
+        bool looked = true;
+        for (int i = 0; i < sets && looked; ++i) {
+            RandomStream stream(7, "sets", static_cast<std::uint64_t>(i));
+            SkyOpenings::View view;
+            looked = view.look(made_.tracer(), *openings, x, 128, stream);
+            double seen = 0.0;
+            view.for_each([&](const Vec3&, double weight) { seen += weight; });
+            sum += seen;
+            squares += (seen - exact) * (seen - exact);
+        }
+        if (!looked || exact == 0.0) {
+            EXPECT_EQ(sum, 0.0);
+            continue;
+        }
+        ++looked_at;
+        const double deviation = std::sqrt(squares / sets);
+        // Five standard errors: one point in two million is beyond.
+        EXPECT_NEAR(sum / sets, exact, 5.0 * deviation / std::sqrt(sets)) << x.position.transpose();
+        // About a sixth of the rays pass the hole. Of these 21, its edges cut about 4 √21 cells of the lattice
+        // (gathering_noise.h): 8 % of noise, or twice that where only corners of it are in sight.
+        EXPECT_LT(deviation, 0.18 * exact) << x.position.transpose();
+    }
+    EXPECT_GT(looked_at, 20);
+}
+
+TEST_F(Skylight, RowsAddUpToOneAndAreNearTheFormFactors) {
+    constexpr std::size_t rays = 512;
+    const LightTransport by_rays = made_.gathered(rays, "fibonacci"), transport = refined(rays);
+    ASSERT_TRUE(transport.openings);
+    const Values ones = Values::Ones(static_cast<Eigen::Index>(transport.W->columns()), 1);
+    Values sums;
+    transport.W->apply(ones, sums, Execution{});
+    double of_rays = 0.0, of_openings = 0.0;
+    for (std::size_t j = 0; j < transport.points(); ++j) {
+        EXPECT_NEAR(sums(static_cast<Eigen::Index>(j), 0) + transport.back[j], 1.0, 1e-13);
+        const double exact = exact_share(inset(made_.scene.mesh, made_.discretisation.points[j]));
+        if (exact < 10.0 / static_cast<double>(rays)) {
+            of_rays += std::pow(by_rays.sky[j] - exact, 2);
+            of_openings += std::pow(transport.sky[j] - exact, 2);
+        }
+    }
+    // At most 10 of 512 rays pass the hole. The cells around it are about six times its area, so that 21 of 128 aimed
+    // rays do: noise in proportion to the power -3/4 of these.
+    EXPECT_LT(std::sqrt(of_openings), std::pow(10.0 / 21.0, 0.75) * std::sqrt(of_rays));
+}
+
+/// The operator is what its parts say: surfels as the rays of a row meet them, times what is left of 1.
+TEST_F(Skylight, ProductsAreThoseOfTheRowsWithScaledSurfaces) {
+    const LightTransport by_rays = made_.gathered(256, "fibonacci"), transport = refined(256, 2);
+    const auto m = static_cast<Eigen::Index>(transport.surfels);
+    RandomStream random(3, "values");
+    Values b(m, 2);
+    for (Eigen::Index i = 0; i < b.size(); ++i) {
+        b.data()[i] = random.uniform();
+    }
+    Values h, plain;
+    transport.gather(b, {}, h, Execution{});
+    by_rays.gather(b, {}, plain, Execution{2, nullptr, nullptr});
+    for (Eigen::Index j = 0; j < h.rows(); ++j) {
+        const auto row = static_cast<std::size_t>(j);
+        const double scale = (1.0 - transport.sky[row]) / (1.0 - by_rays.sky[row]);
+        EXPECT_NEAR((h.row(j) - scale * plain.row(j)).cwiseAbs().maxCoeff(), 0.0, 1e-14);
+    }
+    // <W x, z> = <x, Wᵀ z>.
+    Values x(static_cast<Eigen::Index>(transport.W->columns()), 1), z(h.rows(), 1), Wx, Wz;
+    for (Eigen::Index i = 0; i < x.size(); ++i) {
+        x.data()[i] = random.uniform();
+    }
+    for (Eigen::Index i = 0; i < z.size(); ++i) {
+        z.data()[i] = random.uniform();
+    }
+    transport.W->apply(x, Wx, Execution{});
+    transport.W->apply_transpose(z, Wz, Execution{});
+    EXPECT_NEAR(Wx.cwiseProduct(z).sum(), x.cwiseProduct(Wz).sum(), 1e-12 * static_cast<double>(z.size()));
+}
+
+TEST_F(Skylight, TheSameBitsForAnyNumberOfThreads) {
+    const LightTransport one = refined(128, 1), three = refined(128, 3);
+    EXPECT_EQ(one.sky, three.sky);
+    EXPECT_EQ(one.rays, three.rays);
+    EXPECT_EQ(one.segments, three.segments);
+}
+
+/// Where most rays escape, or none does, there are no openings.
+TEST(SkyOpenings, AreNotFoundUnderAnOpenSky) {
+    Mesh ground = rectangle({0, 0, 0}, {4, 0, 0}, {0, 4, 0});
+    add(ground, rectangle({0, 0, 0}, {0, 4, 0}, {0, 0, 1}), 0);
+    ground.derive();
+    Mesh closed = box({0, 0, 0}, {1, 1, 1}, 1, Front::inside);
+    closed.derive();
+    for (const Mesh& mesh : {ground, closed}) {
+        const Discretised made(test::uniform_scene(mesh, 0.5, 0.0), 0.5, "cgal", "shepard");
+        EXPECT_FALSE(SkyOpenings::find(made.tracer(), made.discretisation.points,
+                                       *test::plugin<Directions>("fibonacci"), 1, Execution{}));
+    }
+}
+
+} // namespace
+} // namespace difusa::skylight_test
