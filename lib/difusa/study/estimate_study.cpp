@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <ctime>
 #include <numeric>
+#include <string_view>
 
 namespace difusa {
 
@@ -260,8 +261,10 @@ std::string estimate_row(const std::string& name, const std::vector<EstimateTria
     for (const EstimateTrial& t : trials) {
         error.push_back(100.0 * t.total / t.reflected);
         missed += t.total_estimate.high < t.total ? 1 : 0;
-        high.push_back(t.total_estimate.high / t.total);
-        mid.push_back(t.total_estimate.rms / t.total);
+        if (t.total > 0.0) { // else it is below the noise of what is known
+            high.push_back(t.total_estimate.high / t.total);
+            mid.push_back(t.total_estimate.rms / t.total);
+        }
         if (t.indirect > 0.0) {
             missed_indirect += t.indirect_estimate.high < t.indirect ? 1 : 0;
             high_indirect.push_back(t.indirect_estimate.high / t.indirect);
@@ -283,7 +286,13 @@ std::string estimate_row(const std::string& name, const std::vector<EstimateTria
                   trials.size(), median(error), missed, missed_indirect, median(high), largest(high),
                   median(high_indirect), largest(high_indirect), median(mid), median(mid_indirect), median(rank),
                   median(covered), median(time), median(seconds), above);
-    return "| " + name + row.data();
+    std::string text = row.data();
+    for (const std::string_view none : {"-nan", "nan"}) {
+        for (std::size_t at = 0; (at = text.find(none, at)) != std::string::npos;) {
+            text.replace(at, none.size(), "–");
+        }
+    }
+    return "| " + name + text;
 }
 
 std::string estimate_csv_header() {
