@@ -6,7 +6,13 @@
 
 namespace difusa {
 
-std::string unknown_name(const std::string& what, const std::string& name, const std::vector<std::string>& known) {
+std::string unknown_name(const std::string& what, const std::string& name, const std::vector<std::string>& all) {
+    std::vector<std::string> known; // each once
+    for (const std::string& each : all) {
+        if (std::find(known.begin(), known.end(), each) == known.end()) {
+            known.push_back(each);
+        }
+    }
     const std::string near = nearest_name(name, known);
     std::string text = "there is no " + what + " `" + name + "`" + (near.empty() ? "" : ", did you mean " + near + "?");
     constexpr std::size_t most = 20;

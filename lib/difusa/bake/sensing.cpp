@@ -138,8 +138,9 @@ class Placing {
         }
         if (far > 0) {
             execution.note(std::to_string(far) + " of the " + std::to_string(result_.options.at.size()) +
-                           " points of --at are farther from the surface than the site spacing (counting from 0: " +
-                           which + (far > 3 ? "; ..." : "") +
+                           " points of --at " + (far == 1 ? "is" : "are") +
+                           " farther from the surface than the site spacing (counting from 0: " + which +
+                           (far > 3 ? "; ..." : "") +
                            "): the light reported there is that at the nearest surface point; for what a sensor "
                            "measures in mid-air, give " +
                            (result_.options.snap ? "normals without --snap" : "normals, or --sensor"));
@@ -169,13 +170,25 @@ class Placing {
     const std::optional<Sensor> without_normal_;
 };
 
-/// Sensors of grids that receive nothing spoil the uniformity: most often they stand inside a block.
+/// Sensors that receive nothing: most often they stand inside a block, or their coordinates are in another unit. Those
+/// of grids spoil the uniformity.
 void note_dark(const BakeResult& result, const Execution& execution) {
-    std::size_t dark = 0, first = 0;
+    std::size_t dark = 0, first = 0, dark_listed = 0, first_listed = 0;
     for (std::size_t i = 0; i < result.sensors.size(); ++i) {
-        if (result.sensors[i].grid != none && result.readings.H.row(static_cast<Eigen::Index>(i)).maxCoeff() == 0.0) {
-            first = dark++ == 0 ? i : first;
+        if (result.readings.H.row(static_cast<Eigen::Index>(i)).maxCoeff() > 0.0) {
+            continue;
         }
+        if (result.sensors[i].grid != none) {
+            first = dark++ == 0 ? i : first;
+        } else {
+            first_listed = dark_listed++ == 0 ? i : first_listed;
+        }
+    }
+    if (dark_listed > 0) {
+        execution.note(
+            std::to_string(dark_listed) + (dark_listed == 1 ? " sensor" : " sensors") +
+            " of --at receive no light at all (first at " + coordinates(result.sensors[first_listed].sensor.position) +
+            "): they may stand inside of objects, or their coordinates may be in another unit than the scene");
     }
     if (dark > 0) {
         const PlacedSensor& placed = result.sensors[first];
