@@ -4,6 +4,7 @@
 #include <difusa/core/random.h>
 #include <difusa/import/shapes.h>
 #include <difusa/rays/lambert.h>
+#include <difusa/scene/sky_parts.h>
 
 #include <support/discretised.h>
 #include <support/rooms.h>
@@ -144,8 +145,50 @@ TEST_F(Skylight, ProductsAreThoseOfTheRowsWithScaledSurfaces) {
 TEST_F(Skylight, TheSameBitsForAnyNumberOfThreads) {
     const LightTransport one = refined(128, 1), three = refined(128, 3);
     EXPECT_EQ(one.sky, three.sky);
+    EXPECT_EQ(one.back, three.back);
+    Values x = Values::Ones(static_cast<Eigen::Index>(one.W->columns()), 1), of_one, of_three;
+    x.topRows(100).setConstant(0.3);
+    one.W->apply(x, of_one, Execution{});
+    three.W->apply(x, of_three, Execution{3, nullptr, nullptr});
+    EXPECT_EQ(of_one, of_three);
     EXPECT_EQ(one.rays, three.rays);
     EXPECT_EQ(one.segments, three.segments);
+}
+
+/// Without the rays to openings it is what it was.
+TEST_F(Skylight, ByRaysAloneIsTheTransportBefore) {
+    const LightTransport before = made_.gathered(128, "fibonacci"), after = by_rays_alone(refined(128));
+    EXPECT_EQ(after.sky, before.sky);
+    EXPECT_EQ(after.back, before.back);
+    EXPECT_EQ(after.segments, before.segments);
+    EXPECT_EQ(after.bytes, before.bytes);
+    EXPECT_FALSE(after.openings);
+    EXPECT_NE(dynamic_cast<const HitLists*>(after.W.get()), nullptr);
+}
+
+/// Rays that escape where no opening is known count as they did.
+TEST_F(Skylight, AnOpeningThatWasNotFoundIsNotDark) {
+    // Openings of the same box with a hole elsewhere: in the wall x = 6, which is closed here.
+    Mesh other = rectangle({0, 0, 0}, {6, 0, 0}, {0, 4, 0});
+    add(other, rectangle({0, 0, 0}, {0, 0, 3}, {6, 0, 0}), 0);
+    add(other, rectangle({0, 4, 0}, {6, 0, 0}, {0, 0, 3}), 0);
+    add(other, rectangle({0, 0, 0}, {0, 4, 0}, {0, 0, 3}), 0);
+    add(other, rectangle({0, 0, 3}, {0, 4, 0}, {6, 0, 0}), 0);
+    add(other, rectangle({6, 0, 0}, {0, 0, 3}, {0, 3.6, 0}), 0);
+    other.derive();
+    const Discretised of_other(test::uniform_scene(other, 0.5, 0.0), 0.5, "cgal", "shepard");
+    const auto openings = SkyOpenings::find(of_other.tracer(), of_other.discretisation.points,
+                                            *test::plugin<Directions>("fibonacci"), 1, Execution{});
+    ASSERT_TRUE(openings);
+    const LightTransport by_rays = made_.gathered(256, "fibonacci");
+    const LightTransport transport =
+        with_skylight(by_rays, made_.tracer(), made_.discretisation.points,
+                      {SkyParts::count, SkyParts::at, SkyParts::direction}, openings, 1, Execution{});
+    for (std::size_t j = 0; j < transport.points(); ++j) {
+        if (made_.discretisation.points[j].position[0] < 4.5) { // the other hole is out of the way
+            EXPECT_NEAR(transport.sky[j], by_rays.sky[j], 1e-13);
+        }
+    }
 }
 
 /// Where most rays escape, or none does, there are no openings.

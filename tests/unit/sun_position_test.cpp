@@ -133,6 +133,8 @@ TEST(SunPosition, AClearSkyLeavesWhatThePublishedFormulasSay) {
     EXPECT_EQ(clear_sky_sunlight({180.0, 0.0, 1.0}), 0.0);
     // Overhead the air mass is 1 to 3e-4.
     EXPECT_NEAR(683.0 * clear_sky_sunlight({180.0, 90.0, 1.0}), 127500.0 * std::exp(-0.21), 10.0);
+    // At 30° it is 1.994 (Kasten and Young).
+    EXPECT_NEAR(683.0 * clear_sky_sunlight({180.0, 30.0, 1.0}), 127500.0 * std::exp(-0.21 * 1.994), 30.0);
     EXPECT_NEAR(683.0 * clear_sky_sunlight({180.0, 90.0, 2.0}), 127500.0 * std::exp(-0.21) / 4.0, 3.0);
     EXPECT_NEAR(clear_sky_sun({180.0, 1e-9, 1.0}), 1361.0 * std::pow(0.7, std::pow(37.92, 0.678)), 0.05);
 }

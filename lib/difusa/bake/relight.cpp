@@ -106,7 +106,7 @@ class Relighting {
             change_light(how_.change, scene);
             if (path_ != nullptr) {
                 SunPath path = *path_;
-                path.photometric = result_.photometric;
+                path.photometric = result_.photometric_lights;
                 steps_ = sun_steps(path, result_.up);
                 check_symmetry(steps_, scene.mesh.repetition.planes);
                 moving_ = scene.suns.size();

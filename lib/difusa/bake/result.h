@@ -112,13 +112,14 @@ struct BakeResult {
     std::vector<MovedObject> moved;    ///< what is not where the file has it, in the order of the motions
     std::optional<RecastCount> recast; ///< the rays that the last motions took
     std::optional<Camera> camera;      ///< from the scene file
-    Vec3 up = Vec3::UnitZ();  ///< unit, upwards: what the scene file says, or the convention of the mesh format
-    int channels = 3;         ///< 1 for a grey scene
-    bool sky_assumed = false; ///< nothing else emits light
-    bool turned_off = false;  ///< all lights of the scene, on purpose: no sky takes their place
-    bool photometric = false; ///< what people read is in lux and cd/m²
-    Journal journal;          ///< times of the phases, notes, savings; counts "rays", "segments", "output rays",
-                              ///< "output segments"
+    Vec3 up = Vec3::UnitZ();         ///< unit, upwards: what the scene file says, or the convention of the mesh format
+    int channels = 3;                ///< 1 for a grey scene
+    bool sky_assumed = false;        ///< nothing else emits light
+    bool turned_off = false;         ///< all lights of the scene, on purpose: no sky takes their place
+    bool photometric = false;        ///< what people read is in lux and cd/m²
+    bool photometric_lights = false; ///< the file measures its lights so
+    Journal journal;                 ///< times of the phases, notes, savings; counts "rays", "segments", "output rays",
+                                     ///< "output segments"
 
     BakeEstimate estimate;
     std::vector<Attempt> attempts;                 ///< at BakeOptions::target; the most accurate is this result

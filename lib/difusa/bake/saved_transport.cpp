@@ -10,6 +10,7 @@
 #include <difusa/scene/sky_parts.h>
 #include <difusa/transport/mirrored.h>
 #include <difusa/transport/pairwise.h>
+#include <difusa/transport/skylight.h>
 #include <difusa/version.h>
 
 #include <algorithm>
@@ -338,7 +339,7 @@ SavedTransport saved_transport_of(const BakeResult& result) {
     saved.options.analytic = result.options.analytic; // what was decided from the rays, which are not looked at again
     saved.options.target.reset();
     saved.sites = result.sites;
-    saved.gathered = result.system->transport();
+    saved.gathered = by_rays_alone(result.system->transport());
     if (PairwiseParts parts = pairwise_parts(*saved.gathered.W); parts.form_factors) {
         saved.form_factors = std::move(parts.form_factors);
         saved.gathered.W = std::move(parts.gathered);

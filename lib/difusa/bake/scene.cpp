@@ -269,6 +269,7 @@ void read_into(BakeResult& result, const Registry& registry, const std::filesyst
         scene.thermal = ThermalSetting{soup.surroundings};
     }
     result.camera = soup.camera;
+    result.photometric_lights = soup.photometric;
     result.photometric = result.photometric || (result.options.units == "auto" && soup.photometric);
     result.up = up_of(soup, scene.mesh, execution);
     if (soup.default_reflectance && !result.options.reflectance) {

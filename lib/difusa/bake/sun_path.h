@@ -18,7 +18,7 @@ struct SunPath {
     std::optional<Rgb> strength;    ///< irradiance of a surface that faces the sun, W/m²; absent: `clear_sky_sun`, or
                                     ///< if `photometric`, `clear_sky_sunlight`
     std::optional<Vec3> north = {}; ///< absent: default_north
-    bool photometric = false;       ///< watts are those of light; relighting sets it as the bake was
+    bool photometric = false;       ///< watts are those of light; relighting sets it as the lights of the scene are
 };
 
 /// The sun at one time of a path.

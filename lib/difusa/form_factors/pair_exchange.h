@@ -42,7 +42,7 @@ class PairExchange {
     PairExchange(const std::vector<PolygonEnd>& ends, double rounding, const Execution& execution)
         : ends_(ends), rounding_(rounding), execution_(execution) {}
 
-    /// ObstacleSet: [first, last) of the stack are a list.
+    /// Obstacles: each range [first, last) of the stack is a list.
     std::vector<const Obstacle*> between;
 
     /// Adds to the end of the stack those of [first, last) that may come between any of these points. False if one of

@@ -86,6 +86,9 @@ class SceneFile {
         report_unused_materials(root);
         textures_.report(soup_);
         settle_textures(soup_);
+        for (const PolygonSoup::ClearSun& sun : soup_.clear_suns) {
+            soup_.lights.suns[sun.number].irradiance = Rgb::Constant(soup_.photometric ? sun.light : sun.radiated);
+        }
         return std::move(soup_);
     }
 

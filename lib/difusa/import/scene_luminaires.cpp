@@ -190,7 +190,9 @@ Sun read_sun(const SceneChecks& checks, const JsonValue& from, PolygonSoup& soup
     }
     if (by_time) {
         const SunPosition position = sun_at(checks, from, what, sun.towards);
-        sun.irradiance = Rgb::Constant(soup.photometric ? clear_sky_sunlight(position) : clear_sky_sun(position));
+        if (from.find("irradiance") == nullptr && from.find("illuminance") == nullptr) {
+            soup.clear_suns.push_back({soup.lights.suns.size(), clear_sky_sun(position), clear_sky_sunlight(position)});
+        }
     } else {
         refuse_parts_of_time(checks, from);
         sun.towards = checks.direction(checks.required(from, what, "towards"), quoted("towards"));

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace difusa {
@@ -12,7 +13,7 @@ namespace {
 
 constexpr std::size_t most_points = 2048, rays_of_point = 64; ///< to find openings with
 constexpr std::size_t finest = 128, coarsest = 8;             ///< cells along each edge of the box
-constexpr double rays_in_cell = 8.0;                          ///< of those met, on average
+constexpr double rays_in_cell = 8.0;                          ///< that escape through each cell met, on average
 constexpr double most_seen = 0.5;                             ///< form factor of all cells that rays are aimed at
 constexpr double nearest = 1.5;                               ///< distance of a cell over its extent
 constexpr double beside = 0x1p-20; ///< of the extent of the scene: how far outside of it the box is
@@ -185,9 +186,9 @@ bool SkyOpenings::View::look(const Tracer& tracer, const SkyOpenings& openings, 
         const double slope = std::max(cosine(way / distance, n, face_normal), 0.5 * reach / distance);
         factors_[c] = slope * std::abs(way[cell.axis]) / distance * cell.area / (std::numbers::pi * square);
         whole += factors_[c];
-    }
-    if (whole > most_seen) {
-        return false;
+        if (whole > most_seen) {
+            return false;
+        }
     }
     if (whole == 0.0) {
         return true;

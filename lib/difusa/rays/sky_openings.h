@@ -19,7 +19,7 @@ namespace difusa {
 class SkyOpenings {
   public:
     /// From rays of some of the points: each cell through which one escapes, and those around it. Null if none does, or
-    /// if more than `most_open` of them do: then the sky is no matter of openings. Cells are so large that each of
+    /// if more than `most_open` of them do: then the scene is open to the sky. Cells are so large that each of
     /// those met has several rays. Throws Interrupted.
     static std::shared_ptr<const SkyOpenings> find(const Tracer& tracer, std::span<const SurfacePoint> points,
                                                    const Directions& directions, std::uint64_t seed,
@@ -34,7 +34,7 @@ class SkyOpenings {
       public:
         /// Casts about `count` rays from x (just beside it, as Hemisphere does), distributed over the cells by their
         /// form factors from it. False, without rays, if it is outside of the box, or if the openings are so near or so
-        /// large that other rays serve as well.
+        /// large that ordinary rays do as well.
         bool look(const Tracer& tracer, const SkyOpenings& openings, const SurfacePoint& x, std::size_t count,
                   RandomStream& stream);
 

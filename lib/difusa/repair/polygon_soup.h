@@ -43,6 +43,13 @@ struct PolygonSoup {
     std::vector<TextureCoordinates> corner_texture;
 
     Lights lights;
+    /// Suns given by their time alone, by number, and how strong they are under a clear sky: in W/m² of all that they
+    /// radiate, and of light. Which one holds is known once all lights are (`photometric`).
+    struct ClearSun {
+        std::size_t number;
+        double radiated, light;
+    };
+    std::vector<ClearSun> clear_suns;
     std::optional<Camera> camera;
     Vec3 up = Vec3::UnitZ();                ///< unit, upwards: as the file says, or as most files of its format
     bool says_up = false;                   ///< the file or the standard of its format says so

@@ -61,7 +61,7 @@ double clear_sky_sun(const SunPosition& position);
 
 /// The same of its light alone, W/m² of 683 lm/W each: 127.5 klx / distance² times exp(-0.21 m) for the same m (clear
 /// sky of the Illuminating Engineering Society of North America, "Recommended practice for the calculation of daylight
-/// availability", 1984). Most of what the sun radiates is not light: a seventh in these units.
+/// availability", 1984). Only about a seventh of the sun's power counts as light in these units.
 double clear_sky_sunlight(const SunPosition& position);
 
 } // namespace difusa

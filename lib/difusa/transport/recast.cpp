@@ -6,6 +6,7 @@
 #include <difusa/scene/sky_parts.h>
 #include <difusa/transport/gathered_rows.h>
 #include <difusa/transport/mirrored.h>
+#include <difusa/transport/skylight.h>
 
 #include <algorithm>
 #include <array>
@@ -297,7 +298,8 @@ LightTransport recast(const LightTransport& transport, const GatherScene& before
         count.cast += all;
         return gathered(after.tracer, after.points, after.surfels, directions, rays, seed, execution);
     }
-    RecastRows::Task task{transport, before, after, marked, {}, before.surfels.numbers_in(after.surfels, marked)};
+    const LightTransport by_rays = by_rays_alone(transport); // shares of rows are kept
+    RecastRows::Task task{by_rays, before, after, marked, {}, before.surfels.numbers_in(after.surfels, marked)};
     const auto is_marked = [&](Index t) { return marked[t] != 0; };
     task.suspects = {boxes_where(old_mesh, is_marked), boxes_where(mesh, is_marked),
                      boxes_of_cut(old_mesh, before.surfels, task.numbers, marked),

@@ -10,10 +10,40 @@
 
 namespace difusa {
 
+namespace {
+
+/// Whether a ray from x towards some direction of a part of the sky leaves through the openings.
+bool may_contain(const SkyOpenings& openings, const Vec3& x, const SkyBins& sky, Index part) {
+    for (const double u : {0.0, 0.5, 1.0}) {
+        for (const double v : {0.0, 0.5, 1.0}) {
+            if (openings.contain(x, sky.direction(part, u, v))) {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+/// The shares of a row that escape and that hit backs.
+void count_shares(const HitLists& lists, std::size_t j, Index first_sky, std::vector<Index>& bins, double& sky,
+                  double& back) {
+    lists.row(j, bins);
+    const double each = 1.0 / static_cast<double>(lists.rays());
+    sky = 0.0;
+    double front = 0.0; // summed as GatheredRows does
+    for (const Index bin : bins) {
+        (bin < first_sky ? front : sky) += each;
+    }
+    back = bins.size() == lists.rays() ? 0.0 : std::max(0.0, 1.0 - front - sky);
+}
+
+} // namespace
+
 SkylightTransport::SkylightTransport(std::shared_ptr<const HitLists> by_rays, std::size_t surfels,
-                                     std::vector<double> scale, std::vector<double> share, SparseRows skylight)
+                                     std::vector<double> scale, std::vector<double> share, SparseRows skylight,
+                                     std::size_t segments)
     : by_rays_(std::move(by_rays)), surfels_(surfels), scale_(std::move(scale)), share_(std::move(share)),
-      skylight_(std::move(skylight)) {}
+      skylight_(std::move(skylight)), segments_(segments) {}
 
 Values SkylightTransport::without_sky(const Values& x) const {
     Values dark = x;
@@ -45,7 +75,8 @@ void SkylightTransport::apply_transpose(const Values& x, Values& y, const Execut
     y += sky;
 }
 
-/// That of a ray which meets a surfel, times the share of such rays; of the rays to openings there is none to tell of.
+/// That of a ray which meets a surfel, times the share of such rays. The variance of the rays to openings is not known,
+/// and left out.
 Values SkylightTransport::variance_of_rays(const Values& x, const Execution& execution) const {
     const Values surface = without_sky(x);
     Values mean, square, all_mean, all_square;
@@ -79,9 +110,8 @@ LightTransport with_skylight(LightTransport transport, const Tracer& tracer, std
     }
     execution.phase("rays to openings");
     auto openings = SkyOpenings::find(tracer, points, directions, seed, execution);
-    transport.segments += openings ? openings->rays() : 0;
-    return with_skylight(std::move(transport), tracer, points, {SkyParts::count, SkyParts::at}, std::move(openings),
-                         seed, execution);
+    return with_skylight(std::move(transport), tracer, points, {SkyParts::count, SkyParts::at, SkyParts::direction},
+                         std::move(openings), seed, execution);
 }
 
 LightTransport with_skylight(LightTransport transport, const Tracer& tracer, std::span<const SurfacePoint> points,
@@ -103,18 +133,25 @@ LightTransport with_skylight(LightTransport transport, const Tracer& tracer, std
         for (std::size_t j = begin; j < end; ++j) {
             RandomStream stream(seed, "rays to openings", j);
             parts.clear();
-            lists->row(j, bins);
-            const auto surface = std::count_if(bins.begin(), bins.end(), [&](Index bin) { return bin < first_sky; });
-            const double each = 1.0 / static_cast<double>(rays);
-            const double back = static_cast<double>(rays - bins.size()) * each;
-            const double others = static_cast<double>(surface) * each + back;
-            transport.back[j] = back;
+            count_shares(*lists, j, first_sky, bins, transport.sky[j], transport.back[j]);
+            const double each = 1.0 / static_cast<double>(rays), others = 1.0 - transport.sky[j];
             if (others > 0.0 && view.look(tracer, *openings, points[j], count, stream)) {
                 double seen = 0.0;
                 view.for_each([&](const Vec3& direction, double weight) {
                     parts[first_sky + sky.at(direction)] += weight;
                     seen += weight;
                 });
+                // Rays that escape elsewhere, as through a window that was not found, still count.
+                const Vec3 from = inset(tracer.mesh(), points[j]).position;
+                for (std::size_t k = 0, end = 0; k < bins.size(); k = end) {
+                    for (end = k + 1; end < bins.size() && bins[end] == bins[k]; ++end) {
+                    }
+                    if (bins[k] >= first_sky && !may_contain(*openings, from, sky, bins[k] - first_sky)) {
+                        const double weight = static_cast<double>(end - k) * each;
+                        parts[bins[k]] += weight;
+                        seen += weight;
+                    }
+                }
                 scale[j] = std::max(0.0, 1.0 - seen) / others;
                 share[j] = others;
                 transport.sky[j] = seen;
@@ -126,22 +163,42 @@ LightTransport with_skylight(LightTransport transport, const Tracer& tracer, std
                         parts[bin] += each;
                     }
                 }
-                transport.sky[j] = static_cast<double>(bins.size() - static_cast<std::size_t>(surface)) * each;
             }
+            skylight.row(j).column.reserve(parts.size());
+            skylight.row(j).value.reserve(parts.size());
             for (const auto& [bin, weight] : parts) {
                 skylight.row(j).column.push_back(bin);
                 skylight.row(j).value.push_back(weight);
             }
         }
     });
+    std::size_t segments = openings->rays();
     for (const std::size_t each : cast) {
-        transport.segments += each;
+        segments += each;
     }
+    execution.count("segments", segments);
+    transport.segments += segments;
     transport.openings = std::move(openings);
     auto W = std::make_shared<const SkylightTransport>(std::move(lists), transport.surfels, std::move(scale),
-                                                       std::move(share), std::move(skylight));
+                                                       std::move(share), std::move(skylight), segments);
     transport.bytes += W->bytes();
     transport.W = std::move(W);
+    return transport;
+}
+
+LightTransport by_rays_alone(LightTransport transport) {
+    const auto W = std::dynamic_pointer_cast<const SkylightTransport>(transport.W);
+    if (!W) {
+        return transport;
+    }
+    std::vector<Index> bins;
+    for (std::size_t j = 0; j < transport.points(); ++j) {
+        count_shares(W->by_rays(), j, static_cast<Index>(transport.surfels), bins, transport.sky[j], transport.back[j]);
+    }
+    transport.segments -= W->segments();
+    transport.bytes -= W->bytes();
+    transport.openings = nullptr;
+    transport.W = W->lists();
     return transport;
 }
 

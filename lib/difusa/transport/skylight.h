@@ -15,14 +15,16 @@
 namespace difusa {
 
 /// W [b; sky] = diag(s) D b + Y sky: D are the surfels that the rays of a row meet, Y what rays to the openings see of
-/// the sky, and s makes what the others carry add up to 1 with it. A row whose point is too near to an opening keeps
-/// its rays, with s = 1.
+/// the sky, and other rays that escape elsewhere. s scales the rays that meet surfels or backs, so that each row adds
+/// up to 1 with what backs take. A row whose point is too near to an opening keeps its rays, with s = 1.
 class SkylightTransport final : public RefinedTransport {
   public:
     SkylightTransport(std::shared_ptr<const HitLists> by_rays, std::size_t surfels, std::vector<double> scale,
-                      std::vector<double> share, SparseRows skylight);
+                      std::vector<double> share, SparseRows skylight, std::size_t segments);
 
     const HitLists& by_rays() const override { return *by_rays_; }
+    const std::shared_ptr<const HitLists>& lists() const { return by_rays_; } ///< the same
+    std::size_t segments() const { return segments_; }                        ///< cast for it
     std::size_t rows() const override { return by_rays_->rows(); }
     std::size_t columns() const override { return by_rays_->columns(); }
     void apply(const Values& x, Values& y, const Execution& execution) const override;
@@ -40,13 +42,14 @@ class SkylightTransport final : public RefinedTransport {
     std::shared_ptr<const HitLists> by_rays_;
     std::size_t surfels_;
     std::vector<double> scale_; ///< s
-    std::vector<double> share_; ///< of the sky, as far as the rays of the row are to tell: 0 with rays to openings
+    std::vector<double> share_; ///< of the rays that meet surfels or backs; -1 where a row keeps its rays
     SparseRows skylight_;       ///< Y
+    std::size_t segments_;
 };
 
 /// The transport with rays to the openings of the scene, a quarter as many again from each point, if there are any:
 /// else unchanged, as with mirrors, gloss, symmetry planes or periods, and with rows that are no HitLists. `points`: of
-/// its rows. Rays to openings count as segments. Phase "rays to openings".
+/// its rows. Rays to openings, and those that find them, count as segments. Phase "rays to openings".
 LightTransport with_skylight(LightTransport transport, const Tracer& tracer, std::span<const SurfacePoint> points,
                              const Directions& directions, std::uint64_t seed, const Execution& execution);
 
@@ -54,5 +57,8 @@ LightTransport with_skylight(LightTransport transport, const Tracer& tracer, std
 LightTransport with_skylight(LightTransport transport, const Tracer& tracer, std::span<const SurfacePoint> points,
                              const SkyBins& sky, std::shared_ptr<const SkyOpenings> openings, std::uint64_t seed,
                              const Execution& execution);
+
+/// The transport as it was before `with_skylight`; others unchanged.
+LightTransport by_rays_alone(LightTransport transport);
 
 } // namespace difusa
