@@ -196,7 +196,7 @@ void declare_path(CLI::App& app, Arguments& a) {
     difusa::add_parsed(
         app, "--sun-strength", a.strength,
         "irradiance of a surface that faces the sun, W/m^2, at all times (default: under a clear sky, by the sun's "
-        "elevation)",
+        "elevation; where the scene's lights are photometric, of its light alone)",
         difusa::parse_rgb)
         ->group(group)
         ->type_name("R[,G,B]");

@@ -162,6 +162,10 @@ BakeEstimate estimate_cost(const BakeResult& result, const Choices& choices, con
     if (choices.analytic == AnalyticUse::always) { // groups are fewer than rays, and have a mean and moments
         estimate.transport_bytes += SurfelGroups::moments * static_cast<double>(points) * rays * bytes_per_entry;
     }
+    if (choices.aims_at_openings && result.scene->has_sky()) { // entries of rays to openings
+        const double most = std::min(std::max(32.0, 0.25 * rays), static_cast<double>(SkyParts::count));
+        estimate.transport_bytes += static_cast<double>(points) * (most * bytes_per_entry + sizeof(SparseRows::Row));
+    }
     if (result.scene->mesh.glossy.any()) {
         estimate.transport_bytes += glossy_bytes(result, static_cast<double>(points), rays, expected_surfels(result));
     }
