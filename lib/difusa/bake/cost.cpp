@@ -8,6 +8,7 @@
 #include <difusa/lighting/surfel_light.h>
 #include <difusa/mesh/output_mesh.h>
 #include <difusa/radiosity/error_estimate.h>
+#include <difusa/rays/sky_openings.h>
 #include <difusa/rays/tracer.h>
 #include <difusa/scene/sky_parts.h>
 #include <difusa/transport/glossy_rays.h>
@@ -163,7 +164,8 @@ BakeEstimate estimate_cost(const BakeResult& result, const Choices& choices, con
         estimate.transport_bytes += SurfelGroups::moments * static_cast<double>(points) * rays * bytes_per_entry;
     }
     if (choices.aims_at_openings && result.scene->has_sky()) { // entries of rays to openings
-        const double most = std::min(std::max(32.0, 0.25 * rays), static_cast<double>(SkyParts::count));
+        const auto most =
+            static_cast<double>(std::min<std::size_t>(SkyOpenings::aimed(rays_of_point), SkyParts::count));
         estimate.transport_bytes += static_cast<double>(points) * (most * bytes_per_entry + sizeof(SparseRows::Row));
     }
     if (result.scene->mesh.glossy.any()) {

@@ -7,6 +7,6 @@
 namespace difusa {
 
 /// "there is no material `lmap`, did you mean lamp? There are: lamp, wall".
-std::string unknown_name(const std::string& what, const std::string& name, const std::vector<std::string>& known);
+std::string unknown_name(const std::string& what, const std::string& name, const std::vector<std::string>& all);
 
 } // namespace difusa

@@ -21,7 +21,8 @@ enum class Seen : unsigned { nothing = 1, part = 2, everything = 4 };
 class BlockedView {
   public:
     /// From points of `from` to the polygon `to`, each wholly in front of the plane of the other. Of the obstacles only
-    /// what is in front of both planes counts.
+    /// what is in front of both planes counts. All calls are with the same rounding and obstacles of one set: outlines
+    /// of bodies are kept.
     void set(const PolygonEnd& from, const PolygonEnd& to, std::span<const Obstacle* const> obstacles, double rounding);
 
     /// The form factor from the element at x, in the plane of `from` and with its normal, to the visible part of `to`.

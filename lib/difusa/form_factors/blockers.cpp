@@ -264,6 +264,11 @@ Obstacle::Obstacle(std::span<const Blocker> pieces)
     }
 }
 
+bool Obstacle::rises_above(const Plane& plane, double rounding) const {
+    const std::span<const Vec3> all = corners();
+    return std::any_of(all.begin(), all.end(), [&](const Vec3& c) { return plane.height(c) > rounding; });
+}
+
 bool Obstacle::is_crossed(const Vec3& p, const Vec3& q, double rounding) const {
     if (body_ != nullptr) {
         return body_->is_crossed(p, q, rounding);

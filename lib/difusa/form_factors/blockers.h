@@ -43,6 +43,9 @@ class Obstacle {
     const Vec3& low() const { return low_; } ///< bounding box
     const Vec3& high() const { return high_; }
 
+    /// Whether some of it is above the plane.
+    bool rises_above(const Plane& plane, double rounding) const;
+
     /// Whether the segment from p to q passes through it.
     bool is_crossed(const Vec3& p, const Vec3& q, double rounding) const;
 

@@ -86,9 +86,7 @@ class ExchangeWorker {
         const PolygonEnd& P = problem_.ends[p];
         pair_.between.clear();
         for (const Obstacle& obstacle : problem_.obstacles.all()) {
-            const std::span<const Vec3> corners = obstacle.corners();
-            if (std::any_of(corners.begin(), corners.end(),
-                            [&](const Vec3& c) { return P.plane.height(c) > problem_.rounding; })) {
+            if (obstacle.rises_above(P.plane, problem_.rounding)) {
                 pair_.between.push_back(&obstacle);
             }
         }

@@ -9,12 +9,6 @@ namespace {
 /// Exact integrals are computed to this share of the tolerance: it costs little.
 constexpr double clear_share = 1e-3;
 
-/// Whether some of the obstacle is in front of the plane.
-bool rises_above(const Plane& plane, const Obstacle& obstacle, double rounding) {
-    const std::span<const Vec3> corners = obstacle.corners();
-    return std::any_of(corners.begin(), corners.end(), [&](const Vec3& c) { return plane.height(c) > rounding; });
-}
-
 } // namespace
 
 std::vector<PolygonEnd> ends_of(const Mesh& mesh) {
@@ -88,7 +82,7 @@ Estimate PairExchange::of(Index p, Index q, std::size_t first, std::size_t last,
     const std::size_t start = between.size();
     for (std::size_t k = first; k < last; ++k) {
         const Obstacle* const obstacle = between[k];
-        if (rises_above(P->plane, *obstacle, rounding_) && rises_above(Q->plane, *obstacle, rounding_)) {
+        if (obstacle->rises_above(P->plane, rounding_) && obstacle->rises_above(Q->plane, rounding_)) {
             between.push_back(obstacle);
         }
     }

@@ -10,7 +10,6 @@
 #include <difusa/radiosity/gathering_noise.h>
 #include <difusa/radiosity/system.h>
 #include <difusa/rays/glance.h>
-#include <difusa/rays/sky_openings.h>
 #include <difusa/scene/sky_parts.h>
 #include <difusa/transport/gathered_rows.h>
 

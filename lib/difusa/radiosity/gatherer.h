@@ -96,7 +96,7 @@ class Gatherer {
     /// them; the weights of what others meet are scaled, so that all add up to 1.
     Rgb look_around(const SurfacePoint& x, std::size_t number) {
         const SkyOpenings* const openings = parts_.system->transport().openings.get();
-        const std::size_t aimed_rays = std::max<std::size_t>(32, around_.count() / 4);
+        const std::size_t aimed_rays = SkyOpenings::aimed(around_.count());
         variance_through_openings_ = 0.0;
         RandomStream stream(seed_, "openings", number);
         const bool aimed =

@@ -7,6 +7,7 @@
 #include <difusa/rays/directions.h>
 #include <difusa/rays/tracer.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -57,6 +58,9 @@ class SkyOpenings {
     };
 
     std::size_t rays() const { return rays_; } ///< cast to find them
+
+    /// The rays that are aimed from a point, beside so many others.
+    static std::size_t aimed(std::size_t rays) { return std::max<std::size_t>(32, rays / 4); }
 
   private:
     /// A part of a side of the box, with the half edges of the two other axes.

@@ -58,6 +58,12 @@ void SkylightTransport::scale_rows(Values& y) const {
 }
 
 void SkylightTransport::apply(const Values& x, Values& y, const Execution& execution) const {
+    const auto of_sky = x.bottomRows(x.rows() - static_cast<Eigen::Index>(surfels_));
+    if ((of_sky.array() == 0.0).all()) { // as in each bounce
+        by_rays_->apply(x, y, execution);
+        scale_rows(y);
+        return;
+    }
     by_rays_->apply(without_sky(x), y, execution);
     scale_rows(y);
     Values sky;
@@ -122,7 +128,7 @@ LightTransport with_skylight(LightTransport transport, const Tracer& tracer, std
         return transport;
     }
     const auto first_sky = static_cast<Index>(transport.surfels);
-    const std::size_t rays = lists->rays(), count = std::max<std::size_t>(32, rays / 4);
+    const std::size_t rays = lists->rays(), count = SkyOpenings::aimed(rays);
     std::vector<double> scale(points.size(), 1.0), share(points.size(), -1.0);
     SparseRows skylight(points.size(), lists->columns());
     std::vector<std::size_t> cast(points.size(), 0);
