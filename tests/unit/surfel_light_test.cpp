@@ -334,7 +334,7 @@ TEST(SurfelLight, PenumbraeAreUnbiased) {
     }
     const double standard_error = std::sqrt((squares - mean * mean) / (seeds - 1));
     EXPECT_LT(standard_error, 0.003);
-    EXPECT_NEAR(mean, 1.0, 4.5 * standard_error + AreaLights::settled);
+    EXPECT_NEAR(mean, 1.0, 4.5 * standard_error);
 }
 
 } // namespace

@@ -82,7 +82,7 @@ std::size_t most_segments(std::size_t sites, const BakeResult& result, const Cho
     const std::size_t on_surfel = samples.pilot + samples.edge;
     const double on_surfels = expected_surfels(result) * static_cast<double>(on_surfel * lights.rays_per_sample());
     std::size_t segments =
-        static_cast<std::size_t>(on_surfels) + points * lights.rays_per_point(AreaLights::most_rounds * rays_of_round);
+        static_cast<std::size_t>(on_surfels) + points * lights.most_rays_per_point(rays_of_round);
     if (lights.any() || result.scene->has_uneven_emitters()) {
         segments += points * ((result.options.rays + 1) / 2); // towards samples on bright surfels
     }

@@ -1,6 +1,7 @@
 #include <difusa/lighting/area_lights.h>
 
 #include <difusa/core/even_sequence.h>
+#include <difusa/lighting/shadow_rounds.h>
 #include <difusa/mesh/surface_sampling.h>
 #include <difusa/rays/lambert.h>
 #include <difusa/rays/own_plane.h>
@@ -31,8 +32,11 @@ constexpr double opening = 0.15;
 /// Points on an area light from which one is chosen for a single ray.
 constexpr std::size_t candidates = 8;
 
-/// Up to this many area lights are tested for occluders; for more, the test costs more than rays.
+/// Up to this many area lights are looked at for what is in the way; for more, this costs more than rays.
 constexpr std::size_t few_shafts = 8;
+
+/// Of the light of an area light: what is less is rounding.
+constexpr double negligible_part = 0x1p-40;
 
 /// Triangles of a mesh of which those are found that may come between two points of it.
 constexpr std::size_t most_told_apart = 16384;
@@ -88,11 +92,14 @@ LightBlockers::LightBlockers(const Mesh& mesh) : all_(mesh) {
 }
 
 bool LightBlockers::may_hide(Index light, const SurfacePoint& x, Index& last) const {
-    if (between_ && x.face == none) {
-        Index unrelated = none; // `last` is one of those between points of the surface
-        return all_.may_be_blocked(x, light, unrelated);
-    }
-    return (between_ ? *between_ : all_).may_be_blocked(x, light, last);
+    Index unrelated = none; // `last` is one of those between points of the surface
+    return shafts(x).may_be_blocked(x, light, between_ && x.face == none ? unrelated : last);
+}
+
+PolygonInSight::Extent LightBlockers::look(Index light, const SurfacePoint& x, PolygonInSight& sight) const {
+    const Mesh& mesh = all_.mesh();
+    const Vec3& n = mesh.normals[light];
+    return sight.look(shafts(x), x, mesh.corners(light), {n, n.dot(mesh.corner(light, 0))});
 }
 
 AreaLights::AreaLights(const Scene& scene, std::vector<Index> triangles, const Tracer& tracer)
@@ -154,7 +161,6 @@ void AreaLights::collect(const SurfacePoint& x, RandomStream& stream, Worker& wo
             if (known == worker.shares.end()) {
                 worker.shares.push_back({material});
             }
-            worker.shares[share].unblocked += weight * F * emission(triangle);
             worker.parts.push_back({triangle, F, weight, mean, share});
         }
     };
@@ -180,18 +186,73 @@ bool AreaLights::may_be_blocked(const SurfacePoint& x, Index light, Index& last_
     return is_image(light) || elsewhere || blockers_->may_hide(original(light), x, last_blocker);
 }
 
-bool AreaLights::may_be_hidden(const SurfacePoint& x, Worker& worker) const {
-    if (!blockers_) {
-        return false;
+/// Of an area light, the part of its light that gets through; nothing if too much is in the way.
+std::optional<double> AreaLights::visible_part(const SurfacePoint& from, Index light, Worker& worker) const {
+    const bool elsewhere = images_ && from.face == none; // the ways there lead through images
+    if (is_image(light) || elsewhere) {
+        return {};
     }
-    return worker.parts.size() > few_shafts ||
-           std::any_of(worker.parts.begin(), worker.parts.end(),
-                       [&](const Worker::Part& part) { return may_be_blocked(x, part.triangle, worker.last_blocker); });
+    const std::array<Vec3, 3> corners = scene_.mesh.corners(original(light));
+    const auto factor_of = [&](std::span<const Vec3> polygon) {
+        return lambert_form_factor(from.position, from.normal, polygon);
+    };
+    const double whole = factor_of(corners);
+    const Vec3& own = scene_.mesh.face_normal(from);
+    // With a shading normal, the point sees light that is below the horizon of its face.
+    const bool sees_below = from.normal != own && !std::all_of(corners.begin(), corners.end(), [&](const Vec3& corner) {
+        return own.dot(corner - from.position) >= 0.0;
+    });
+    if (!(whole > 0.0) || sees_below) {
+        return {};
+    }
+    switch (blockers_->look(original(light), from, worker.sight)) {
+    case PolygonInSight::Extent::whole:
+        return 1.0;
+    case PolygonInSight::Extent::pieces: {
+        const double part = worker.sight.sum(factor_of) / whole;
+        return part > negligible_part ? std::min(1.0, part) : 0.0;
+    }
+    case PolygonInSight::Extent::unknown:
+        break;
+    }
+    return {};
+}
+
+/// Moves what is known of the collected lights to `Share::known`, and leaves those in `parts` that need shadow rays.
+/// True if nothing is in the way of any.
+bool AreaLights::look(const SurfacePoint& from, Worker& worker) const {
+    bool clear = true, simple = worker.parts.size() <= few_shafts;
+    double mean = 0.0;
+    std::size_t left = 0;
+    for (Worker::Part& part : worker.parts) {
+        const Rgb light = part.weight * part.form_factor * emission(part.triangle);
+        std::optional<double> seen;
+        if (!blockers_) {
+            seen = 1.0;
+        } else if (simple) {
+            seen = visible_part(from, part.triangle, worker);
+            simple = seen.has_value(); // what is in the way of one light is in the way of others, too
+        } else if (worker.parts.size() <= few_shafts && !may_be_blocked(from, part.triangle, worker.last_blocker)) {
+            seen = 1.0;
+        }
+        clear = clear && seen && *seen == 1.0;
+        Worker::Share& share = worker.shares[part.share];
+        if (seen) {
+            share.known += *seen * light;
+        } else {
+            share.unblocked += light;
+            mean += part.weight * part.form_factor * strength(part.triangle);
+            part.mean_below = mean;
+            worker.parts[left++] = part;
+        }
+    }
+    worker.parts.resize(left);
+    return clear;
 }
 
 /// Sample s goes to the light that holds the share (s + shift) / samples of the irradiance, to an evenly distributed
-/// point on it. Rounds continue one sequence. Returns the share of the light that got through.
-double AreaLights::cast_round(const SurfacePoint& x, std::size_t samples, std::size_t round,
+/// point on it. Rounds continue one sequence. True if some got through and some did not.
+bool AreaLights::cast_round(const SurfacePoint& x, std::size_t samples, std::size_t round,
                               const std::array<double, 3>& start, Worker& worker) const {
     worker.segments.clear();
     worker.light.clear();
@@ -220,17 +281,16 @@ double AreaLights::cast_round(const SurfacePoint& x, std::size_t samples, std::s
     }
     worker.blocked.resize(worker.segments.size());
     worker.cast += tracer_.occluded(worker.segments, worker.blocked);
-    double all = 0.0, seen = 0.0;
+    std::size_t seen = 0;
     for (std::size_t s = 0; s < worker.segments.size(); ++s) {
         Worker::Share& share = worker.shares[worker.owner[s]];
         share.sampled += worker.light[s];
-        all += worker.light[s].abs().sum();
         if (worker.blocked[s] == 0) {
             share.seen += worker.light[s];
-            seen += worker.light[s].abs().sum();
+            ++seen;
         }
     }
-    return all > 0.0 ? seen / all : 1.0;
+    return seen > 0 && seen < worker.segments.size();
 }
 
 void AreaLights::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
@@ -243,22 +303,17 @@ void AreaLights::irradiance(const SurfacePoint& x, std::size_t samples, RandomSt
         return;
     }
     const SurfacePoint from = inset(scene_.mesh, x);
-    if (!may_be_hidden(from, worker)) {
-        ++worker.clear;
-        for (const Worker::Share& share : worker.shares) {
-            H[set_of[share.material]] += share.unblocked;
+    worker.clear += look(from, worker) ? 1 : 0;
+    const auto start = [&] { return std::array{stream.uniform(), stream.uniform(), stream.uniform()}; };
+    if (!worker.parts.empty()) {
+        const bool penumbra = cast_round(from, samples, 0, start(), worker);
+        for (Worker::Share& share : worker.shares) {
+            share.seen = share.sampled = Rgb::Zero();
         }
-        return;
-    }
-    const double u = stream.uniform(), v = stream.uniform(), w = stream.uniform();
-    double sum = 0.0, squares = 0.0;
-    for (std::size_t round = 0; round < most_rounds; ++round) {
-        const double share = cast_round(from, samples, round, {u, v, w}, worker);
-        sum += share;
-        squares += share * share;
-        const auto n = static_cast<double>(round + 1);
-        if (round > 0 && (squares - sum * sum / n) / (n * (n - 1.0)) <= settled * settled) {
-            break;
+        const std::size_t rounds = ShadowRounds::after(penumbra, 1);
+        const std::array<double, 3> shift = start();
+        for (std::size_t round = 0; round < rounds; ++round) {
+            cast_round(from, samples, round, shift, worker);
         }
     }
     Rgb seen = Rgb::Zero(), sampled = Rgb::Zero();
@@ -272,7 +327,8 @@ void AreaLights::irradiance(const SurfacePoint& x, std::size_t samples, RandomSt
     const Rgb mean = (sampled > 0.0).select(seen / sampled.max(least), Rgb::Ones());
     for (const Worker::Share& share : worker.shares) { // all samples of a material have the same sign
         const Rgb all = share.sampled.abs();
-        H[set_of[share.material]] += share.unblocked * (all > 0.0).select(share.seen.abs() / all.max(least), mean);
+        H[set_of[share.material]] +=
+            share.known + share.unblocked * (all > 0.0).select(share.seen.abs() / all.max(least), mean);
     }
 }
 

@@ -7,7 +7,7 @@
 #include <difusa/core/random.h>
 #include <difusa/lighting/lamp_images.h>
 #include <difusa/lighting/light_tree.h>
-#include <difusa/rays/shaft.h>
+#include <difusa/rays/polygon_in_sight.h>
 #include <difusa/rays/tracer.h>
 #include <difusa/scene/scene.h>
 
@@ -35,7 +35,13 @@ class LightBlockers {
     /// Shafts::may_be_blocked.
     bool may_hide(Index light, const SurfacePoint& x, Index& last) const;
 
+    /// What x sees of a light (rays/polygon_in_sight.h).
+    PolygonInSight::Extent look(Index light, const SurfacePoint& x, PolygonInSight& sight) const;
+
   private:
+    /// For views from x.
+    const Shafts& shafts(const SurfacePoint& x) const { return between_ && x.face != none ? *between_ : all_; }
+
     Shafts all_;
     std::optional<Shafts> between_; ///< two points of the surface; none for large meshes, where all may
 };
@@ -59,13 +65,14 @@ class AreaLights {
             double mean_below;          ///< running sum of the mean unblocked irradiance
             std::size_t share;          ///< in `shares`
         };
-        /// The lights of one material among `parts`.
+        /// The lights of one material.
         struct Share {
             Index material;
-            Rgb unblocked = Rgb::Zero();                   ///< unblocked irradiance
+            Rgb known = Rgb::Zero();                       ///< irradiance of lights that are not among `parts`
+            Rgb unblocked = Rgb::Zero();                   ///< of those that are, if nothing is in the way
             Rgb seen = Rgb::Zero(), sampled = Rgb::Zero(); ///< of the samples: what got through, and the total
         };
-        std::vector<Part> parts;
+        std::vector<Part> parts; ///< lights; after `look`, those that shadow rays are cast to
         std::vector<Share> shares;
         std::vector<Index> nodes;
         std::vector<LightTree::Part> node_parts;
@@ -74,6 +81,7 @@ class AreaLights {
         std::vector<Rgb> light;
         std::vector<std::size_t> owner; ///< #segments: in `shares`
         std::vector<std::uint8_t> blocked;
+        PolygonInSight sight;
         Index last_blocker = none;       ///< Shafts::may_be_blocked
         std::size_t cast = 0;            ///< segments
         std::size_t blocked_samples = 0; ///< of `cast`, by `sample`
@@ -87,9 +95,9 @@ class AreaLights {
     /// Up to 4096 lights are all evaluated. Of more, those of a group that x sees under a small angle are represented
     /// by some of them, chosen at random (LightTree::represent): unbiased.
     ///
-    /// Visible share: 1 where no face reaches between x and the lights (Shafts). Otherwise `samples` shadow rays are
-    /// cast, stratified over the lights by their contribution and weighted by the integrand, at least twice and up to
-    /// sixteen times until the standard error of the share is at most `settled`. Exact where nothing blocks.
+    /// Visible share: exact where few faces reach between x and the lights (rays/polygon_in_sight.h), and no ray is
+    /// cast. Otherwise by rounds of `samples` shadow rays, stratified over the lights by their contribution and weighted
+    /// by the integrand (lighting/shadow_rounds.h): unbiased but for the ratio of sums over a round.
     void irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
                     std::span<const Index> set_of, std::span<Rgb> H) const;
 
@@ -113,10 +121,6 @@ class AreaLights {
     /// The same for light whose direction matters: always of one point on the light, which is drawn in proportion to
     /// what it sends to x.
     Sample sample_direction(const SurfacePoint& x, const std::array<double, 5>& u, Worker& worker) const;
-
-    /// Rounds of shadow rays stop once the standard error of their mean share is at most this.
-    static constexpr double settled = 0.002;
-    static constexpr std::size_t most_rounds = 16;
 
     static constexpr std::size_t few_chosen = 24; ///< lights among which `sample` chooses by their form factors
     static constexpr std::size_t proposals = 8;   ///< of more, so many are looked at for a sample
@@ -149,9 +153,10 @@ class AreaLights {
     /// By which lights are chosen: in thermal scenes they may emit less than nothing.
     double strength(Index triangle) const { return std::abs(emission(triangle).mean()); }
     void collect(const SurfacePoint& x, RandomStream& stream, Worker& worker) const;
-    bool may_be_hidden(const SurfacePoint& x, Worker& worker) const;
-    double cast_round(const SurfacePoint& x, std::size_t samples, std::size_t round, const std::array<double, 3>& start,
-                      Worker& worker) const;
+    std::optional<double> visible_part(const SurfacePoint& from, Index light, Worker& worker) const;
+    bool look(const SurfacePoint& from, Worker& worker) const;
+    bool cast_round(const SurfacePoint& x, std::size_t samples, std::size_t round, const std::array<double, 3>& start,
+                    Worker& worker) const;
 
     const Scene& scene_;
     Tracer tracer_;

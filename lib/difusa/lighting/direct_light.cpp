@@ -208,34 +208,34 @@ void clear(DirectLight::Worker& worker) {
 template <class Add>
 double DirectLight::visible_share(std::size_t samples, RandomStream& stream, Worker& worker, double& mean,
                                   const Add& add) const {
-    const Place shift{stream.uniform(), stream.uniform()};
     const std::size_t each = samples_per_round(samples);
-    double all = 0.0, seen = 0.0, sum = 0.0, squares = 0.0, n = 0.0;
-    for (std::size_t round = 0; round < AreaLights::most_rounds; ++round) {
-        clear(worker);
-        for (std::size_t k = 0; k < each; ++k) {
-            add(even_point<2>(round * each + k, shift));
+    double all = 0.0, seen = 0.0;
+    std::size_t lit = 0; // places on the source that shine on x
+    const auto cast_rounds = [&](std::size_t rounds) {
+        const Place shift{stream.uniform(), stream.uniform()};
+        all = seen = 0.0;
+        lit = 0;
+        for (std::size_t round = 0; round < rounds; ++round) {
+            clear(worker);
+            for (std::size_t k = 0; k < each; ++k) {
+                add(even_point<2>(round * each + k, shift));
+            }
+            cast(worker);
+            lit += worker.light.size();
+            for (std::size_t k = 0; k < worker.light.size(); ++k) {
+                all += worker.light[k].sum();
+                seen += worker.blocked[k] == 0 ? worker.light[k].sum() : 0.0;
+            }
         }
-        cast(worker);
-        double all_now = 0.0, seen_now = 0.0;
-        for (std::size_t k = 0; k < worker.light.size(); ++k) {
-            all_now += worker.light[k].sum();
-            seen_now += worker.blocked[k] == 0 ? worker.light[k].sum() : 0.0;
-        }
-        all += all_now;
-        seen += seen_now;
-        const double share = all_now > 0.0 ? seen_now / all_now : 0.0;
-        sum += share;
-        squares += share * share;
-        n += 1.0;
-        // Narrow beams may be missed by the first rounds.
-        if (all > 0.0 && round + 1 >= rounds_at_least &&
-            squares - sum * sum / n <= n * (n - 1.0) * AreaLights::settled * AreaLights::settled) {
-            break;
-        }
-    }
-    mean = all / (n * static_cast<double>(each));
-    return all > 0.0 ? seen / all : 0.0;
+        return all > 0.0 ? seen / all : 0.0;
+    };
+    const double pilot = cast_rounds(pilots);
+    // Of a narrow beam, few places shine on x.
+    const bool narrow = 2 * lit < pilots * each;
+    const std::size_t rounds = ShadowRounds::after((pilot > 0.0 && pilot < 1.0) || narrow, pilots);
+    const double share = cast_rounds(rounds);
+    mean = all / static_cast<double>(rounds * each);
+    return all > 0.0 ? share : pilot;
 }
 
 void DirectLight::add_extended(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,

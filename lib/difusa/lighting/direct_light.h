@@ -6,6 +6,7 @@
 #include <difusa/core/progress.h>
 #include <difusa/lighting/area_lights.h>
 #include <difusa/lighting/mirror_images.h>
+#include <difusa/lighting/shadow_rounds.h>
 #include <difusa/scene/light_groups.h>
 
 #include <algorithm>
@@ -43,11 +44,10 @@ class DirectLight {
     /// Whether there are lights with an extent, whose shadows have penumbras.
     bool casts_penumbras() const { return extended_ > 0 || area_lights_.count() > 0; }
 
-    /// Shadow rays that `irradiance` casts for a point if those of area lights settle at once.
-    std::size_t rays_per_point(std::size_t samples) const {
-        return suns_.size() + points_.size() - extended_ + extended_ * rounds_at_least * samples_per_round(samples) +
-               (area_lights_.count() > 0 ? samples : 0) + (images_ ? images_->rays_per_point(samples) : 0);
-    }
+    /// Shadow rays that `irradiance` casts for a point if all area lights need some: outside of penumbras, and in all of
+    /// them.
+    std::size_t rays_per_point(std::size_t samples) const { return rays_of_rounds(samples, false); }
+    std::size_t most_rays_per_point(std::size_t samples) const { return rays_of_rounds(samples, true); }
 
     /// Those that `sample` casts for a point, or could in the time that it takes to choose among many area lights.
     std::size_t rays_per_sample() const {
@@ -87,8 +87,7 @@ class DirectLight {
     /// Irradiance at x in W/m², H[set], at exactly that point even if x is on an edge and shadow rays start next to it
     /// (mesh/surface_sampling.h, inset): one shadow ray for each sun and point light, `samples` or more for the area
     /// lights (AreaLights::irradiance). A sun with a disc and a luminaire with an opening: the exact light without
-    /// obstacles times the visible share, by rounds of max(8, samples / 4) shadow rays over an even sequence until its
-    /// standard error is at most AreaLights::settled, at least two and at most AreaLights::most_rounds.
+    /// obstacles times the visible share, by rounds of max(8, samples / 4) shadow rays (lighting/shadow_rounds.h).
     void irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
                     std::span<Rgb> H) const;
 
@@ -136,7 +135,13 @@ class DirectLight {
                  std::size_t first, Worker& worker) const;
     void add_point(const SurfacePoint& x, const SurfacePoint& from, std::size_t point, double factor,
                    const Place& place, std::size_t first, Worker& worker) const;
-    static constexpr std::size_t rounds_at_least = 2;
+    static constexpr std::size_t pilots = 2; ///< rounds for an extended sun or luminaire; as many follow, or more
+    std::size_t rays_of_rounds(std::size_t samples, bool penumbra) const {
+        const std::size_t rounds = pilots + ShadowRounds::after(penumbra, pilots);
+        return suns_.size() + points_.size() - extended_ + extended_ * rounds * samples_per_round(samples) +
+               (area_lights_.count() > 0 ? samples * (1 + ShadowRounds::after(penumbra, 1)) : 0) +
+               (images_ ? images_->rays_per_point(samples, penumbra) : 0);
+    }
     static std::size_t samples_per_round(std::size_t samples) { return std::max<std::size_t>(8, samples / 4); }
     void add_extended(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
                       std::span<Rgb> H) const;

@@ -457,6 +457,31 @@ MirrorImages::Sampled MirrorImages::sample_part(const Part& part, const SurfaceP
     return sampled;
 }
 
+MirrorImages::Passed MirrorImages::cast_round(const SurfacePoint& x, const SurfacePoint& from, std::size_t samples,
+                                              std::size_t round, const std::array<double, 3>& start,
+                                              Worker& worker) const {
+    constexpr double golden = 0.6180339887498949; // rounds divide the strata evenly
+    const double along = fraction(start[0] + static_cast<double>(round) * golden), whole = worker.parts.back().below;
+    Passed passed;
+    auto part = worker.parts.begin();
+    for (std::size_t s = 0; s < samples; ++s) {
+        const double share = whole * (static_cast<double>(s) + along) / static_cast<double>(samples);
+        while (part + 1 != worker.parts.end() && part->below <= share) {
+            ++part;
+        }
+        const auto [u, v] = even_point<2>(round * samples + s, {start[1], start[2]});
+        const LampImage& lamp = lamps_[part->lamp];
+        const Sampled sampled = sample_part(*part, x, from, u, v, worker);
+        // Parts are chosen by their share of the mean irradiance.
+        const double factor = 1.0 / (part->form_factor * light(lamp).mean());
+        worker.sampled[set_of(lamp)] += factor * sampled.unblocked;
+        worker.seen[set_of(lamp)] += factor * sampled.seen;
+        passed.all += sampled.unblocked.sum() > 0.0 ? 1 : 0;
+        passed.seen += sampled.seen.sum() > 0.0 ? 1 : 0;
+    }
+    return passed;
+}
+
 void MirrorImages::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
                               std::span<Rgb> H) const {
     add_points(x, std::max<std::size_t>(8, samples), stream, worker, H, nullptr);
@@ -468,47 +493,27 @@ void MirrorImages::irradiance(const SurfacePoint& x, std::size_t samples, Random
     const SurfacePoint from = inset(scene_.mesh, x);
     const std::size_t sets = H.size(), each = samples_per_round(samples);
     worker.unblocked.assign(sets, Rgb::Zero());
-    worker.sampled.assign(sets, Rgb::Zero());
-    worker.seen.assign(sets, Rgb::Zero());
     for (const Part& part : worker.parts) {
         worker.unblocked[set_of(lamps_[part.lamp])] += part.form_factor * light(lamps_[part.lamp]);
     }
-    constexpr double golden = 0.6180339887498949; // rounds divide the strata evenly
-    const double start = stream.uniform(), whole = worker.parts.back().below;
-    const std::array<double, 2> shift{stream.uniform(), stream.uniform()};
-    double sum = 0.0, squares = 0.0;
-    // Where no window is known, few samples may get through.
+    // Where no window is known, few paths may get through.
     const bool sure = std::all_of(worker.parts.begin(), worker.parts.end(),
                                   [&](const Part& part) { return lamps_[part.lamp].has_all_windows; });
-    const std::size_t least_rounds = sure ? 1 : 7;
-    for (std::size_t round = 0; round < AreaLights::most_rounds; ++round) {
-        const double along = fraction(start + static_cast<double>(round) * golden);
-        double all = 0.0, seen = 0.0;
-        auto part = worker.parts.begin();
-        for (std::size_t s = 0; s < each; ++s) {
-            const double share = whole * (static_cast<double>(s) + along) / static_cast<double>(each);
-            while (part + 1 != worker.parts.end() && part->below <= share) {
-                ++part;
-            }
-            const auto [u, v] = even_point<2>(round * each + s, shift);
-            const LampImage& lamp = lamps_[part->lamp];
-            const Sampled sampled = sample_part(*part, x, from, u, v, worker);
-            // Parts are chosen by their share of the mean irradiance.
-            const double factor = 1.0 / (part->form_factor * light(lamp).mean());
-            worker.sampled[set_of(lamp)] += factor * sampled.unblocked;
-            worker.seen[set_of(lamp)] += factor * sampled.seen;
-            all += factor * sampled.unblocked.sum();
-            seen += factor * sampled.seen.sum();
+    const auto cast_rounds = [&](std::size_t rounds) {
+        const std::array<double, 3> start{stream.uniform(), stream.uniform(), stream.uniform()};
+        worker.sampled.assign(sets, Rgb::Zero());
+        worker.seen.assign(sets, Rgb::Zero());
+        Passed passed;
+        for (std::size_t round = 0; round < rounds; ++round) {
+            const Passed now = cast_round(x, from, each, round, start, worker);
+            passed.seen += now.seen;
+            passed.all += now.all;
         }
-        const double share = all > 0.0 ? seen / all : 1.0;
-        sum += share;
-        squares += share * share;
-        const auto n = static_cast<double>(round + 1);
-        if (round >= least_rounds &&
-            (squares - sum * sum / n) / (n * (n - 1.0)) <= AreaLights::settled * AreaLights::settled) {
-            break;
-        }
-    }
+        return passed;
+    };
+    const Passed passed = cast_rounds(pilots);
+    const bool penumbra = passed.seen < passed.all && (passed.seen > 0 || !sure);
+    cast_rounds(ShadowRounds::after(penumbra, pilots));
     Rgb seen = Rgb::Zero(), sampled = Rgb::Zero();
     for (std::size_t set = 0; set < sets; ++set) {
         seen += worker.seen[set];

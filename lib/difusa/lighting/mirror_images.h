@@ -4,6 +4,7 @@
 #pragma once
 
 #include <difusa/core/random.h>
+#include <difusa/lighting/shadow_rounds.h>
 #include <difusa/rays/tracer.h>
 #include <difusa/scene/scene.h>
 
@@ -37,9 +38,11 @@ class MirrorImages {
     /// About as many rays as `sample` casts for a place that sees all images.
     std::size_t rays_per_sample() const { return 2 * (points_.size() + (lamps_.empty() ? 0 : 1)); }
 
-    /// An upper bound on the rays that `irradiance` casts for a point if the images of area lights settle at once.
-    std::size_t rays_per_point(std::size_t samples) const {
-        return 2 * (points_.size() * (extended_ ? samples : 1) + (lamps_.empty() ? 0 : 2 * samples_per_round(samples)));
+    /// An upper bound on the rays that `irradiance` casts for a point, outside or inside of penumbras.
+    std::size_t rays_per_point(std::size_t samples, bool penumbra) const {
+        const std::size_t rounds = pilots + ShadowRounds::after(penumbra, pilots);
+        return 2 * (points_.size() * (extended_ ? samples : 1) +
+                    (lamps_.empty() ? 0 : rounds * samples_per_round(samples)));
     }
 
     /// A visible part of the image of an area light.
@@ -58,8 +61,8 @@ class MirrorImages {
 
     /// Adds what x receives from all images, in W/m², to H[set]: suns and point lights by one path each
     /// (`samples` of them where they have an extent), area lights by
-    /// the form factors of what of their images the outlines of the mirrors show, times the share of `samples` or more
-    /// paths to them that is not blocked.
+    /// the form factors of what of their images the outlines of the mirrors show, times the share of paths to them that
+    /// is not blocked, by rounds of max(8, samples / 4) (lighting/shadow_rounds.h).
     void irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
                     std::span<Rgb> H) const;
 
@@ -108,6 +111,7 @@ class MirrorImages {
         bool has_all_windows = true;
     };
 
+    static constexpr std::size_t pilots = 2; ///< rounds to images of area lights; as many follow, or more
     static std::size_t samples_per_round(std::size_t samples) { return std::max<std::size_t>(8, samples / 4); }
 
     void find_planes();
@@ -139,6 +143,13 @@ class MirrorImages {
     void sample_lamps(const SurfacePoint& x, RandomStream& stream, Worker& worker, std::span<Rgb> H) const;
     void look_through(const LampImage& image, std::size_t window, Index lamp, const SurfacePoint& x,
                       const std::vector<Vec3>& polygon, Worker& worker) const;
+    /// One round of paths to the parts of images, spread over them and their areas by `start`, added to
+    /// `worker.sampled` and `worker.seen`. Returns how many get through, and how many there are.
+    struct Passed {
+        std::size_t seen = 0, all = 0;
+    };
+    Passed cast_round(const SurfacePoint& x, const SurfacePoint& from, std::size_t samples, std::size_t round,
+                      const std::array<double, 3>& start, Worker& worker) const;
     void add_part(const std::vector<Vec3>& polygon, Index lamp, const SurfacePoint& x, Worker& worker) const;
     struct Sampled {
         Rgb unblocked = Rgb::Zero(), seen = Rgb::Zero(); ///< irradiance over the probability

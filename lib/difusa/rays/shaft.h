@@ -21,6 +21,8 @@ class Shafts {
     Shafts(const Mesh& mesh, const std::vector<Index>& faces);
 
     bool any() const { return !faces_.empty(); }
+    const Mesh& mesh() const { return mesh_; }
+    double rounding() const { return rounding_; } ///< heights above planes within this count as 0
 
     /// False only if no face hides any part of triangle t from x, for rays that start at x and end on t and are exempt
     /// from the planes of these two faces (rays/own_plane.h). True if a face may reach into the tetrahedron between
@@ -47,7 +49,7 @@ class Shafts {
 
     const Mesh& mesh_;
     BoxTree faces_;
-    double rounding_; ///< of heights above planes
+    double rounding_;
 };
 
 /// Where the surface is, as seen from a face: on both sides of its plane, or, as for the walls of a convex room, before

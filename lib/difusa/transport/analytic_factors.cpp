@@ -29,9 +29,6 @@ double independent_rays(double N) {
 /// all.
 constexpr double rays_of_smallest = 0.25;
 
-/// Triangles that may hide parts of a polygon, and its parts in sight; of more it is left to the rays.
-constexpr std::size_t most_blockers = 24, most_parts = 32;
-
 /// Of a form factor: what is less is rounding.
 constexpr double negligible_part = 1e-9;
 
@@ -193,27 +190,14 @@ std::optional<double> AnalyticFactors::visible_factor(const View& view, const Su
         const bool open = node.exposure != Exposure::both && !shafts_.may_reach_between(view.x.position, node.box);
         return open ? std::optional(factor) : std::nullopt;
     }
-    const std::span<const Vec3> corners = tree_.corners(node);
-    if (!shafts_.find_blockers(view.x, corners, node.normal, most_blockers, worker.blockers)) {
+    const PolygonInSight::Extent extent =
+        worker.sight.look(shafts_, view.x, tree_.corners(node), {node.normal, node.offset});
+    worker.steps += worker.sight.blockers().size();
+    if (extent == PolygonInSight::Extent::unknown) {
         return {};
     }
-    worker.steps += worker.blockers.size();
-    if (worker.blockers.empty()) {
-        return factor;
-    }
-    const Plane before{node.normal, node.offset}, above{view.face, view.face.dot(view.x.position)};
-    worker.visible.set(FlatPolygon(corners));
-    for (const Index face : worker.blockers) {
-        const FlatPolygon blocker = FlatPolygon(mesh_.corners(face)).above(before, rounding_).above(above, rounding_);
-        const Vec3& n = mesh_.normals[face];
-        worker.visible.hide(view.x.position, blocker, {n, n.dot(mesh_.corner(face, 0))}, rounding_);
-        if (worker.visible.count() > most_parts) {
-            return {};
-        }
-    }
-    double sum = 0.0;
-    worker.visible.for_pieces([&](const FlatPolygon& piece) { sum += view.factor(piece.corners()); });
-    return std::min(sum, factor);
+    const auto factor_of = [&](std::span<const Vec3> piece) { return view.factor(piece); };
+    return extent == PolygonInSight::Extent::whole ? factor : std::min(worker.sight.sum(factor_of), factor);
 }
 
 /// Whether one of the faces meets the plane of a polygon within its box.
@@ -330,7 +314,7 @@ void AnalyticFactors::look(const View& view, Index group, bool open, std::vector
         open = visible && *visible >= (1.0 - negligible_part) * measure.factor;
         if (!open) {
             // Where what hides a part stands on the surface, the other part often has another light.
-            const bool mixed = visible && stands_on(node, worker.blockers);
+            const bool mixed = visible && stands_on(node, worker.sight.blockers());
             if (!leaf && (mixed || rays_ * measure.factor > rays_of_smallest)) {
                 descend(false);
             } else if (visible) {

@@ -1,8 +1,7 @@
 // Form factors from a point to surface without rays, in closed form, where what occludes it is simple.
 #pragma once
 
-#include <difusa/rays/shaft.h>
-#include <difusa/rays/visible_part.h>
+#include <difusa/rays/polygon_in_sight.h>
 #include <difusa/transport/surfel_tree.h>
 
 #include <cstddef>
@@ -15,7 +14,7 @@ namespace difusa {
 
 /// Looks for the largest groups of surfels in sight of a point that nothing occludes (rays/shaft.h), whose form factors
 /// are then closed contour integrals (rays/lambert.h); of small flat groups that a few triangles hide in part, the part
-/// in sight is found (rays/visible_part.h). Over a group the kernel counts as linear, with its exact integral and with
+/// in sight is found (rays/polygon_in_sight.h). Over a group the kernel counts as linear, with its exact integral and with
 /// the slope that it has between the corners: groups are so small that the error of this is far below the noise of the
 /// rays that they replace, whatever the light. With A the area, ΔK the deviation of the kernel from linear and sigma
 /// that of the light within the group from its mean, this error is at most A ΔK sigma, and the noise of N independent
@@ -40,8 +39,7 @@ class AnalyticFactors {
     struct Worker {
         std::vector<std::pair<Index, bool>> open; ///< groups to look at, and whether it is known that nothing occludes
         std::size_t steps = 0; ///< all that were looked at, and the faces that may hide a part of them
-        std::vector<Index> blockers;
-        VisiblePart visible;         ///< of a polygon
+        PolygonInSight sight;
         std::vector<Sample> samples; ///< of the kernel over a group
     };
 
