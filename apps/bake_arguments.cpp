@@ -373,6 +373,14 @@ void add_result_arguments(CLI::App& app, BakeArguments& arguments, const std::st
             "slower, and far more accurate unless few rays meet what is bright, whose noise is stated")
         ->group(output)
         ->type_name("N");
+    add_whole<std::size_t>(
+        app, "--shadow-rays", options.shadow_rays, least_shadow_rays,
+        "shadow rays of a round, from each point to the area lights that are behind too much for an exact view of them; "
+        "a quarter as many to each sun with a disc and each luminaire with an opening; one round follows a pilot, and "
+        "15 in penumbras")
+        ->group(output)
+        ->type_name("N")
+        ->default_str(shown(options.shadow_rays));
     add_parsed(
         app, "--error-points", options.error_points,
         "surface points at which the error is estimated, about (default: an eighth of the sites, 400 to 4096; 0: no "

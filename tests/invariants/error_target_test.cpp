@@ -87,6 +87,43 @@ TEST(ErrorTarget, MorePointsMakeTheIntervalOfTheNextAttemptNarrower) {
     EXPECT_NEAR(static_cast<double>(next.sites), 16000.0, 160.0);
 }
 
+/// Neither sites nor rays remove the noise of shadow rays, which falls as their number to the power -1.5.
+TEST(ErrorTarget, NoiseOfShadowRaysTakesMoreOfThese) {
+    Attempt attempt;
+    attempt.effort = {4000, 256, 4096, 0, 64};
+    attempt.noise_share = 1.0 / 3.0;
+    ErrorTarget target;
+    target.relative = 0.01;
+    const double interval = 1.5, wanted = 0.85 * target.relative / interval;
+    const double direct = 1.75 * wanted * wanted;
+    const auto next_with = [&](double field) {
+        attempt.rms = std::sqrt(field + direct);
+        attempt.high = interval * attempt.rms;
+        attempt.shadow_noise_share = direct / (field + direct);
+        return next_effort(attempt, target, 0);
+    };
+    const auto left = [&](const Effort& next) {
+        return direct * std::pow(64.0 / static_cast<double>(next.shadow_rays), 1.5);
+    };
+    Effort next = next_with(0.5 * wanted * wanted); // all else is good enough
+    EXPECT_EQ(next.sites, attempt.effort.sites);
+    EXPECT_EQ(next.rays, attempt.effort.rays);
+    EXPECT_NEAR(left(next), 0.1 * wanted * wanted, 0.01 * wanted * wanted);
+
+    const double field = 2.0 * wanted * wanted;
+    next = next_with(field);
+    EXPECT_GT(next.sites, attempt.effort.sites);
+    const double reduced =
+        field * (2.0 / 3.0 * std::pow(4000.0 / static_cast<double>(next.sites), 0.75) +
+                 1.0 / 3.0 * std::pow(256.0 / static_cast<double>(next.rays), 1.5));
+    EXPECT_LE(reduced + left(next), 1.01 * wanted * wanted);
+
+    attempt.effort.shadow_rays = most_shadow_rays; // all there may be: then it is sites and rays
+    next = next_with(0.5 * wanted * wanted);
+    EXPECT_EQ(next.shadow_rays, most_shadow_rays);
+    EXPECT_GT(next.sites, attempt.effort.sites);
+}
+
 TEST(ErrorTarget, AWideIntervalAloneTakesMorePoints) {
     Attempt attempt;
     attempt.effort = {1000, 128, 384, 0};

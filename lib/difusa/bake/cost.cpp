@@ -28,7 +28,6 @@ constexpr double bytes_per_site = 1000.0;                          ///< with its
 constexpr double bytes_per_output_triangle = 500.0;                ///< including its share of vertices and arrays
 constexpr double vectors_of_error_solve = 5.0; ///< of surfels, while the error estimate follows bounces
 constexpr double pooled_directions = 32.0;     ///< sets of directions in a DirectionPool
-constexpr std::size_t rays_of_round = 64;
 
 /// Number of surfels to expect; an upper estimate.
 double surfels_of(const Mesh& mesh, double edge) {
@@ -82,7 +81,7 @@ std::size_t most_segments(std::size_t sites, const BakeResult& result, const Cho
     const std::size_t on_surfel = samples.pilot + samples.edge;
     const double on_surfels = expected_surfels(result) * static_cast<double>(on_surfel * lights.rays_per_sample());
     std::size_t segments =
-        static_cast<std::size_t>(on_surfels) + points * lights.most_rays_per_point(rays_of_round);
+        static_cast<std::size_t>(on_surfels) + points * lights.most_rays_per_point(result.options.shadow_rays);
     if (lights.any() || result.scene->has_uneven_emitters()) {
         segments += points * ((result.options.rays + 1) / 2); // towards samples on bright surfels
     }

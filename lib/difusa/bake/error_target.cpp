@@ -28,6 +28,7 @@ constexpr double basis_part =
     of_noise / (of_basis + of_noise); ///< of the squared error, for the least sites times rays
 constexpr double hopeless = 2.0;      ///< times the target: what the basis alone is predicted to miss with all sites
 constexpr double worthwhile = 1.5;    ///< time of an attempt cut down to what there is, over that of the last
+constexpr double shadow_part = 0.1; ///< of the squared error, left to shadow rays
 constexpr std::size_t least_rays = 64, most_rays = std::size_t{1} << 16U;
 constexpr std::size_t most_error_points = std::size_t{1} << 16U;
 constexpr std::size_t first_goal_samples = 1024, most_goal_samples = std::size_t{1} << 24U; // of a goal
@@ -100,6 +101,16 @@ void add_sites_and_rays(const Attempt& attempt, double excess, Effort& next) {
     }
 }
 
+/// So that the noise of shadow rays has its part of a squared error of `wanted`². True if there are more of them.
+bool add_shadow_rays(const Attempt& attempt, double rms, double wanted, Effort& next) {
+    const double excess = attempt.shadow_noise_share * rms * rms / (shadow_part * wanted * wanted);
+    if (excess > 1.0) {
+        const double more = std::clamp(std::pow(excess, 1.0 / of_noise), 1.5, 16.0);
+        next.shadow_rays = std::min(most_shadow_rays, scaled(attempt.effort.shadow_rays, more));
+    }
+    return next.shadow_rays > attempt.effort.shadow_rays;
+}
+
 void next_for_goals(const Attempt& attempt, const ErrorTarget& target, std::size_t goals, Effort& next) {
     const double wanted_of_field = margin * 0.5 * std::sqrt(target.relative);
     if (attempt.rms > wanted_of_field) {
@@ -129,7 +140,7 @@ class TargetSearch {
         if (execution_.journal != nullptr) {
             execution_.journal->end(); // attempts have times of their own
         }
-        Effort effort = first_effort(target_, goals_);
+        Effort effort = first_effort(target_, goals_, best_.options.shadow_rays);
         while (attempts_.empty() || error_of(attempts_.back()) > target_.relative) {
             if (!attempts_.empty()) {
                 effort = next_effort(attempts_.back(), target_, goals_);
@@ -173,7 +184,7 @@ class TargetSearch {
         const Attempt& last = attempts_.back();
         const auto is_no_more = [](const Effort& a, const Effort& b) {
             return a.sites <= b.sites && a.rays <= b.rays && a.error_points <= b.error_points &&
-                   a.goal_samples <= b.goal_samples;
+                   a.goal_samples <= b.goal_samples && a.shadow_rays <= b.shadow_rays;
         };
         if (is_no_more(effort, last.effort)) {
             return last.effort.sites < scaled(target_.most_sites, 0.9)
@@ -185,11 +196,15 @@ class TargetSearch {
                    (best_.scene->mesh.repetition.any() ? ", far away in a series of periods or symmetry planes"
                                                        : ", between mirrors: give a larger --mirror-depth");
         }
+        const double of_shadow_rays = last.rms * std::sqrt(last.shadow_noise_share);
+        if (!last.goals && last.effort.shadow_rays >= most_shadow_rays && of_shadow_rays > margin * target_.relative) {
+            return "shadow rays leave an error of " + percent_text(of_shadow_rays) + ", with as many as there may be";
+        }
         if (attempts_.size() > 1 && is_no_more(last.effort, attempts_[attempts_.size() - 2].effort)) {
             return "no further sites are found where they would help";
         }
         const double of_basis_alone =
-            last.rms * std::sqrt(1.0 - last.noise_share) *
+            last.rms * std::sqrt((1.0 - last.noise_share) * (1.0 - last.shadow_noise_share)) *
             std::pow(static_cast<double>(last.effort.sites) / static_cast<double>(target_.most_sites), 0.5 * of_basis);
         const bool fills_the_time = target_.best_effort && std::isfinite(target_.most_seconds);
         if (!fills_the_time &&
@@ -240,6 +255,7 @@ class TargetSearch {
         effort.sites = grown(last.sites, effort.sites);
         effort.rays = grown(last.rays, effort.rays);
         effort.goal_samples = grown(last.goal_samples, effort.goal_samples);
+        effort.shadow_rays = grown(last.shadow_rays, effort.shadow_rays);
         effort.error_points = error_points_for(effort.sites, last.error_points);
         return effort;
     }
@@ -264,7 +280,8 @@ class TargetSearch {
         };
         const bool judge_again = !attempts_.empty() && best_number_ + 1 == attempts_.size() &&
                                  effort.sites == attempts_.back().effort.sites &&
-                                 effort.rays == attempts_.back().effort.rays;
+                                 effort.rays == attempts_.back().effort.rays &&
+                                 effort.shadow_rays == attempts_.back().effort.shadow_rays;
         AttemptProgress progress(execution_.progress, attempts_.size() + 1);
         Journal journal;
         const Execution own = execution_.with(&progress, &journal);
@@ -278,6 +295,7 @@ class TargetSearch {
             if (!judge_again) {
                 next.options.sites = effort.sites;
                 next.options.rays = effort.rays;
+                next.options.shadow_rays = effort.shadow_rays;
                 next.options.adaptive = true;
                 solve_(next, own);
             } else if (effort.error_points != attempts_.back().effort.error_points) {
@@ -334,14 +352,14 @@ class TargetSearch {
 
 } // namespace
 
-Effort first_effort(const ErrorTarget& target, std::size_t goals) {
-    return {std::min<std::size_t>(1000, target.most_sites), 128, 768, goals > 0 ? first_goal_samples : 0};
+Effort first_effort(const ErrorTarget& target, std::size_t goals, std::size_t shadow_rays) {
+    return {std::min<std::size_t>(1000, target.most_sites), 128, 768, goals > 0 ? first_goal_samples : 0, shadow_rays};
 }
 
 Attempt judged(const BakeResult& result, double seconds, const Execution& execution) {
     const ErrorEstimate& error = *result.error;
     Attempt attempt;
-    attempt.effort = {result.sites->size(), result.options.rays, error.points, 0};
+    attempt.effort = {result.sites->size(), result.options.rays, error.points, 0, result.options.shadow_rays};
     attempt.seconds = seconds;
     if (!result.goal_estimates.empty()) {
         attempt.effort.goal_samples = result.options.goal_samples;
@@ -355,6 +373,9 @@ Attempt judged(const BakeResult& result, double seconds, const Execution& execut
     }
     attempt.rms = error.total.rms / error.reflected;
     attempt.high = error.total.high / error.reflected;
+    if (error.total.rms > 0.0) {
+        attempt.shadow_noise_share = std::min(1.0, std::pow(error.noise_of_direct / error.total.rms, 2));
+    }
     // Bounces carry it on as they do all of the residual.
     const double carried = error.residual.rms > 0.0 ? std::max(1.0, error.total.rms / error.residual.rms) : 1.0;
     attempt.cut_off = carried * error.cut_off / error.reflected;
@@ -394,7 +415,12 @@ Effort next_effort(const Attempt& attempt, const ErrorTarget& target, std::size_
         for (int pass = 0; pass < 10; ++pass) { // more sites are judged at more points, and need fewer more
             const double interval = interval_from(attempt, error_points_for(next.sites, attempt.effort.error_points));
             next = attempt.effort;
-            add_sites_and_rays(attempt, std::pow(rms * interval / wanted, 2), next);
+            const bool more_shadow_rays = add_shadow_rays(attempt, rms, wanted / interval, next);
+            const double of_field = more_shadow_rays ? (1.0 - attempt.shadow_noise_share) / (1.0 - shadow_part) : 1.0;
+            const double excess = of_field * std::pow(rms * interval / wanted, 2);
+            if (!more_shadow_rays || excess > 1.0) {
+                add_sites_and_rays(attempt, excess, next);
+            }
         }
     }
     next.sites = std::min(next.sites, std::max(target.most_sites, attempt.effort.sites));

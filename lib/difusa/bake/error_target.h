@@ -9,6 +9,9 @@
 // those of the rays, in proportion to N^-1.5 for N rays of a lattice. What an attempt's estimate says of both, and a
 // cost in proportion to n N, give the cheapest n and N for the target. Elements with evenly shared errors in
 // proportion to their size would give n^-1; what attempts on the scenes in data/ report is between that and n^-0.8.
+//
+// The noise of shadow rays, which neither sites nor rays remove, falls as their number to the power -1.5 likewise: there
+// are more of them where it is over a tenth of what the square of the error may be.
 #pragma once
 
 #include <difusa/bake/result.h>
@@ -18,9 +21,9 @@
 
 namespace difusa {
 
-/// Where to start: coarse enough to cost little beside what follows.
-/// `goals`: the number of goals.
-Effort first_effort(const ErrorTarget& target, std::size_t goals);
+/// Where to start: coarse enough to cost little beside what follows. `goals`: the number of goals; `shadow_rays`: those
+/// of a round at first.
+Effort first_effort(const ErrorTarget& target, std::size_t goals, std::size_t shadow_rays);
 
 /// The error of the field of `result`, which has an estimate, and its parts; and of the estimated goals.
 Attempt judged(const BakeResult& result, double seconds, const Execution& execution);
@@ -32,10 +35,10 @@ double error_of(const Attempt& attempt);
 /// Rays cast by an attempt with this effort: from sites, and from samples of the goals.
 double rays_of(const Effort& effort, std::size_t goals);
 
-/// The next effort: more sites, more or fewer rays, at most eight times as many sites and four times as many rays. More
-/// error points alone if they are what is missing: if the interval is wide, or if twice as many are predicted to bring
-/// the upper end below the target. With goals, more samples of them, at most 16 times as many, and more sites and rays
-/// where the field has to be better.
+/// The next effort: more sites, more or fewer rays, at most eight times as many sites and four times as many rays, and
+/// more shadow rays where their noise matters, at most 16 times as many. More error points alone if they are what is
+/// missing: if the interval is wide, or if twice as many are predicted to bring the upper end below the target. With
+/// goals, more samples of them, at most 16 times as many, and more sites and rays where the field has to be better.
 Effort next_effort(const Attempt& attempt, const ErrorTarget& target, std::size_t goals);
 
 /// Bakes with more and more effort until the error is below BakeOptions::target, starting from the scene in `result`,

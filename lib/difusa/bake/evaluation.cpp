@@ -80,7 +80,7 @@ void evaluate_with_errors(BakeResult& result, const ErrorMap& map, const Executi
         ErrorsAt& errors = result.errors.emplace(vertices.size());
         result.output = values_at(result, vertices, "output", execution,
                                   [&](std::size_t i, const BasisRow& row) { map.put(vertices[i], row, i, errors); });
-        map.put_gathered(vertices, result.output, errors, execution);
+        map.complete(vertices, result.output, errors, execution);
         return;
     }
     result.output = values_at(result, vertices, "output", execution);

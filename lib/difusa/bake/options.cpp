@@ -108,6 +108,10 @@ void check_options(const BakeOptions& options) {
         (options.sensor_rays > 0 && options.sensor_rays < least_sensor_rays)) {
         refuse("--sensor-rays", "must be from " + std::to_string(least_sensor_rays) + " to 16777216");
     }
+    if (options.shadow_rays < least_shadow_rays || options.shadow_rays > most_shadow_rays) {
+        refuse("--shadow-rays", "must be from " + std::to_string(least_shadow_rays) + " to " +
+                                    std::to_string(most_shadow_rays));
+    }
     if (options.final_gather > (std::size_t{1} << 24U)) {
         refuse("--final-gather", "must be at most 16777216");
     }

@@ -1,7 +1,6 @@
 #include <difusa/lighting/area_lights.h>
 
 #include <difusa/core/even_sequence.h>
-#include <difusa/lighting/shadow_rounds.h>
 #include <difusa/mesh/surface_sampling.h>
 #include <difusa/rays/lambert.h>
 #include <difusa/rays/own_plane.h>
@@ -251,9 +250,9 @@ bool AreaLights::look(const SurfacePoint& from, Worker& worker) const {
 }
 
 /// Sample s goes to the light that holds the share (s + shift) / samples of the irradiance, to an evenly distributed
-/// point on it. Rounds continue one sequence. True if some got through and some did not.
-bool AreaLights::cast_round(const SurfacePoint& x, std::size_t samples, std::size_t round,
-                              const std::array<double, 3>& start, Worker& worker) const {
+/// point on it. Rounds continue one sequence.
+ShadowRounds::Seen AreaLights::cast_round(const SurfacePoint& x, std::size_t samples, std::size_t round,
+                                          const std::array<double, 3>& start, Worker& worker) const {
     worker.segments.clear();
     worker.light.clear();
     worker.owner.clear();
@@ -281,20 +280,40 @@ bool AreaLights::cast_round(const SurfacePoint& x, std::size_t samples, std::siz
     }
     worker.blocked.resize(worker.segments.size());
     worker.cast += tracer_.occluded(worker.segments, worker.blocked);
-    std::size_t seen = 0;
+    ShadowRounds::Seen light;
     for (std::size_t s = 0; s < worker.segments.size(); ++s) {
         Worker::Share& share = worker.shares[worker.owner[s]];
+        const double here = worker.light[s].abs().sum();
         share.sampled += worker.light[s];
+        light.all += here;
         if (worker.blocked[s] == 0) {
             share.seen += worker.light[s];
-            ++seen;
+            light.seen += here;
         }
     }
-    return seen > 0 && seen < worker.segments.size();
+    return light;
+}
+
+/// The rounds that count, with their samples in the shares. Returns the variance of the visible share.
+double AreaLights::cast_rounds(const SurfacePoint& from, std::size_t samples, RandomStream& stream,
+                               Worker& worker) const {
+    const auto start = [&] { return std::array{stream.uniform(), stream.uniform(), stream.uniform()}; };
+    const ShadowRounds::Seen pilot = cast_round(from, samples, 0, start(), worker);
+    for (Worker::Share& share : worker.shares) {
+        share.seen = share.sampled = Rgb::Zero();
+    }
+    const std::size_t rounds = ShadowRounds::after(pilot.is_penumbra(), 1);
+    const std::array<double, 3> shift = start();
+    ShareNoise noise;
+    for (std::size_t round = 0; round < rounds; ++round) {
+        noise.add(cast_round(from, samples, round, shift, worker).share());
+    }
+    return noise.variance(samples);
 }
 
 void AreaLights::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
                             std::span<const Index> set_of, std::span<Rgb> H) const {
+    worker.variance = Rgb::Zero();
     if (triangles_.empty()) {
         return;
     }
@@ -304,23 +323,15 @@ void AreaLights::irradiance(const SurfacePoint& x, std::size_t samples, RandomSt
     }
     const SurfacePoint from = inset(scene_.mesh, x);
     worker.clear += look(from, worker) ? 1 : 0;
-    const auto start = [&] { return std::array{stream.uniform(), stream.uniform(), stream.uniform()}; };
-    if (!worker.parts.empty()) {
-        const bool penumbra = cast_round(from, samples, 0, start(), worker);
-        for (Worker::Share& share : worker.shares) {
-            share.seen = share.sampled = Rgb::Zero();
-        }
-        const std::size_t rounds = ShadowRounds::after(penumbra, 1);
-        const std::array<double, 3> shift = start();
-        for (std::size_t round = 0; round < rounds; ++round) {
-            cast_round(from, samples, round, shift, worker);
-        }
-    }
+    const double variance = worker.parts.empty() ? 0.0 : cast_rounds(from, samples, stream, worker);
     Rgb seen = Rgb::Zero(), sampled = Rgb::Zero();
+    Rgb unblocked = Rgb::Zero();
     for (const Worker::Share& share : worker.shares) {
         seen += share.seen.abs();
         sampled += share.sampled.abs();
+        unblocked += share.unblocked.abs();
     }
+    worker.variance = variance * unblocked.square();
     constexpr double least = std::numeric_limits<double>::min();
     // Grazing: every sample may have fallen below the horizon. A material without samples is assumed as visible as the
     // others.

@@ -7,6 +7,7 @@
 #include <difusa/core/random.h>
 #include <difusa/lighting/lamp_images.h>
 #include <difusa/lighting/light_tree.h>
+#include <difusa/lighting/shadow_rounds.h>
 #include <difusa/rays/polygon_in_sight.h>
 #include <difusa/rays/tracer.h>
 #include <difusa/scene/scene.h>
@@ -83,6 +84,7 @@ class AreaLights {
         std::vector<std::uint8_t> blocked;
         PolygonInSight sight;
         Index last_blocker = none;       ///< Shafts::may_be_blocked
+        Rgb variance = Rgb::Zero();      ///< of the last `irradiance`, W²/m⁴
         std::size_t cast = 0;            ///< segments
         std::size_t blocked_samples = 0; ///< of `cast`, by `sample`
         std::size_t clear = 0;           ///< points whose lights nothing can occlude, so that no shadow ray was cast
@@ -155,8 +157,9 @@ class AreaLights {
     void collect(const SurfacePoint& x, RandomStream& stream, Worker& worker) const;
     std::optional<double> visible_part(const SurfacePoint& from, Index light, Worker& worker) const;
     bool look(const SurfacePoint& from, Worker& worker) const;
-    bool cast_round(const SurfacePoint& x, std::size_t samples, std::size_t round, const std::array<double, 3>& start,
-                    Worker& worker) const;
+    ShadowRounds::Seen cast_round(const SurfacePoint& x, std::size_t samples, std::size_t round,
+                                  const std::array<double, 3>& start, Worker& worker) const;
+    double cast_rounds(const SurfacePoint& from, std::size_t samples, RandomStream& stream, Worker& worker) const;
 
     const Scene& scene_;
     Tracer tracer_;

@@ -204,16 +204,18 @@ void clear(DirectLight::Worker& worker) {
 } // namespace
 
 /// The share of the light of one extended source that gets through. `add(place)` collects the shadow ray towards that
-/// place, if there is light from it; `mean`: the mean light of all places, summed over the channels, blocked or not.
+/// place, if there is light from it.
 template <class Add>
-double DirectLight::visible_share(std::size_t samples, RandomStream& stream, Worker& worker, double& mean,
-                                  const Add& add) const {
+DirectLight::Visible DirectLight::visible_share(std::size_t samples, RandomStream& stream, Worker& worker,
+                                                const Add& add) const {
     const std::size_t each = samples_per_round(samples);
-    double all = 0.0, seen = 0.0;
+    ShadowRounds::Seen light;
+    ShareNoise noise;
     std::size_t lit = 0; // places on the source that shine on x
     const auto cast_rounds = [&](std::size_t rounds) {
         const Place shift{stream.uniform(), stream.uniform()};
-        all = seen = 0.0;
+        light = {};
+        noise = {};
         lit = 0;
         for (std::size_t round = 0; round < rounds; ++round) {
             clear(worker);
@@ -221,46 +223,52 @@ double DirectLight::visible_share(std::size_t samples, RandomStream& stream, Wor
                 add(even_point<2>(round * each + k, shift));
             }
             cast(worker);
-            lit += worker.light.size();
+            ShadowRounds::Seen now;
             for (std::size_t k = 0; k < worker.light.size(); ++k) {
-                all += worker.light[k].sum();
-                seen += worker.blocked[k] == 0 ? worker.light[k].sum() : 0.0;
+                now.all += worker.light[k].sum();
+                now.seen += worker.blocked[k] == 0 ? worker.light[k].sum() : 0.0;
             }
+            noise.add(now.share());
+            light.all += now.all;
+            light.seen += now.seen;
+            lit += worker.light.size();
         }
-        return all > 0.0 ? seen / all : 0.0;
     };
-    const double pilot = cast_rounds(pilots);
-    // Of a narrow beam, few places shine on x.
-    const bool narrow = 2 * lit < pilots * each;
-    const std::size_t rounds = ShadowRounds::after((pilot > 0.0 && pilot < 1.0) || narrow, pilots);
-    const double share = cast_rounds(rounds);
-    mean = all / static_cast<double>(rounds * each);
-    return all > 0.0 ? share : pilot;
+    cast_rounds(pilots);
+    const ShadowRounds::Seen pilot = light;
+    const bool narrow = 2 * lit < pilots * each; // a beam: few places shine on x
+    const std::size_t rounds = ShadowRounds::after(pilot.is_penumbra() || narrow, pilots);
+    cast_rounds(rounds);
+    const double mean = light.all / static_cast<double>(rounds * each);
+    return {light.all > 0.0 ? light.share() : pilot.share(), noise.variance(each), mean};
 }
 
 void DirectLight::add_extended(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
                                std::span<Rgb> H) const {
     const SurfacePoint from = inset(scene_.mesh, x);
-    double mean = 0.0;
+    const auto add_light = [&](Index set, const Visible& visible, const Rgb& light) {
+        H[set] += visible.share * light;
+        worker.variance += visible.variance * light.square();
+    };
     for (std::size_t i = 0; i < suns_.size(); ++i) {
         const auto& [sun, set] = suns_[i];
         const double cosine = x.normal.dot(sun.towards);
         if (!sun.is_extended() || !(cosine > -sun.disc)) {
             continue;
         }
-        const double share = visible_share(samples, stream, worker, mean,
-                                           [&](const Place& place) { add_sun(x, from, i, 1.0, place, 0, worker); });
+        const Visible visible = visible_share(
+            samples, stream, worker, [&](const Place& place) { add_sun(x, from, i, 1.0, place, 0, worker); });
         // Wholly above the horizon, the disc gives what its centre would.
-        H[set] += share * (cosine >= sun.disc ? cosine : mean / sun.irradiance.sum()) * sun.irradiance;
+        const double factor = cosine >= sun.disc ? cosine : visible.mean / sun.irradiance.sum();
+        add_light(set, visible, factor * sun.irradiance);
     }
     for (std::size_t i = 0; i < points_.size(); ++i) {
         const auto& [light, set] = points_[i];
         const double unblocked = light.is_extended() ? light.mean_kernel(x.position, x.normal) : 0.0;
         if (unblocked > 0.0) {
-            const double share = visible_share(samples, stream, worker, mean, [&](const Place& place) {
-                add_point(x, from, i, 1.0, place, 0, worker);
-            });
-            H[set] += share * unblocked * light.intensity;
+            const Visible visible = visible_share(
+                samples, stream, worker, [&](const Place& place) { add_point(x, from, i, 1.0, place, 0, worker); });
+            add_light(set, visible, unblocked * light.intensity);
         }
     }
 }
@@ -268,6 +276,7 @@ void DirectLight::add_extended(const SurfacePoint& x, std::size_t samples, Rando
 void DirectLight::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
                              std::span<Rgb> H) const {
     std::fill(H.begin(), H.end(), Rgb(Rgb::Zero()));
+    worker.variance = Rgb::Zero();
     clear(worker);
     add_outside(x, 0, worker);
     cast(worker);
@@ -275,8 +284,10 @@ void DirectLight::irradiance(const SurfacePoint& x, std::size_t samples, RandomS
         H[worker.owner[k]] += worker.blocked[k] == 0 ? worker.light[k] : Rgb(Rgb::Zero());
     }
     area_lights_.irradiance(x, samples, stream, worker.area_lights, sets_.material, H);
+    worker.variance += worker.area_lights.variance;
     if (images_) {
         images_->irradiance(x, samples, stream, worker.images, H);
+        worker.variance += worker.images.variance;
     }
     if (extended_ > 0) {
         add_extended(x, samples, stream, worker, H);
@@ -290,9 +301,14 @@ Rgb DirectLight::irradiance(const SurfacePoint& x, std::size_t samples, RandomSt
 }
 
 Values DirectLight::irradiance(std::span<const SurfacePoint> x, int channels, std::size_t samples, std::uint64_t seed,
-                               std::string_view purpose, const Execution& execution, Effort& effort) const {
+                               std::string_view purpose, const Execution& execution, Effort& effort,
+                               Values* variance) const {
     const std::size_t sets = sets_.count();
-    Values H = Values::Zero(static_cast<Eigen::Index>(x.size()), static_cast<Eigen::Index>(sets) * channels);
+    const auto count = static_cast<Eigen::Index>(x.size());
+    Values H = Values::Zero(count, static_cast<Eigen::Index>(sets) * channels);
+    if (variance != nullptr) {
+        variance->setZero(count, channels);
+    }
     if (!any()) {
         return H;
     }
@@ -304,8 +320,12 @@ Values DirectLight::irradiance(std::span<const SurfacePoint> x, int channels, st
         for (std::size_t i = begin; i < end; ++i) {
             RandomStream stream(seed, purpose, i);
             irradiance(x[i], samples, stream, worker, by_set);
+            const auto row = static_cast<Eigen::Index>(i);
+            if (variance != nullptr) {
+                variance->row(row) = worker.variance.head(channels).matrix().transpose();
+            }
             for (std::size_t set = 0; set < sets; ++set) {
-                H.row(static_cast<Eigen::Index>(i)).segment(static_cast<Eigen::Index>(set) * channels, channels) =
+                H.row(row).segment(static_cast<Eigen::Index>(set) * channels, channels) =
                     by_set[set].head(channels).matrix().transpose();
             }
         }

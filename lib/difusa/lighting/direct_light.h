@@ -69,7 +69,8 @@ class DirectLight {
         std::vector<std::uint8_t> blocked;
         std::vector<std::size_t> owner; ///< index into H
         std::vector<Rgb> light;
-        std::vector<double> below; ///< weights up to and including each point light
+        std::vector<double> below;  ///< weights up to and including each point light
+        Rgb variance = Rgb::Zero(); ///< of the last `irradiance`, all sets together, as its rays tell it, W²/m⁴
         std::size_t cast = 0;      ///< segments, excluding those of the area lights and images
         std::size_t total_cast() const { return cast + area_lights.cast + images.cast; }
     };
@@ -95,8 +96,10 @@ class DirectLight {
     Rgb irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker) const;
 
     /// The same at many points, #x by #sets times `channels`; point i draws from the stream (seed, purpose, i).
+    /// `variance`, unless it is null: of the noise of shadow rays, all sets together, #x by `channels`, W²/m⁴.
     Values irradiance(std::span<const SurfacePoint> x, int channels, std::size_t samples, std::uint64_t seed,
-                      std::string_view purpose, const Execution& execution, Effort& effort) const;
+                      std::string_view purpose, const Execution& execution, Effort& effort,
+                      Values* variance = nullptr) const;
 
     /// Estimates with one shadow ray for each sun and point light and one for all area lights together: for x[i] from
     /// H[i #sets] on. Exact except for area lights (AreaLights::sample) and extended suns and luminaires, which are
@@ -145,8 +148,13 @@ class DirectLight {
     static std::size_t samples_per_round(std::size_t samples) { return std::max<std::size_t>(8, samples / 4); }
     void add_extended(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
                       std::span<Rgb> H) const;
+    /// Of an extended source.
+    struct Visible {
+        double share, variance; ///< of its light; of the share
+        double mean;            ///< light of all its places, blocked or not, summed over the channels
+    };
     template <class Add>
-    double visible_share(std::size_t samples, RandomStream& stream, Worker& worker, double& mean, const Add& add) const;
+    Visible visible_share(std::size_t samples, RandomStream& stream, Worker& worker, const Add& add) const;
     void cast(Worker& worker) const;
     /// Casts one shadow ray from each x to each sun and point light, or to drawn ones; set 0 of x[i] is i #sets.
     void cast_drawn(std::span<const SurfacePoint> x, RandomStream& stream, Worker& worker) const;

@@ -457,12 +457,12 @@ MirrorImages::Sampled MirrorImages::sample_part(const Part& part, const SurfaceP
     return sampled;
 }
 
-MirrorImages::Passed MirrorImages::cast_round(const SurfacePoint& x, const SurfacePoint& from, std::size_t samples,
-                                              std::size_t round, const std::array<double, 3>& start,
-                                              Worker& worker) const {
+MirrorImages::Round MirrorImages::cast_round(const SurfacePoint& x, const SurfacePoint& from, std::size_t samples,
+                                             std::size_t round, const std::array<double, 3>& start,
+                                             Worker& worker) const {
     constexpr double golden = 0.6180339887498949; // rounds divide the strata evenly
     const double along = fraction(start[0] + static_cast<double>(round) * golden), whole = worker.parts.back().below;
-    Passed passed;
+    Round result;
     auto part = worker.parts.begin();
     for (std::size_t s = 0; s < samples; ++s) {
         const double share = whole * (static_cast<double>(s) + along) / static_cast<double>(samples);
@@ -476,14 +476,18 @@ MirrorImages::Passed MirrorImages::cast_round(const SurfacePoint& x, const Surfa
         const double factor = 1.0 / (part->form_factor * light(lamp).mean());
         worker.sampled[set_of(lamp)] += factor * sampled.unblocked;
         worker.seen[set_of(lamp)] += factor * sampled.seen;
-        passed.all += sampled.unblocked.sum() > 0.0 ? 1 : 0;
-        passed.seen += sampled.seen.sum() > 0.0 ? 1 : 0;
+        const double unblocked = sampled.unblocked.sum(), seen = sampled.seen.sum();
+        result.light.all += factor * unblocked;
+        result.light.seen += factor * seen;
+        result.some_seen = result.some_seen || seen > 0.0;
+        result.some_blocked = result.some_blocked || (unblocked > 0.0 && !(seen > 0.0));
     }
-    return passed;
+    return result;
 }
 
 void MirrorImages::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
                               std::span<Rgb> H) const {
+    worker.variance = Rgb::Zero();
     add_points(x, std::max<std::size_t>(8, samples), stream, worker, H, nullptr);
     find_candidates(x.position, 0.0, worker);
     collect(x, worker);
@@ -499,26 +503,29 @@ void MirrorImages::irradiance(const SurfacePoint& x, std::size_t samples, Random
     // Where no window is known, few paths may get through.
     const bool sure = std::all_of(worker.parts.begin(), worker.parts.end(),
                                   [&](const Part& part) { return lamps_[part.lamp].has_all_windows; });
+    Round all;
+    ShareNoise noise;
     const auto cast_rounds = [&](std::size_t rounds) {
         const std::array<double, 3> start{stream.uniform(), stream.uniform(), stream.uniform()};
         worker.sampled.assign(sets, Rgb::Zero());
         worker.seen.assign(sets, Rgb::Zero());
-        Passed passed;
+        noise = {};
         for (std::size_t round = 0; round < rounds; ++round) {
-            const Passed now = cast_round(x, from, each, round, start, worker);
-            passed.seen += now.seen;
-            passed.all += now.all;
+            const Round now = cast_round(x, from, each, round, start, worker);
+            all.some_seen = all.some_seen || now.some_seen;
+            all.some_blocked = all.some_blocked || now.some_blocked;
+            noise.add(now.light.share());
         }
-        return passed;
     };
-    const Passed passed = cast_rounds(pilots);
-    const bool penumbra = passed.seen < passed.all && (passed.seen > 0 || !sure);
-    cast_rounds(ShadowRounds::after(penumbra, pilots));
-    Rgb seen = Rgb::Zero(), sampled = Rgb::Zero();
+    cast_rounds(pilots);
+    cast_rounds(ShadowRounds::after(all.some_blocked && (all.some_seen || !sure), pilots));
+    Rgb seen = Rgb::Zero(), sampled = Rgb::Zero(), unblocked = Rgb::Zero();
     for (std::size_t set = 0; set < sets; ++set) {
+        unblocked += worker.unblocked[set];
         seen += worker.seen[set];
         sampled += worker.sampled[set];
     }
+    worker.variance = noise.variance(each) * unblocked.square();
     constexpr double least = std::numeric_limits<double>::min();
     // A set without samples is assumed as visible as the others.
     const Rgb mean = (sampled > 0.0).select(seen / sampled.max(least), Rgb::Ones());

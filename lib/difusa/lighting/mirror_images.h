@@ -55,6 +55,7 @@ class MirrorImages {
         std::vector<Index> candidates; ///< images of area lights that may be seen
         std::vector<Part> parts;
         std::vector<Rgb> unblocked, sampled, seen; ///< by set
+        Rgb variance = Rgb::Zero(); ///< of the last `irradiance`: of area lights, as their rays tell it, W²/m⁴
         std::size_t cast = 0;
         bool near = false; ///< `sample`: places among or between the last ones may see images, whether these do or not
     };
@@ -144,12 +145,13 @@ class MirrorImages {
     void look_through(const LampImage& image, std::size_t window, Index lamp, const SurfacePoint& x,
                       const std::vector<Vec3>& polygon, Worker& worker) const;
     /// One round of paths to the parts of images, spread over them and their areas by `start`, added to
-    /// `worker.sampled` and `worker.seen`. Returns how many get through, and how many there are.
-    struct Passed {
-        std::size_t seen = 0, all = 0;
+    /// `worker.sampled` and `worker.seen`.
+    struct Round {
+        ShadowRounds::Seen light;
+        bool some_blocked = false, some_seen = false;
     };
-    Passed cast_round(const SurfacePoint& x, const SurfacePoint& from, std::size_t samples, std::size_t round,
-                      const std::array<double, 3>& start, Worker& worker) const;
+    Round cast_round(const SurfacePoint& x, const SurfacePoint& from, std::size_t samples, std::size_t round,
+                     const std::array<double, 3>& start, Worker& worker) const;
     void add_part(const std::vector<Vec3>& polygon, Index lamp, const SurfacePoint& x, Worker& worker) const;
     struct Sampled {
         Rgb unblocked = Rgb::Zero(), seen = Rgb::Zero(); ///< irradiance over the probability

@@ -137,6 +137,7 @@ std::vector<FieldNote> notes_of(const BakeResult& result) {
     number("rays_per_site", static_cast<double>(options.rays));
     notes.push_back({"direct", options.direct});
     number("final_gather", static_cast<double>(options.final_gather));
+    number("shadow_rays", static_cast<double>(options.shadow_rays));
     number("error_points", static_cast<double>(options.error_points.value_or(0)));
     number("crease_angle", result.scene->mesh.crease_angle);
     add_lights(result, notes);

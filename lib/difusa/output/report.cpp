@@ -89,12 +89,14 @@ Json target_of(const BakeResult& result) {
     for (const Attempt& attempt : result.attempts) {
         attempts.push_back({{"sites", attempt.effort.sites},
                             {"rays", attempt.effort.rays},
+                            {"shadow_rays", attempt.effort.shadow_rays},
                             {"error_points", attempt.effort.error_points},
                             {"goal_samples", attempt.goals ? Json(attempt.effort.goal_samples) : Json(nullptr)},
                             {"goals_relative_half_width", attempt.goals ? json_number(*attempt.goals) : Json(nullptr)},
                             {"relative", attempt.rms},
                             {"relative_high", attempt.high},
                             {"noise_share", attempt.noise_share},
+                            {"shadow_noise_share", attempt.shadow_noise_share},
                             {"seconds", attempt.seconds}});
     }
     return {{"relative", target.relative},      {"of", result.options.goals.empty() ? "field" : "goals"},
@@ -143,6 +145,7 @@ Json options_of(const BakeResult& result) {
     chosen["max_iterations"] = options.solve.max_iterations;
     chosen["direct"] = options.direct;
     chosen["final_gather"] = options.final_gather;
+    chosen["shadow_rays"] = options.shadow_rays;
     chosen["error_points"] = options.error_points ? Json(*options.error_points) : Json(nullptr);
     chosen["goal_samples"] = options.goals.empty() ? Json(nullptr) : Json(options.goal_samples);
     chosen["reflectance"] = json_list(options.reflectance.value_or(Material{}.reflectance));

@@ -205,6 +205,9 @@ void tell_attempts(const BakeResult& result, std::ostream& text) {
         text << std::setprecision(2) << "attempt " << i + 1 << ": " << attempt.effort.sites << " sites, "
              << attempt.effort.rays << " rays, " << attempt.effort.error_points << " error points: about "
              << 100.0 * attempt.rms << " %, below " << 100.0 * attempt.high << " %";
+        if (attempt.effort.shadow_rays != result.attempts.front().effort.shadow_rays) {
+            text << "; " << attempt.effort.shadow_rays << " shadow rays a round";
+        }
         if (attempt.goals) {
             text << "; goals with " << attempt.effort.goal_samples << " samples each: within " << 100.0 * *attempt.goals
                  << " %";

@@ -153,18 +153,19 @@ class Estimation {
             stack(cut_off_, other.cut_off_);
         }
         for (Measured Estimation::*const each :
-             {&Estimation::indirect_, &Estimation::smooth_, &Estimation::shown_, &Estimation::total_}) {
+             {&Estimation::indirect_, &Estimation::smooth_, &Estimation::shown_}) {
             for (Values Measured::*const which : {&Measured::own, &Measured::first, &Measured::second}) {
                 stack(this->*each.*which, other.*each.*which);
             }
         }
+        stack(all_light_, other.all_light_);
         exact_.reset();
     }
 
     /// The mean square of the noise of r over that of r; infinite where r cannot be told from 0.
     double noise_over_residual() const {
         const double noise = rms_of(0.5 * (shown_.first - shown_.second).cwiseProduct(weight_));
-        if (noise <= rounding * rms_of(total_.own.cwiseProduct(weight_))) {
+        if (noise <= rounding * rms_of(all_light_.cwiseProduct(weight_))) {
             return 0.0;
         }
         const double residual = mean_over(scene_.mesh.area, result_.at.weight, squares(shown_, false)).value;
@@ -182,7 +183,7 @@ class Estimation {
     /// What has been measured of the irradiance itself, for ErrorEstimate::of_irradiance.
     ErrorEstimate of_irradiance() {
         weight_.setOnes();
-        result_.squared = squares(total_, false);
+        result_.squared = squares(shown_, false);
         return result_;
     }
 
@@ -231,7 +232,7 @@ class Estimation {
         indirect_.own = sum(shown.indirect);
         smooth_.own = sum(own.direct) + sum(own.indirect);
         shown_.own = sum(shown.direct) + sum(shown.indirect);
-        total_.own = shown_.own;
+        all_light_ = shown_.own;
         result_.cut_off_light = cut_off_coefficients(solution_, execution_);
         if (result_.cut_off_light.rows() > 0) {
             const Basis& basis = *field_.parts().system->discretisation().basis;
@@ -239,11 +240,10 @@ class Estimation {
         }
         if (!field_.parts().direct_in_basis) {
             DirectLight::Effort effort;
-            total_.own += sum(field_.sharp(x, seed_, purpose_ + ", own", execution_, effort));
+            all_light_ += sum(field_.sharp(x, seed_, purpose_ + ", own", execution_, effort));
             result_.segments += effort.segments;
         }
-        const RadiositySystem& system = *field_.parts().system;
-        system.discretisation().averages->apply(field_.parts().smooth, means_.smooth, execution_);
+        field_.parts().system->discretisation().averages->apply(field_.parts().smooth, means_.smooth, execution_);
         means_.first_bounce = solution_.light.first_bounce();
         means_.even = solution_.light.even;
     }
@@ -252,9 +252,6 @@ class Estimation {
         const std::vector<SurfacePoint>& x = result_.at.place;
         DirectLight::Effort effort;
         const Irradiance fresh = field_.gather_by_surfels(x, means_, exact_.get(), rays, seed_, purpose, execution_);
-        const Values sharp = sum(field_.sharp(x, seed_, purpose, execution_, effort));
-        result_.rays += fresh.rays;
-        result_.segments += fresh.segments + effort.segments;
         const double share = static_cast<double>(rays) / (measured_rays_ + static_cast<double>(rays));
         const auto add = [share, which](Measured& to, const Values& value) {
             Values& mean = to.*which;
@@ -264,11 +261,15 @@ class Estimation {
         if (cut_off_.rows() > 0) {
             indirect += cut_off_;
         }
-        const Values smooth = indirect + sum(fresh.direct), total = smooth + sharp;
+        Values smooth = indirect + sum(fresh.direct);
+        if (field_.parts().direct_in_basis) {
+            smooth += sum(field_.sharp(x, seed_, purpose, execution_, effort));
+        }
+        result_.rays += fresh.rays;
+        result_.segments += fresh.segments + effort.segments;
         add(indirect_, indirect);
-        add(smooth_, field_.parts().direct_in_basis ? total : smooth);
-        add(shown_, field_.parts().direct_in_basis ? total : smooth);
-        add(total_, total);
+        add(smooth_, smooth);
+        add(shown_, smooth);
     }
 
     /// The surfels at places spread over a disc of the area that point p stands for, as far as it is on the face of p.
@@ -407,7 +408,8 @@ class Estimation {
     void judge(const AreaMean& noise_of_direct) {
         const double area = scene_.mesh.area;
         const ErrorPoints& at = result_.at;
-        result_.squared = squares(total_, false);
+        result_.squared = squares(shown_, false);
+        result_.noise_of_direct = std::sqrt(std::max(0.0, noise_of_direct.value));
         result_.cut_off = cut_off_.rows() > 0 ? rms_of(cut_off_.cwiseProduct(weight_)) : 0.0;
         const auto displayed = [&](const AreaMean& smooth) { return root_of(sum_of(smooth, noise_of_direct)); };
         result_.residual = displayed(mean_over(area, at.weight, squares(shown_, false)));
@@ -420,7 +422,7 @@ class Estimation {
         std::vector<double> reflected(result_.points);
         for (std::size_t p = 0; p < result_.points; ++p) {
             const auto row = static_cast<Eigen::Index>(p);
-            reflected[p] = total_.own.row(row).cwiseProduct(weight_.row(row)).squaredNorm();
+            reflected[p] = all_light_.row(row).cwiseProduct(weight_.row(row)).squaredNorm();
         }
         result_.reflected = std::sqrt(mean_over(area, at.weight, reflected).value);
         const double rho = result_.largest_reflectance;
@@ -445,8 +447,9 @@ class Estimation {
     std::unique_ptr<const ExactCorrection> exact_; ///< null: there are no exact form factors
     std::size_t exact_rays_ = 0;                   ///< for which it is exact enough
     Field::SurfelMeans means_;
-    /// Indirect light; that of which the residuals are carried on; that which the basis displays; and all light.
-    Measured indirect_, smooth_, shown_, total_;
+    /// Indirect light; that of which the residuals are carried on; and that which the basis displays.
+    Measured indirect_, smooth_, shown_;
+    Values all_light_; ///< of the solution
     double doubt_ = 0.0;
     double measured_rays_ = 0.0; ///< in each measurement, for each point
     Values cut_off_;             ///< ErrorEstimate::cut_off_light there; no rows: none

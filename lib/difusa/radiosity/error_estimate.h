@@ -31,6 +31,7 @@ struct ErrorEstimate {
     RmsEstimate indirect;    ///< of its part rho H_indirect
     RmsEstimate residual;    ///< r, with the noise of direct light
     RmsEstimate carried_rms; ///< p
+    double noise_of_direct = 0.0; ///< rms of `total`'s part that shadow rays leave, which no other rays remove
     double cut_off = 0.0;    ///< of `residual`, what light that is cut off leaves (cut_off_coefficients); no ray helps
 
     double largest_reflectance = 0.0; ///< rho_max (function `largest_reflectance`)
@@ -39,8 +40,8 @@ struct ErrorEstimate {
 
     // What was measured, to be spread over the surface (error_map.h):
     ErrorPoints at;
-    std::vector<double> squared; ///< unbiased estimates of |r|², may be negative, with the noise of direct light there,
-                                 ///< which `residual` and `total` take from more points; W²/m⁴
+    std::vector<double> squared; ///< unbiased estimates of |r|², may be negative, without the noise of directly
+                                 ///< evaluated light, which `residual` and `total` include; W²/m⁴
     std::vector<double> spread; ///< of the variance of one gather of h by surfels there (Field::gather_by_surfels) with
                                 ///< `rays_per_gather` rays, all channels; W²/m⁴
     std::vector<std::size_t> rays_per_gather; ///< #points

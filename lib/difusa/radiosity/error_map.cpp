@@ -299,8 +299,34 @@ ErrorsAt ErrorMap::of(std::span<const SurfacePoint> x, const PointValues& values
         return gathered_at(x, values.rays_of_each, values.noise, values.noise_of_irradiance, execution);
     }
     ErrorsAt errors = at(x, execution);
-    put_gathered(x, values, errors, execution);
+    complete(x, values, errors, execution);
     return errors;
+}
+
+void ErrorMap::complete(std::span<const SurfacePoint> x, const PointValues& values, ErrorsAt& errors,
+                        const Execution& execution) const {
+    put_gathered(x, values, errors, execution);
+    add_sharp(x, values, errors);
+}
+
+void ErrorMap::add_sharp(std::span<const SurfacePoint> x, const PointValues& values, ErrorsAt& errors) const {
+    const Values& variance = values.variance_of_sharp;
+    for (Eigen::Index i = 0; i < variance.rows(); ++i) {
+        const double of_irradiance = variance.row(i).sum();
+        if (!(of_irradiance > 0.0)) {
+            continue;
+        }
+        const Rgb weights = judged_weight(*solution_.field->parts().scene, x[static_cast<std::size_t>(i)]);
+        const Rgb squared = weights.square();
+        double judged = 0.0;
+        for (Eigen::Index c = 0; c < variance.cols(); ++c) {
+            judged += squared[c] * variance(i, c);
+        }
+        for (Values* const error : {&errors.noise, &errors.error}) {
+            (*error)(i, 0) = std::hypot((*error)(i, 0), over_channels(judged));
+        }
+        errors.irradiance(i, 0) = std::hypot(errors.irradiance(i, 0), over_channels(of_irradiance));
+    }
 }
 
 void ErrorMap::put_gathered(std::span<const SurfacePoint> x, const PointValues& values, ErrorsAt& errors,

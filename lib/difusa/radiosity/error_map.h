@@ -13,7 +13,7 @@ namespace difusa {
 struct ErrorsAt {
     ErrorsAt() = default;
     explicit ErrorsAt(std::size_t points);
-    Values noise;          ///< of the rays cast from the sites
+    Values noise;          ///< of the rays cast from the sites, or for the point itself
     Values discretisation; ///< what the basis cannot represent; of gathered light, what bounces carry on to it
     Values error;          ///< of both, and of what bounces carry on from elsewhere
     Values irradiance;     ///< the error of the irradiance, also where nothing is reflected
@@ -35,9 +35,10 @@ class ErrorMap {
     /// The same for what Field::at has found at the points.
     ErrorsAt of(std::span<const SurfacePoint> x, const PointValues& values, const Execution& execution) const;
 
-    /// Replaces the errors at the points whose light Field::at has gathered.
-    void put_gathered(std::span<const SurfacePoint> x, const PointValues& values, ErrorsAt& errors,
-                      const Execution& execution) const;
+    /// The same from errors of `at` or `put`: replaces those of the points whose light Field::at has gathered, and adds
+    /// the noise of the light of sharp sources.
+    void complete(std::span<const SurfacePoint> x, const PointValues& values, ErrorsAt& errors,
+                  const Execution& execution) const;
 
     /// The same as `at` for a single point x, number i of them, where `row` is the basis slightly inside the face of x
     /// (Field). `errors` has room for it.
@@ -52,6 +53,9 @@ class ErrorMap {
 
   private:
     struct Local;
+    void put_gathered(std::span<const SurfacePoint> x, const PointValues& values, ErrorsAt& errors,
+                      const Execution& execution) const;
+    void add_sharp(std::span<const SurfacePoint> x, const PointValues& values, ErrorsAt& errors) const;
     /// What error points tell of the rest: sums of the squares that are the basis's, and of the variation there.
     struct Fit {
         std::vector<double> ratio, seen; ///< #S: over the error points around an element

@@ -44,8 +44,9 @@ void raise_to_zero(Values& H, int channels) {
 }
 
 Values Field::sharp(std::span<const SurfacePoint> x, std::uint64_t seed, std::string_view purpose,
-                    const Execution& execution, DirectLight::Effort& effort) const {
-    return parts_.direct->irradiance(x, channels(), parts_.shadow_rays_per_round, seed, purpose, execution, effort);
+                    const Execution& execution, DirectLight::Effort& effort, Values* variance) const {
+    return parts_.direct->irradiance(x, channels(), parts_.shadow_rays_per_round, seed, purpose, execution, effort,
+                                     variance);
 }
 
 Irradiance Field::evaluate_smooth(std::span<const SurfacePoint> x, const Execution& execution, bool displayed,
@@ -71,9 +72,12 @@ Irradiance Field::evaluate(std::span<const SurfacePoint> x, std::uint64_t seed, 
     Irradiance H = evaluate_smooth(x, execution, true, visit);
     if (!parts_.direct_in_basis) {
         DirectLight::Effort effort;
-        H.direct += sharp(x, seed, purpose, execution, effort);
+        H.direct += sharp(x, seed, purpose, execution, effort, &H.variance_of_sharp);
         H.segments = effort.segments;
         H.clear = effort.clear;
+        if (H.variance_of_sharp.isZero(0.0)) {
+            H.variance_of_sharp.resize(0, 0);
+        }
     }
     return H;
 }
@@ -287,6 +291,9 @@ Irradiance Field::irradiance(std::span<const SurfacePoint> x, std::size_t final_
         const auto from = static_cast<Eigen::Index>(k), to = static_cast<Eigen::Index>(values.gathered[k]);
         H.direct.row(to) = gathered.direct.row(from);
         H.indirect.row(to) = gathered.indirect.row(from);
+        if (H.variance_of_sharp.size() > 0) {
+            H.variance_of_sharp.row(to).setZero();
+        }
     }
     H.rays += gathered.rays;
     H.segments += gathered.segments;
@@ -312,6 +319,7 @@ PointValues Field::at(std::span<const SurfacePoint> x, std::size_t final_gather,
     values.rays = H.rays;
     values.segments = H.segments;
     values.clear = H.clear;
+    values.variance_of_sharp = std::move(H.variance_of_sharp);
     const auto count = static_cast<Eigen::Index>(x.size());
     values.rho.resize(count, 3);
     values.E.resize(count, 3);

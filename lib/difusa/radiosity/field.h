@@ -44,6 +44,7 @@ struct Irradiance {
     /// light, of all sets together and summed over the channels, W²/m⁴ (gathering_noise.h). Light that bright surfels
     /// are sampled for, and the first reflection of sharp sources, is not included.
     Values variance;
+    Values variance_of_sharp;           ///< of Field::evaluate: DirectLight::irradiance; empty if there is none
     std::size_t rays = 0, segments = 0; ///< cast
     std::size_t clear = 0;              ///< points that needed no shadow rays to area lights
 };
@@ -68,6 +69,9 @@ struct PointValues {
     Values noise;                       ///< of B, in thermal scenes of H
     Values noise_of_irradiance;         ///< of H
     std::size_t rays_of_each = 0;       ///< of the gathered points
+    /// Of H, of the light of sharp sources, #points by #channels, W²/m⁴; 0 at gathered points, where `noise` includes
+    /// it. Empty if there is none anywhere.
+    Values variance_of_sharp;
     std::vector<GroupValues> groups;    ///< empty if all light is one set; their B and H add up to B and H
     std::size_t rays = 0, segments = 0; ///< cast
     std::size_t clear = 0;              ///< points that needed no shadow rays to area lights
@@ -127,9 +131,10 @@ class Field {
                                  const ExactCorrection* correction, std::size_t rays, std::uint64_t seed,
                                  std::string_view purpose, const Execution& execution) const;
 
-    /// H_sharp: #x by the channels of each set in turn. Adds the rays cast to `effort`.
+    /// H_sharp: #x by the channels of each set in turn. Adds the rays cast to `effort`. `variance`:
+    /// DirectLight::irradiance.
     Values sharp(std::span<const SurfacePoint> x, std::uint64_t seed, std::string_view purpose,
-                 const Execution& execution, DirectLight::Effort& effort) const;
+                 const Execution& execution, DirectLight::Effort& effort, Values* variance = nullptr) const;
 
     /// E + rho H for the irradiance H of each set, summed over the sets: #x by #channels.
     Values radiosity(std::span<const SurfacePoint> x, const Values& H) const;
