@@ -78,6 +78,26 @@ TEST(Relight, HasTheBitsOfAFreshBake) {
     }
 }
 
+/// A floor in cells, most of which have no site of the floor until some are added, which are closer together.
+TEST(Relight, AddedSitesDoNotMakeTheOutputFiner) {
+    Mesh mesh = rectangle(Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0));
+    for (int i = 1; i < 6; ++i) {
+        const double at = i / 6.0, half = 0.01;
+        add(mesh, box(Vec3(at - half, 0, 0), Vec3(at + half, 1, 0.2), 1, Front::outside), 0);
+        add(mesh, box(Vec3(0, at - half, 0), Vec3(1, at + half, 0.2), 1, Front::outside), 0);
+    }
+    mesh.material.assign(mesh.triangles.size(), 0);
+    const Scene scene = test::uniform_scene(std::move(mesh), 0.5, 0.0);
+    BakeOptions options = test::relightable("gather", "");
+    options.sky = Rgb::Ones();
+    options.spacing = 0.3;
+    options.sites = 0;
+    const BakeResult baked = lit::baked(scene, options);
+    ASSERT_LT(baked.sites->spacing, 0.9 * options.spacing);
+    const SavedTransport saved = test::through_file(baked);
+    expect_same_result(relit(saved, scene, without_estimate(saved)), baked);
+}
+
 /// Whether bounces die out was found out by the bake, and holds as long as reflectances and elements are the same.
 TEST(Relight, TakesTheSpectralRadiusOfTheBakeWhereItIsTheSame) {
     const BakeOptions options = test::relightable("gather", "");

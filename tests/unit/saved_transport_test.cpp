@@ -151,7 +151,8 @@ TEST(SavedTransport, RefusesUnsoundNumbers) {
     refused("outside of its triangle", [](SavedTransport&, SiteSet& sites) { sites.points[3].u = 1.5; });
     refused("not finite", [](SavedTransport&, SiteSet& sites) { sites.points[3].position.y() = NAN; });
     refused("too small a radius", [](SavedTransport&, SiteSet& sites) { sites.radius[0] = 0.0; });
-    refused("not the spacing", [](SavedTransport&, SiteSet& sites) { sites.spacing = 0.1; });
+    refused("no spacing", [](SavedTransport&, SiteSet& sites) { sites.spacing = 0.0; });
+    refused("no spacing", [](SavedTransport& saved, SiteSet&) { saved.options.spacing = 0.0; });
     refused("/sites/face", [](SavedTransport&, SiteSet& sites) { sites.region.pop_back(); });
     refused("neighbours", [](SavedTransport&, SiteSet& sites) { sites.neighbours = 0; });
     refused("from 0 to 1", [](SavedTransport& saved, SiteSet&) { saved.gathered.sky[2] = -0.1; });

@@ -389,6 +389,32 @@ TEST(SensorGrids, FollowTheOutlineOfTheFace) {
     EXPECT_THAT(refused(scene, {"7", 0.5, 0.25, 0.0}), HasSubstr("not flat"));
 }
 
+/// However the face lies in its plane.
+TEST(SensorGrids, TurnWithTheFace) {
+    for (const double degrees : {10.0, 33.0, 45.0, 80.0, 123.0, 200.0}) {
+        const Eigen::AngleAxisd turn(degrees * pi / 180.0, Vec3::UnitZ());
+        for (const Mesh& mesh : {test::grid(3, 2, 3.0, 1.0), test::l_room()}) {
+            Scene scene = test::uniform_scene(mesh, 0.5, 0.0);
+            scene.mesh.original_face.assign(scene.mesh.triangles.size(), 7);
+            for (Index t = 0; t < scene.mesh.triangles.size(); ++t) {
+                scene.mesh.original_face[t] = scene.mesh.normals[t].z() > 0.5 ? 3 : 7;
+            }
+            const std::vector<Vec3> before = grid_places(scene, {"3", 0.5, 0.3, 0.1});
+            for (Vec3& point : scene.mesh.points) {
+                point = turn * point;
+            }
+            scene.mesh.derive();
+            const std::vector<Vec3> after = grid_places(scene, {"3", 0.5, 0.3, 0.1});
+            ASSERT_EQ(after.size(), before.size());
+            for (const Vec3& p : before) {
+                EXPECT_TRUE(std::any_of(after.begin(), after.end(),
+                                        [&](const Vec3& q) { return (q - turn * p).norm() < 1e-9; }))
+                    << degrees;
+            }
+        }
+    }
+}
+
 /// A disc of slivers, each of which spans many cells: the places are those inside all of its sides, by the margin.
 TEST(SensorGrids, AreFoundOnSlivers) {
     constexpr int slices = 96;

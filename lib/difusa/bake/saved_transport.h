@@ -28,7 +28,8 @@ struct SavedTransport {
     std::uint64_t discretisation = 0; ///< discretisation_fingerprint
     std::vector<Index> turned_over;   ///< triangles whose fronts were backs in the file
     std::vector<MovedObject> moved;   ///< after that, in this order; `geometry` is that of the moved surface
-    /// The choices of the bake, as its caller made them, with the spacing of the sites; nothing of its outputs.
+    /// The choices of the bake, as its caller made them, with the spacing that it chose if none was given;
+    /// nothing of its outputs.
     BakeOptions options;
     std::shared_ptr<const SiteSet> sites;
     LightTransport gathered;                        ///< by rays; W: HitLists or SparseRows

@@ -83,6 +83,43 @@ std::vector<char> backs_among(const std::vector<Index>& triangles, const Mesh& m
     return back;
 }
 
+double cross(const Vec2& a, const Vec2& b) {
+    return a.x() * b.y() - a.y() * b.x();
+}
+
+/// The direction of one of the sides, within 45° of x, along which the rectangle around all of them is smallest; x
+/// itself, unless another one is smaller.
+Vec2 best_direction(const std::vector<std::array<Vec2, 2>>& outline) {
+    constexpr double hardly = 0.01;         // of an area: discs have no better direction than others
+    constexpr double per_radian = 1 << 14U; // directions that are told apart
+    std::map<long, Vec2> directions;
+    for (const std::array<Vec2, 2>& side : outline) {
+        Vec2 way = (side[1] - side[0]).normalized();
+        for (int turns = 0; turns < 3 && (way.x() < std::abs(way.y()) || way.y() <= -way.x()); ++turns) {
+            way = Vec2(-way.y(), way.x());
+        }
+        directions.emplace(std::lround(per_radian * std::atan2(way.y(), way.x())), way);
+    }
+    const auto area = [&](const Vec2& way) {
+        Vec2 low = Vec2::Constant(std::numeric_limits<double>::infinity()), high = -low;
+        for (const std::array<Vec2, 2>& side : outline) {
+            const Vec2 p(way.dot(side[0]), cross(way, side[0]));
+            low = low.cwiseMin(p);
+            high = high.cwiseMax(p);
+        }
+        return (high - low).prod();
+    };
+    Vec2 best = Vec2::UnitX();
+    double least = area(best);
+    for (const auto& [number, way] : directions) {
+        if (const double here = area(way); here < (1.0 - hardly) * least) {
+            best = way;
+            least = here;
+        }
+    }
+    return best;
+}
+
 GridPlane plane_of(const SensorGrid& grid, const Mesh& mesh, const std::vector<Index>& triangles) {
     GridPlane plane;
     const std::vector<char> back = backs_among(triangles, mesh);
@@ -112,6 +149,21 @@ GridPlane plane_of(const SensorGrid& grid, const Mesh& mesh, const std::vector<I
     }
     plane.across.normalize();
     plane.along = plane.normal.cross(plane.across);
+    const auto find_outline = [&] {
+        plane.outline.clear();
+        for (const auto& [side, count] : sides) {
+            if (count == 1) {
+                plane.outline.push_back({plane.at(mesh.points[side.first]), plane.at(mesh.points[side.second])});
+            }
+        }
+    };
+    find_outline();
+    const Vec2 direction = best_direction(plane.outline);
+    if (direction != Vec2(Vec2::UnitX())) {
+        plane.across = direction.x() * plane.across + direction.y() * plane.along;
+        plane.along = plane.normal.cross(plane.across);
+        find_outline();
+    }
     for (const Index t : triangles) {
         plane.triangles.push_back(
             {plane.at(mesh.corner(t, 0)), plane.at(mesh.corner(t, 1)), plane.at(mesh.corner(t, 2))});
@@ -120,16 +172,7 @@ GridPlane plane_of(const SensorGrid& grid, const Mesh& mesh, const std::vector<I
             plane.high = plane.high.cwiseMax(corner);
         }
     }
-    for (const auto& [side, count] : sides) {
-        if (count == 1) {
-            plane.outline.push_back({plane.at(mesh.points[side.first]), plane.at(mesh.points[side.second])});
-        }
-    }
     return plane;
-}
-
-double cross(const Vec2& a, const Vec2& b) {
-    return a.x() * b.y() - a.y() * b.x();
 }
 
 bool covers(const std::array<Vec2, 3>& t, const Vec2& p, double slack) {

@@ -151,8 +151,8 @@ class TransportReader {
                                   coordinates = finite("/sites/coordinates", 2, n);
         sites->radius = finite("/sites/radius", 1, n);
         sites->area = finite("/sites/area", 1, n);
-        if (n == 0 || !(sites->spacing > 0.0) || sites->spacing != saved_.options.spacing) {
-            file_.refuse("/sites", "has no sites, or not the spacing of the options");
+        if (n == 0 || !(sites->spacing > 0.0) || !(saved_.options.spacing > 0.0)) {
+            file_.refuse("/sites", "has no sites, or no spacing");
         }
         for (std::size_t i = 0; i < n; ++i) {
             const double *const p = position.data() + 3 * i, *const d = normal.data() + 3 * i;
