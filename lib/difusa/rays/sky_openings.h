@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <numeric>
 #include <span>
 #include <vector>
 
@@ -48,6 +49,9 @@ class SkyOpenings {
                 }
             }
         }
+
+        /// The weights of all rays, whether they escape or not.
+        double weight() const { return std::accumulate(weights_.begin(), weights_.end(), 0.0); }
 
       private:
         std::vector<double> factors_;

@@ -40,10 +40,9 @@ void count_shares(const HitLists& lists, std::size_t j, Index first_sky, std::ve
 } // namespace
 
 SkylightTransport::SkylightTransport(std::shared_ptr<const HitLists> by_rays, std::size_t surfels,
-                                     std::vector<double> scale, std::vector<double> share, SparseRows skylight,
-                                     std::size_t segments)
-    : by_rays_(std::move(by_rays)), surfels_(surfels), scale_(std::move(scale)), share_(std::move(share)),
-      skylight_(std::move(skylight)), segments_(segments) {}
+                                     std::vector<Row> rows, SparseRows skylight, std::size_t segments)
+    : by_rays_(std::move(by_rays)), surfels_(surfels), rows_(std::move(rows)), skylight_(std::move(skylight)),
+      segments_(segments) {}
 
 Values SkylightTransport::without_sky(const Values& x) const {
     Values dark = x;
@@ -53,7 +52,7 @@ Values SkylightTransport::without_sky(const Values& x) const {
 
 void SkylightTransport::scale_rows(Values& y) const {
     for (Eigen::Index j = 0; j < y.rows(); ++j) {
-        y.row(j) *= scale_[static_cast<std::size_t>(j)];
+        y.row(j) *= rows_[static_cast<std::size_t>(j)].scale;
     }
 }
 
@@ -81,29 +80,36 @@ void SkylightTransport::apply_transpose(const Values& x, Values& y, const Execut
     y += sky;
 }
 
-/// That of a ray which meets a surfel, times the share of such rays. The variance of the rays to openings is not known,
-/// and left out.
+/// That of a ray which meets a surfel, times the share of such rays, and that of an aimed ray, times the number of rays
+/// over that of these: as if they were independent.
 Values SkylightTransport::variance_of_rays(const Values& x, const Execution& execution) const {
-    const Values surface = without_sky(x);
-    Values mean, square, all_mean, all_square;
+    const Values surface = without_sky(x), sky = x - surface;
+    Values mean, square, sky_mean, sky_square, seen, seen_square;
     by_rays_->apply(surface, mean, execution);
     by_rays_->apply(surface.cwiseAbs2(), square, execution);
-    by_rays_->apply(x, all_mean, execution);
-    by_rays_->apply(x.cwiseAbs2(), all_square, execution);
+    by_rays_->apply(sky, sky_mean, execution);
+    by_rays_->apply(sky.cwiseAbs2(), sky_square, execution);
+    skylight_.apply(x, seen, execution);
+    skylight_.apply(x.cwiseAbs2(), seen_square, execution);
+    const double rays = static_cast<double>(by_rays_->rays()),
+                 per_aimed = rays / static_cast<double>(SkyOpenings::aimed(by_rays_->rays()));
     Values variance(mean.rows(), mean.cols());
     for (Eigen::Index j = 0; j < mean.rows(); ++j) {
-        const auto row = static_cast<std::size_t>(j);
-        const double share = share_[row];
-        variance.row(j) = share < 0.0
-                              ? Eigen::RowVectorXd(all_square.row(j) - all_mean.row(j).cwiseAbs2())
-                              : Eigen::RowVectorXd(scale_[row] * scale_[row] *
-                                                   (square.row(j) - mean.row(j).cwiseAbs2() / std::max(share, 1e-300)));
+        const Row& row = rows_[static_cast<std::size_t>(j)];
+        if (row.share < 0.0) {
+            variance.row(j) = square.row(j) + sky_square.row(j) - (mean.row(j) + sky_mean.row(j)).cwiseAbs2();
+            continue;
+        }
+        const Eigen::RowVectorXd of_aimed = row.aimed_at * seen_square.row(j) - seen.row(j).cwiseAbs2();
+        variance.row(j) = row.scale * row.scale *
+                              (square.row(j) - mean.row(j).cwiseAbs2() / std::max(row.share, 1e-300)) +
+                          per_aimed * of_aimed.cwiseMax(0.0);
     }
     return variance.cwiseMax(0.0);
 }
 
 std::size_t SkylightTransport::bytes() const {
-    return (scale_.size() + share_.size()) * sizeof(double) + skylight_.bytes();
+    return rows_.size() * sizeof(Row) + skylight_.bytes();
 }
 
 LightTransport with_skylight(LightTransport transport, const Tracer& tracer, std::span<const SurfacePoint> points,
@@ -129,7 +135,7 @@ LightTransport with_skylight(LightTransport transport, const Tracer& tracer, std
     }
     const auto first_sky = static_cast<Index>(transport.surfels);
     const std::size_t rays = lists->rays(), count = SkyOpenings::aimed(rays);
-    std::vector<double> scale(points.size(), 1.0), share(points.size(), -1.0);
+    std::vector<SkylightTransport::Row> rows(points.size());
     SparseRows skylight(points.size(), lists->columns());
     std::vector<std::size_t> cast(points.size(), 0);
     parallel_for(points.size(), 64, execution, [&](std::size_t begin, std::size_t end, unsigned) {
@@ -158,10 +164,9 @@ LightTransport with_skylight(LightTransport transport, const Tracer& tracer, std
                         seen += weight;
                     }
                 }
-                scale[j] = std::max(0.0, 1.0 - seen) / others;
-                share[j] = others;
+                rows[j] = {std::max(0.0, 1.0 - seen) / others, others, view.weight()};
                 transport.sky[j] = seen;
-                transport.back[j] *= scale[j];
+                transport.back[j] *= rows[j].scale;
                 cast[begin] += count;
             } else {
                 for (const Index bin : bins) {
@@ -185,8 +190,8 @@ LightTransport with_skylight(LightTransport transport, const Tracer& tracer, std
     execution.count("segments", segments);
     transport.segments += segments;
     transport.openings = std::move(openings);
-    auto W = std::make_shared<const SkylightTransport>(std::move(lists), transport.surfels, std::move(scale),
-                                                       std::move(share), std::move(skylight), segments);
+    auto W = std::make_shared<const SkylightTransport>(std::move(lists), transport.surfels, std::move(rows),
+                                                       std::move(skylight), segments);
     transport.bytes += W->bytes();
     transport.W = std::move(W);
     return transport;

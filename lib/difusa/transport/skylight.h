@@ -19,8 +19,13 @@ namespace difusa {
 /// up to 1 with what backs take. A row whose point is too near to an opening keeps its rays, with s = 1.
 class SkylightTransport final : public RefinedTransport {
   public:
-    SkylightTransport(std::shared_ptr<const HitLists> by_rays, std::size_t surfels, std::vector<double> scale,
-                      std::vector<double> share, SparseRows skylight, std::size_t segments);
+    /// Of each row: s, the share of the rays that meet surfels or backs (-1: the row keeps its rays), and the form
+    /// factor of what rays are aimed at.
+    struct Row {
+        double scale = 1.0, share = -1.0, aimed_at = 0.0;
+    };
+    SkylightTransport(std::shared_ptr<const HitLists> by_rays, std::size_t surfels, std::vector<Row> rows,
+                      SparseRows skylight, std::size_t segments);
 
     const HitLists& by_rays() const override { return *by_rays_; }
     const std::shared_ptr<const HitLists>& lists() const { return by_rays_; } ///< the same
@@ -41,9 +46,8 @@ class SkylightTransport final : public RefinedTransport {
 
     std::shared_ptr<const HitLists> by_rays_;
     std::size_t surfels_;
-    std::vector<double> scale_; ///< s
-    std::vector<double> share_; ///< of the rays that meet surfels or backs; -1 where a row keeps its rays
-    SparseRows skylight_;       ///< Y
+    std::vector<Row> rows_;
+    SparseRows skylight_; ///< Y
     std::size_t segments_;
 };
 
