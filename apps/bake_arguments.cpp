@@ -376,8 +376,8 @@ void add_result_arguments(CLI::App& app, BakeArguments& arguments, const std::st
     add_whole<std::size_t>(
         app, "--shadow-rays", options.shadow_rays, least_shadow_rays,
         "shadow rays of a round, from each point to the area lights that are behind too much for an exact view of them; "
-        "a quarter as many to each sun with a disc and each luminaire with an opening; one round follows a pilot, and "
-        "15 in penumbras")
+        "a quarter as many to each sun with a disc and each luminaire with an opening; small pilots decide how many "
+        "rounds follow, up to 15 in penumbras")
         ->group(output)
         ->type_name("N")
         ->default_str(shown(options.shadow_rays));

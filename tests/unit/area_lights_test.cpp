@@ -57,15 +57,15 @@ Lit light(const Scene& scene, const std::vector<Index>& lamps, const std::vector
     lit.variance.resize(points.size());
     const std::vector<Index> one_set(scene.materials.size(), 0);
     std::vector<AreaLights::Worker> workers(threads);
-    parallel_for(points.size(), 16, Execution{threads, nullptr},
-                 [&](std::size_t begin, std::size_t end, unsigned number) {
-                     for (std::size_t j = begin; j < end; ++j) {
-                         RandomStream stream(seed, "lamps", j);
-                         lit.H[j] = Rgb::Zero();
-                         light.irradiance(points[j], samples_per_round, stream, workers[number], one_set, {&lit.H[j], 1});
-                         lit.variance[j] = workers[number].variance;
-                     }
-                 });
+    parallel_for(
+        points.size(), 16, Execution{threads, nullptr}, [&](std::size_t begin, std::size_t end, unsigned number) {
+            for (std::size_t j = begin; j < end; ++j) {
+                RandomStream stream(seed, "lamps", j);
+                lit.H[j] = Rgb::Zero();
+                light.irradiance(points[j], samples_per_round, stream, workers[number], one_set, {&lit.H[j], 1});
+                lit.variance[j] = workers[number].variance;
+            }
+        });
     for (const AreaLights::Worker& worker : workers) {
         lit.cast += worker.cast;
         lit.clear += worker.clear;
@@ -326,15 +326,15 @@ TEST(AreaLights, PenumbrasBehindManyTrianglesAreUnbiased) {
         for (const Rgb& variance : lit.variance) {
             told += variance[0] / (scene.all() * scene.all()) / count;
         }
-        EXPECT_GT(told, 0.5 * squares); // a law that is measured
-        EXPECT_LT(told, 2.0 * squares);
+        EXPECT_GT(told, 0.5 * squares); // the law holds for jumps at any angle; along this one, the sequence is better
+        EXPECT_LT(told, 4.0 * squares);
         // The ratio of the sums of a round is biased by less than the squared variation of the integrand over the lamp,
         // 1 - 1/(1 + 2 0.2²)² = 0.14 at most, over the samples, times what is in sight.
         const double seen = scene.seen() / scene.all(), ratio = 0.14 * 0.14 / few * std::min(seen, 1.0 - seen);
         EXPECT_NEAR(mean, 0.0, 4.5 * std::sqrt(squares / count) + ratio) << border;
         EXPECT_LT(std::sqrt(squares), std::sqrt(seen * (1.0 - seen) / few)); // that of independent rays
-        EXPECT_GE(lit.cast, count * 2 * few);
-        EXPECT_LE(lit.cast, count * (1 + ShadowRounds::most) * few);
+        EXPECT_GE(lit.cast, count * AreaLights::rounds(few).all_rays(false));
+        EXPECT_LE(lit.cast, count * AreaLights::rounds(few).all_rays(true));
     }
 }
 

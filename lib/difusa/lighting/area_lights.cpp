@@ -180,17 +180,11 @@ bool AreaLights::may_be_blocked(const SurfacePoint& x, Index light, Index& last_
     if (!blockers_) {
         return false;
     }
-    // From elsewhere in the unfolded surface, even the way to the light itself may lead through images.
-    const bool elsewhere = images_ && x.face == none;
-    return is_image(light) || elsewhere || blockers_->may_hide(original(light), x, last_blocker);
+    return is_elsewhere(x, light) || blockers_->may_hide(original(light), x, last_blocker);
 }
 
 /// Of an area light, the part of its light that gets through; nothing if too much is in the way.
 std::optional<double> AreaLights::visible_part(const SurfacePoint& from, Index light, Worker& worker) const {
-    const bool elsewhere = images_ && from.face == none; // the ways there lead through images
-    if (is_image(light) || elsewhere) {
-        return {};
-    }
     const std::array<Vec3, 3> corners = scene_.mesh.corners(original(light));
     const auto factor_of = [&](std::span<const Vec3> polygon) {
         return lambert_form_factor(from.position, from.normal, polygon);
@@ -199,8 +193,8 @@ std::optional<double> AreaLights::visible_part(const SurfacePoint& from, Index l
     const Vec3& own = scene_.mesh.face_normal(from);
     // With a shading normal, the point sees light that is below the horizon of its face.
     const bool sees_below = from.normal != own && !std::all_of(corners.begin(), corners.end(), [&](const Vec3& corner) {
-        return own.dot(corner - from.position) >= 0.0;
-    });
+                                return own.dot(corner - from.position) >= 0.0;
+                            });
     if (!(whole > 0.0) || sees_below) {
         return {};
     }
@@ -220,7 +214,8 @@ std::optional<double> AreaLights::visible_part(const SurfacePoint& from, Index l
 /// Moves what is known of the collected lights to `Share::known`, and leaves those in `parts` that need shadow rays.
 /// True if nothing is in the way of any.
 bool AreaLights::look(const SurfacePoint& from, Worker& worker) const {
-    bool clear = true, simple = worker.parts.size() <= few_shafts;
+    const bool few = worker.parts.size() <= few_shafts;
+    bool clear = true, simple = few;
     double mean = 0.0;
     std::size_t left = 0;
     for (Worker::Part& part : worker.parts) {
@@ -228,10 +223,10 @@ bool AreaLights::look(const SurfacePoint& from, Worker& worker) const {
         std::optional<double> seen;
         if (!blockers_) {
             seen = 1.0;
-        } else if (simple) {
+        } else if (simple && !is_elsewhere(from, part.triangle)) {
             seen = visible_part(from, part.triangle, worker);
             simple = seen.has_value(); // what is in the way of one light is in the way of others, too
-        } else if (worker.parts.size() <= few_shafts && !may_be_blocked(from, part.triangle, worker.last_blocker)) {
+        } else if (few && !may_be_blocked(from, part.triangle, worker.last_blocker)) {
             seen = 1.0;
         }
         clear = clear && seen && *seen == 1.0;
@@ -251,8 +246,8 @@ bool AreaLights::look(const SurfacePoint& from, Worker& worker) const {
 
 /// Sample s goes to the light that holds the share (s + shift) / samples of the irradiance, to an evenly distributed
 /// point on it. Rounds continue one sequence.
-ShadowRounds::Seen AreaLights::cast_round(const SurfacePoint& x, std::size_t samples, std::size_t round,
-                                          const std::array<double, 3>& start, Worker& worker) const {
+LightSeen AreaLights::cast_round(const SurfacePoint& x, std::size_t samples, std::size_t round,
+                                 const std::array<double, 3>& start, Worker& worker) const {
     worker.segments.clear();
     worker.light.clear();
     worker.owner.clear();
@@ -280,7 +275,7 @@ ShadowRounds::Seen AreaLights::cast_round(const SurfacePoint& x, std::size_t sam
     }
     worker.blocked.resize(worker.segments.size());
     worker.cast += tracer_.occluded(worker.segments, worker.blocked);
-    ShadowRounds::Seen light;
+    LightSeen light;
     for (std::size_t s = 0; s < worker.segments.size(); ++s) {
         Worker::Share& share = worker.shares[worker.owner[s]];
         const double here = worker.light[s].abs().sum();
@@ -297,18 +292,20 @@ ShadowRounds::Seen AreaLights::cast_round(const SurfacePoint& x, std::size_t sam
 /// The rounds that count, with their samples in the shares. Returns the variance of the visible share.
 double AreaLights::cast_rounds(const SurfacePoint& from, std::size_t samples, RandomStream& stream,
                                Worker& worker) const {
-    const auto start = [&] { return std::array{stream.uniform(), stream.uniform(), stream.uniform()}; };
-    const ShadowRounds::Seen pilot = cast_round(from, samples, 0, start(), worker);
-    for (Worker::Share& share : worker.shares) {
-        share.seen = share.sampled = Rgb::Zero();
-    }
-    const std::size_t rounds = ShadowRounds::after(pilot.is_penumbra(), 1);
-    const std::array<double, 3> shift = start();
-    ShareNoise noise;
-    for (std::size_t round = 0; round < rounds; ++round) {
-        noise.add(cast_round(from, samples, round, shift, worker).share());
-    }
-    return noise.variance(samples);
+    const auto cast = [&](std::size_t rounds, std::size_t of_round) {
+        for (Worker::Share& share : worker.shares) {
+            share.seen = share.sampled = Rgb::Zero();
+        }
+        const std::array start{stream.uniform(), stream.uniform(), stream.uniform()};
+        ShareNoise noise;
+        for (std::size_t round = 0; round < rounds; ++round) {
+            noise.add(cast_round(from, of_round, round, start, worker).share());
+        }
+        return noise;
+    };
+    const ShadowRounds rounds = AreaLights::rounds(samples);
+    const ShareNoise of_pilots = cast(ShadowRounds::pilots, rounds.rays_of_pilot());
+    return cast(rounds.after(of_pilots), rounds.rays()).variance(rounds.rays());
 }
 
 void AreaLights::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,

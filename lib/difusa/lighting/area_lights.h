@@ -98,8 +98,8 @@ class AreaLights {
     /// by some of them, chosen at random (LightTree::represent): unbiased.
     ///
     /// Visible share: exact where few faces reach between x and the lights (rays/polygon_in_sight.h), and no ray is
-    /// cast. Otherwise by rounds of `samples` shadow rays, stratified over the lights by their contribution and weighted
-    /// by the integrand (lighting/shadow_rounds.h): unbiased but for the ratio of sums over a round.
+    /// cast. Otherwise by rounds of `samples` shadow rays, stratified over the lights by their contribution and
+    /// weighted by the integrand (lighting/shadow_rounds.h): unbiased but for the ratio of sums over a round.
     void irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
                     std::span<const Index> set_of, std::span<Rgb> H) const;
 
@@ -123,6 +123,8 @@ class AreaLights {
     /// The same for light whose direction matters: always of one point on the light, which is drawn in proportion to
     /// what it sends to x.
     Sample sample_direction(const SurfacePoint& x, const std::array<double, 5>& u, Worker& worker) const;
+
+    static ShadowRounds rounds(std::size_t samples) { return {samples, 1, 1}; }
 
     static constexpr std::size_t few_chosen = 24; ///< lights among which `sample` chooses by their form factors
     static constexpr std::size_t proposals = 8;   ///< of more, so many are looked at for a sample
@@ -150,6 +152,10 @@ class AreaLights {
     /// The scene's triangle that a light is, or is an image of.
     Index original(Index light) const { return images_ ? originals_[light % count_] : light; }
     bool is_image(Index light) const { return images_ && light >= count_; }
+    /// Whether the way to the light may lead through images, as it does from other parts of the unfolded surface.
+    bool is_elsewhere(const SurfacePoint& x, Index light) const {
+        return images_ && (light >= count_ || x.face == none);
+    }
     bool may_be_blocked(const SurfacePoint& x, Index light, Index& last_blocker) const;
     const Rgb& emission(Index triangle) const { return scene_.materials[lamps().material[triangle]].emission; }
     /// By which lights are chosen: in thermal scenes they may emit less than nothing.
@@ -157,8 +163,8 @@ class AreaLights {
     void collect(const SurfacePoint& x, RandomStream& stream, Worker& worker) const;
     std::optional<double> visible_part(const SurfacePoint& from, Index light, Worker& worker) const;
     bool look(const SurfacePoint& from, Worker& worker) const;
-    ShadowRounds::Seen cast_round(const SurfacePoint& x, std::size_t samples, std::size_t round,
-                                  const std::array<double, 3>& start, Worker& worker) const;
+    LightSeen cast_round(const SurfacePoint& x, std::size_t samples, std::size_t round,
+                         const std::array<double, 3>& start, Worker& worker) const;
     double cast_rounds(const SurfacePoint& from, std::size_t samples, RandomStream& stream, Worker& worker) const;
 
     const Scene& scene_;

@@ -208,39 +208,38 @@ void clear(DirectLight::Worker& worker) {
 template <class Add>
 DirectLight::Visible DirectLight::visible_share(std::size_t samples, RandomStream& stream, Worker& worker,
                                                 const Add& add) const {
-    const std::size_t each = samples_per_round(samples);
-    ShadowRounds::Seen light;
+    LightSeen light;
     ShareNoise noise;
     std::size_t lit = 0; // places on the source that shine on x
-    const auto cast_rounds = [&](std::size_t rounds) {
+    const auto cast_rounds = [&](std::size_t count, std::size_t each) {
         const Place shift{stream.uniform(), stream.uniform()};
         light = {};
         noise = {};
         lit = 0;
-        for (std::size_t round = 0; round < rounds; ++round) {
+        for (std::size_t round = 0; round < count; ++round) {
             clear(worker);
             for (std::size_t k = 0; k < each; ++k) {
                 add(even_point<2>(round * each + k, shift));
             }
             cast(worker);
-            ShadowRounds::Seen now;
+            LightSeen now;
             for (std::size_t k = 0; k < worker.light.size(); ++k) {
                 now.all += worker.light[k].sum();
                 now.seen += worker.blocked[k] == 0 ? worker.light[k].sum() : 0.0;
             }
             noise.add(now.share());
-            light.all += now.all;
-            light.seen += now.seen;
+            light.add(now);
             lit += worker.light.size();
         }
     };
-    cast_rounds(pilots);
-    const ShadowRounds::Seen pilot = light;
-    const bool narrow = 2 * lit < pilots * each; // a beam: few places shine on x
-    const std::size_t rounds = ShadowRounds::after(pilot.is_penumbra() || narrow, pilots);
-    cast_rounds(rounds);
-    const double mean = light.all / static_cast<double>(rounds * each);
-    return {light.all > 0.0 ? light.share() : pilot.share(), noise.variance(each), mean};
+    const ShadowRounds plan = rounds(samples);
+    cast_rounds(ShadowRounds::pilots, plan.rays_of_pilot());
+    const double pilot = light.share();
+    const bool narrow = 2 * lit < ShadowRounds::pilots * plan.rays_of_pilot(); // a beam: few places shine on x
+    const std::size_t count = narrow ? ShadowRounds::most : plan.after(noise);
+    cast_rounds(count, plan.rays());
+    const double mean = light.all / static_cast<double>(count * plan.rays());
+    return {light.all > 0.0 ? light.share() : pilot, noise.variance(plan.rays()), mean};
 }
 
 void DirectLight::add_extended(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
@@ -256,8 +255,8 @@ void DirectLight::add_extended(const SurfacePoint& x, std::size_t samples, Rando
         if (!sun.is_extended() || !(cosine > -sun.disc)) {
             continue;
         }
-        const Visible visible = visible_share(
-            samples, stream, worker, [&](const Place& place) { add_sun(x, from, i, 1.0, place, 0, worker); });
+        const Visible visible = visible_share(samples, stream, worker,
+                                              [&](const Place& place) { add_sun(x, from, i, 1.0, place, 0, worker); });
         // Wholly above the horizon, the disc gives what its centre would.
         const double factor = cosine >= sun.disc ? cosine : visible.mean / sun.irradiance.sum();
         add_light(set, visible, factor * sun.irradiance);

@@ -44,8 +44,8 @@ class DirectLight {
     /// Whether there are lights with an extent, whose shadows have penumbras.
     bool casts_penumbras() const { return extended_ > 0 || area_lights_.count() > 0; }
 
-    /// Shadow rays that `irradiance` casts for a point if all area lights need some: outside of penumbras, and in all of
-    /// them.
+    /// Shadow rays that `irradiance` casts for a point if all area lights need some: outside of penumbras, and in all
+    /// of them.
     std::size_t rays_per_point(std::size_t samples) const { return rays_of_rounds(samples, false); }
     std::size_t most_rays_per_point(std::size_t samples) const { return rays_of_rounds(samples, true); }
 
@@ -71,7 +71,7 @@ class DirectLight {
         std::vector<Rgb> light;
         std::vector<double> below;  ///< weights up to and including each point light
         Rgb variance = Rgb::Zero(); ///< of the last `irradiance`, all sets together, as its rays tell it, W²/m⁴
-        std::size_t cast = 0;      ///< segments, excluding those of the area lights and images
+        std::size_t cast = 0;       ///< segments, excluding those of the area lights and images
         std::size_t total_cast() const { return cast + area_lights.cast + images.cast; }
     };
 
@@ -138,14 +138,13 @@ class DirectLight {
                  std::size_t first, Worker& worker) const;
     void add_point(const SurfacePoint& x, const SurfacePoint& from, std::size_t point, double factor,
                    const Place& place, std::size_t first, Worker& worker) const;
-    static constexpr std::size_t pilots = 2; ///< rounds for an extended sun or luminaire; as many follow, or more
+    /// For an extended sun or luminaire.
+    static ShadowRounds rounds(std::size_t samples) { return {samples, 4, 2}; }
     std::size_t rays_of_rounds(std::size_t samples, bool penumbra) const {
-        const std::size_t rounds = pilots + ShadowRounds::after(penumbra, pilots);
-        return suns_.size() + points_.size() - extended_ + extended_ * rounds * samples_per_round(samples) +
-               (area_lights_.count() > 0 ? samples * (1 + ShadowRounds::after(penumbra, 1)) : 0) +
+        return suns_.size() + points_.size() - extended_ + extended_ * rounds(samples).all_rays(penumbra) +
+               (area_lights_.count() > 0 ? AreaLights::rounds(samples).all_rays(penumbra) : 0) +
                (images_ ? images_->rays_per_point(samples, penumbra) : 0);
     }
-    static std::size_t samples_per_round(std::size_t samples) { return std::max<std::size_t>(8, samples / 4); }
     void add_extended(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
                       std::span<Rgb> H) const;
     /// Of an extended source.

@@ -457,12 +457,11 @@ MirrorImages::Sampled MirrorImages::sample_part(const Part& part, const SurfaceP
     return sampled;
 }
 
-MirrorImages::Round MirrorImages::cast_round(const SurfacePoint& x, const SurfacePoint& from, std::size_t samples,
-                                             std::size_t round, const std::array<double, 3>& start,
-                                             Worker& worker) const {
+LightSeen MirrorImages::cast_round(const SurfacePoint& x, const SurfacePoint& from, std::size_t samples,
+                                   std::size_t round, const std::array<double, 3>& start, Worker& worker) const {
     constexpr double golden = 0.6180339887498949; // rounds divide the strata evenly
     const double along = fraction(start[0] + static_cast<double>(round) * golden), whole = worker.parts.back().below;
-    Round result;
+    LightSeen all;
     auto part = worker.parts.begin();
     for (std::size_t s = 0; s < samples; ++s) {
         const double share = whole * (static_cast<double>(s) + along) / static_cast<double>(samples);
@@ -476,13 +475,9 @@ MirrorImages::Round MirrorImages::cast_round(const SurfacePoint& x, const Surfac
         const double factor = 1.0 / (part->form_factor * light(lamp).mean());
         worker.sampled[set_of(lamp)] += factor * sampled.unblocked;
         worker.seen[set_of(lamp)] += factor * sampled.seen;
-        const double unblocked = sampled.unblocked.sum(), seen = sampled.seen.sum();
-        result.light.all += factor * unblocked;
-        result.light.seen += factor * seen;
-        result.some_seen = result.some_seen || seen > 0.0;
-        result.some_blocked = result.some_blocked || (unblocked > 0.0 && !(seen > 0.0));
+        all.add({factor * sampled.seen.sum(), factor * sampled.unblocked.sum()});
     }
-    return result;
+    return all;
 }
 
 void MirrorImages::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
@@ -495,7 +490,7 @@ void MirrorImages::irradiance(const SurfacePoint& x, std::size_t samples, Random
         return;
     }
     const SurfacePoint from = inset(scene_.mesh, x);
-    const std::size_t sets = H.size(), each = samples_per_round(samples);
+    const std::size_t sets = H.size();
     worker.unblocked.assign(sets, Rgb::Zero());
     for (const Part& part : worker.parts) {
         worker.unblocked[set_of(lamps_[part.lamp])] += part.form_factor * light(lamps_[part.lamp]);
@@ -503,29 +498,30 @@ void MirrorImages::irradiance(const SurfacePoint& x, std::size_t samples, Random
     // Where no window is known, few paths may get through.
     const bool sure = std::all_of(worker.parts.begin(), worker.parts.end(),
                                   [&](const Part& part) { return lamps_[part.lamp].has_all_windows; });
-    Round all;
     ShareNoise noise;
-    const auto cast_rounds = [&](std::size_t rounds) {
+    const auto cast_rounds = [&](std::size_t count, std::size_t each) {
         const std::array<double, 3> start{stream.uniform(), stream.uniform(), stream.uniform()};
         worker.sampled.assign(sets, Rgb::Zero());
         worker.seen.assign(sets, Rgb::Zero());
         noise = {};
-        for (std::size_t round = 0; round < rounds; ++round) {
-            const Round now = cast_round(x, from, each, round, start, worker);
-            all.some_seen = all.some_seen || now.some_seen;
-            all.some_blocked = all.some_blocked || now.some_blocked;
-            noise.add(now.light.share());
+        LightSeen all;
+        for (std::size_t round = 0; round < count; ++round) {
+            const LightSeen now = cast_round(x, from, each, round, start, worker);
+            noise.add(now.share());
+            all.add(now);
         }
+        return all.seen > 0.0;
     };
-    cast_rounds(pilots);
-    cast_rounds(ShadowRounds::after(all.some_blocked && (all.some_seen || !sure), pilots));
+    const ShadowRounds plan = rounds(samples);
+    const bool sees_some = cast_rounds(ShadowRounds::pilots, plan.rays_of_pilot());
+    cast_rounds(sees_some || sure ? plan.after(noise) : ShadowRounds::most, plan.rays());
     Rgb seen = Rgb::Zero(), sampled = Rgb::Zero(), unblocked = Rgb::Zero();
     for (std::size_t set = 0; set < sets; ++set) {
         unblocked += worker.unblocked[set];
         seen += worker.seen[set];
         sampled += worker.sampled[set];
     }
-    worker.variance = noise.variance(each) * unblocked.square();
+    worker.variance = noise.variance(plan.rays()) * unblocked.square();
     constexpr double least = std::numeric_limits<double>::min();
     // A set without samples is assumed as visible as the others.
     const Rgb mean = (sampled > 0.0).select(seen / sampled.max(least), Rgb::Ones());

@@ -40,9 +40,8 @@ class MirrorImages {
 
     /// An upper bound on the rays that `irradiance` casts for a point, outside or inside of penumbras.
     std::size_t rays_per_point(std::size_t samples, bool penumbra) const {
-        const std::size_t rounds = pilots + ShadowRounds::after(penumbra, pilots);
-        return 2 * (points_.size() * (extended_ ? samples : 1) +
-                    (lamps_.empty() ? 0 : rounds * samples_per_round(samples)));
+        return 2 *
+               (points_.size() * (extended_ ? samples : 1) + (lamps_.empty() ? 0 : rounds(samples).all_rays(penumbra)));
     }
 
     /// A visible part of the image of an area light.
@@ -112,8 +111,7 @@ class MirrorImages {
         bool has_all_windows = true;
     };
 
-    static constexpr std::size_t pilots = 2; ///< rounds to images of area lights; as many follow, or more
-    static std::size_t samples_per_round(std::size_t samples) { return std::max<std::size_t>(8, samples / 4); }
+    static ShadowRounds rounds(std::size_t samples) { return {samples, 4, 2}; }
 
     void find_planes();
     bool see_each_other(const Plane& a, const Plane& b) const;
@@ -146,12 +144,8 @@ class MirrorImages {
                       const std::vector<Vec3>& polygon, Worker& worker) const;
     /// One round of paths to the parts of images, spread over them and their areas by `start`, added to
     /// `worker.sampled` and `worker.seen`.
-    struct Round {
-        ShadowRounds::Seen light;
-        bool some_blocked = false, some_seen = false;
-    };
-    Round cast_round(const SurfacePoint& x, const SurfacePoint& from, std::size_t samples, std::size_t round,
-                     const std::array<double, 3>& start, Worker& worker) const;
+    LightSeen cast_round(const SurfacePoint& x, const SurfacePoint& from, std::size_t samples, std::size_t round,
+                         const std::array<double, 3>& start, Worker& worker) const;
     void add_part(const std::vector<Vec3>& polygon, Index lamp, const SurfacePoint& x, Worker& worker) const;
     struct Sampled {
         Rgb unblocked = Rgb::Zero(), seen = Rgb::Zero(); ///< irradiance over the probability
