@@ -375,7 +375,8 @@ void add_result_arguments(CLI::App& app, BakeArguments& arguments, const std::st
         ->type_name("N");
     add_whole<std::size_t>(
         app, "--shadow-rays", options.shadow_rays, least_shadow_rays,
-        "shadow rays of a round, from each point to the area lights that are behind too much for an exact view of them; "
+        "shadow rays of a round, from each point to the area lights that are behind too much for an exact view of "
+        "them; "
         "a quarter as many to each sun with a disc and each luminaire with an opening; small pilots decide how many "
         "rounds follow, up to 15 in penumbras")
         ->group(output)

@@ -28,7 +28,7 @@ constexpr double basis_part =
     of_noise / (of_basis + of_noise); ///< of the squared error, for the least sites times rays
 constexpr double hopeless = 2.0;      ///< times the target: what the basis alone is predicted to miss with all sites
 constexpr double worthwhile = 1.5;    ///< time of an attempt cut down to what there is, over that of the last
-constexpr double shadow_part = 0.1; ///< of the squared error, left to shadow rays
+constexpr double shadow_part = 0.1;   ///< of the squared error, left to shadow rays
 constexpr std::size_t least_rays = 64, most_rays = std::size_t{1} << 16U;
 constexpr std::size_t most_error_points = std::size_t{1} << 16U;
 constexpr std::size_t first_goal_samples = 1024, most_goal_samples = std::size_t{1} << 24U; // of a goal

@@ -109,8 +109,8 @@ void check_options(const BakeOptions& options) {
         refuse("--sensor-rays", "must be from " + std::to_string(least_sensor_rays) + " to 16777216");
     }
     if (options.shadow_rays < least_shadow_rays || options.shadow_rays > most_shadow_rays) {
-        refuse("--shadow-rays", "must be from " + std::to_string(least_shadow_rays) + " to " +
-                                    std::to_string(most_shadow_rays));
+        refuse("--shadow-rays",
+               "must be from " + std::to_string(least_shadow_rays) + " to " + std::to_string(most_shadow_rays));
     }
     if (options.final_gather > (std::size_t{1} << 24U)) {
         refuse("--final-gather", "must be at most 16777216");
