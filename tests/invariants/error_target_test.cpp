@@ -113,9 +113,8 @@ TEST(ErrorTarget, NoiseOfShadowRaysTakesMoreOfThese) {
     const double field = 2.0 * wanted * wanted;
     next = next_with(field);
     EXPECT_GT(next.sites, attempt.effort.sites);
-    const double reduced =
-        field * (2.0 / 3.0 * std::pow(4000.0 / static_cast<double>(next.sites), 0.75) +
-                 1.0 / 3.0 * std::pow(256.0 / static_cast<double>(next.rays), 1.5));
+    const double reduced = field * (2.0 / 3.0 * std::pow(4000.0 / static_cast<double>(next.sites), 0.75) +
+                                    1.0 / 3.0 * std::pow(256.0 / static_cast<double>(next.rays), 1.5));
     EXPECT_LE(reduced + left(next), 1.01 * wanted * wanted);
 
     attempt.effort.shadow_rays = most_shadow_rays; // all there may be: then it is sites and rays

@@ -407,9 +407,9 @@ TEST(SensorGrids, TurnWithTheFace) {
             const std::vector<Vec3> after = grid_places(scene, {"3", 0.5, 0.3, 0.1});
             ASSERT_EQ(after.size(), before.size());
             for (const Vec3& p : before) {
-                EXPECT_TRUE(std::any_of(after.begin(), after.end(),
-                                        [&](const Vec3& q) { return (q - turn * p).norm() < 1e-9; }))
-                    << degrees;
+                EXPECT_TRUE(std::any_of(after.begin(), after.end(), [&](const Vec3& q) {
+                    return (q - turn * p).norm() < 1e-9;
+                })) << degrees;
             }
         }
     }

@@ -142,9 +142,9 @@ TEST_F(Skylight, ProductsAreThoseOfTheRowsWithScaledSurfaces) {
     EXPECT_NEAR(Wx.cwiseProduct(z).sum(), x.cwiseProduct(Wz).sum(), 1e-12 * static_cast<double>(z.size()));
 }
 
-/// Of light from the sky alone: that of aimed rays as if they were independent. They are even: about a sixth of 128 pass
-/// the hole, and in the 4 √21 cells of the lattice that its edges cut, each of which has a variance of 1/4 at most, they
-/// have a quarter of the variance of as many independent ones, 128 · 5/36.
+/// Of light from the sky alone: that of aimed rays as if they were independent. They are even: about a sixth of 128
+/// pass the hole, and in the 4 √21 cells of the lattice that its edges cut, each of which has a variance of 1/4 at
+/// most, they have a quarter of the variance of as many independent ones, 128 · 5/36.
 TEST_F(Skylight, TheVarianceOfAimedRaysIsTold) {
     constexpr std::size_t rays = 512;
     constexpr int seeds = 40;

@@ -10,8 +10,8 @@
 // cost in proportion to n N, give the cheapest n and N for the target. Elements with evenly shared errors in
 // proportion to their size would give n^-1; what attempts on the scenes in data/ report is between that and n^-0.8.
 //
-// The noise of shadow rays, which neither sites nor rays remove, falls as their number to the power -1.5 likewise: there
-// are more of them where it is over a tenth of what the square of the error may be.
+// The noise of shadow rays, which neither sites nor rays remove, falls as their number to the power -1.5 likewise:
+// there are more of them where it is over a tenth of what the square of the error may be.
 #pragma once
 
 #include <difusa/bake/result.h>

@@ -152,8 +152,7 @@ class Estimation {
         if (cut_off_.rows() > 0) {
             stack(cut_off_, other.cut_off_);
         }
-        for (Measured Estimation::*const each :
-             {&Estimation::indirect_, &Estimation::smooth_, &Estimation::shown_}) {
+        for (Measured Estimation::*const each : {&Estimation::indirect_, &Estimation::smooth_, &Estimation::shown_}) {
             for (Values Measured::*const which : {&Measured::own, &Measured::first, &Measured::second}) {
                 stack(this->*each.*which, other.*each.*which);
             }

@@ -27,12 +27,12 @@ struct ErrorEstimate {
                             ///< says nothing about the light on the walls; of thermal scenes that of H, the difference
                             ///< of the irradiation to that at the reference temperature
 
-    RmsEstimate total;       ///< error of the radiosity, at most what the residual allows
-    RmsEstimate indirect;    ///< of its part rho H_indirect
-    RmsEstimate residual;    ///< r, with the noise of direct light
-    RmsEstimate carried_rms; ///< p
+    RmsEstimate total;            ///< error of the radiosity, at most what the residual allows
+    RmsEstimate indirect;         ///< of its part rho H_indirect
+    RmsEstimate residual;         ///< r, with the noise of direct light
+    RmsEstimate carried_rms;      ///< p
     double noise_of_direct = 0.0; ///< rms of `total`'s part that shadow rays leave, which no other rays remove
-    double cut_off = 0.0;    ///< of `residual`, what light that is cut off leaves (cut_off_coefficients); no ray helps
+    double cut_off = 0.0; ///< of `residual`, what light that is cut off leaves (cut_off_coefficients); no ray helps
 
     double largest_reflectance = 0.0; ///< rho_max (function `largest_reflectance`)
     double noise = 0.0;               ///< of a gathered output: of its noise, as RmsEstimate; else 0

@@ -66,9 +66,9 @@ struct PointValues {
     /// Points whose light is gathered, ascending: all with a final gather, else those that no element reaches.
     std::vector<std::size_t> gathered;
     // Estimated noise due to gathering, root mean squares over the channels: #gathered by 1.
-    Values noise;                       ///< of B, in thermal scenes of H
-    Values noise_of_irradiance;         ///< of H
-    std::size_t rays_of_each = 0;       ///< of the gathered points
+    Values noise;                 ///< of B, in thermal scenes of H
+    Values noise_of_irradiance;   ///< of H
+    std::size_t rays_of_each = 0; ///< of the gathered points
     /// Of H, of the light of sharp sources, #points by #channels, W²/m⁴; 0 at gathered points, where `noise` includes
     /// it. Empty if there is none anywhere.
     Values variance_of_sharp;

@@ -14,12 +14,12 @@ namespace difusa {
 
 /// Looks for the largest groups of surfels in sight of a point that nothing occludes (rays/shaft.h), whose form factors
 /// are then closed contour integrals (rays/lambert.h); of small flat groups that a few triangles hide in part, the part
-/// in sight is found (rays/polygon_in_sight.h). Over a group the kernel counts as linear, with its exact integral and with
-/// the slope that it has between the corners: groups are so small that the error of this is far below the noise of the
-/// rays that they replace, whatever the light. With A the area, ΔK the deviation of the kernel from linear and sigma
-/// that of the light within the group from its mean, this error is at most A ΔK sigma, and the noise of N independent
-/// rays sigma sqrt(F/N); 64 or more even ones have that of sqrt(N)/8 times as many. It has to be far below, since it is
-/// not as random as noise: kernels are often greatest where the light is.
+/// in sight is found (rays/polygon_in_sight.h). Over a group the kernel counts as linear, with its exact integral and
+/// with the slope that it has between the corners: groups are so small that the error of this is far below the noise of
+/// the rays that they replace, whatever the light. With A the area, ΔK the deviation of the kernel from linear and
+/// sigma that of the light within the group from its mean, this error is at most A ΔK sigma, and the noise of N
+/// independent rays sigma sqrt(F/N); 64 or more even ones have that of sqrt(N)/8 times as many. It has to be far below,
+/// since it is not as random as noise: kernels are often greatest where the light is.
 class AnalyticFactors {
   public:
     /// `rays`: how many each point sends out. Keeps references.

@@ -101,9 +101,9 @@ Values SkylightTransport::variance_of_rays(const Values& x, const Execution& exe
             continue;
         }
         const Eigen::RowVectorXd of_aimed = row.aimed_at * seen_square.row(j) - seen.row(j).cwiseAbs2();
-        variance.row(j) = row.scale * row.scale *
-                              (square.row(j) - mean.row(j).cwiseAbs2() / std::max(row.share, 1e-300)) +
-                          per_aimed * of_aimed.cwiseMax(0.0);
+        variance.row(j) =
+            row.scale * row.scale * (square.row(j) - mean.row(j).cwiseAbs2() / std::max(row.share, 1e-300)) +
+            per_aimed * of_aimed.cwiseMax(0.0);
     }
     return variance.cwiseMax(0.0);
 }
