@@ -112,7 +112,8 @@ void add_scene_arguments(CLI::App& app, BakeOptions& options) {
 void add_target_arguments(CLI::App& app, BakeArguments& arguments) {
     const std::string group = "Accuracy";
     add_parsed(app, "--error", arguments.error,
-               "accuracy to reach: adds sites and rays until the estimated rms error, relative to the reflected light, "
+               "accuracy to reach: adds sites, rays and shadow rays until the estimated rms error, relative to the "
+               "reflected light, "
                "is below this with a confidence of 97.5 %; with --goal, until the half width of each goal's 95 % "
                "interval is; exit code 3 if it is out of reach",
                parse_percent)
@@ -375,10 +376,10 @@ void add_result_arguments(CLI::App& app, BakeArguments& arguments, const std::st
         ->type_name("N");
     add_whole<std::size_t>(
         app, "--shadow-rays", options.shadow_rays, least_shadow_rays,
-        "shadow rays of a round, from each point to the area lights that are behind too much for an exact view of "
-        "them; "
-        "a quarter as many to each sun with a disc and each luminaire with an opening; small pilots decide how many "
-        "rounds follow, up to 15 in penumbras")
+        "shadow rays from each point to the area lights that are behind too much for an exact view of them; half as "
+        "many to each sun with a disc and each luminaire with an opening; after as many pilots, which do not count, "
+        "and "
+        "up to 15 times as many in penumbras")
         ->group(output)
         ->type_name("N")
         ->default_str(shown(options.shadow_rays));

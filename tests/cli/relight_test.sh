@@ -153,8 +153,8 @@ refused "is cut short" cut.difusa
 : >empty.difusa
 refused "is empty" empty.difusa
 refused "is not a file of the kind \`difusa transport\`" "$box"
-sed -e '2s/version 5/version 4/' box.difusa >older.difusa
-refused "has version 4 of its format, and this program reads version 5" older.difusa
+sed -e '2s/version 6/version 5/' box.difusa >older.difusa
+refused "has version 5 of its format, and this program reads version 6" older.difusa
 head -c 2000 box.difusa >damaged.difusa
 printf 'x' >>damaged.difusa
 tail -c +2002 box.difusa >>damaged.difusa

@@ -78,6 +78,26 @@ TEST(Relight, HasTheBitsOfAFreshBake) {
     }
 }
 
+/// Sites, rays and shadow rays are what an accuracy took; graded sites are closer together than their spacing in
+/// places.
+TEST(Relight, KeepsWhatAnAccuracyTook) {
+    const Scene scene = test::lightings().front().second;
+    BakeOptions options = test::relightable("gather", "");
+    options.spacing = 0.0;
+    options.sites = 0;
+    options.error_points.reset();
+    options.target = ErrorTarget{};
+    options.target->relative = 0.02;
+    options.shadow_rays = 96;
+    const BakeResult baked = lit::baked(scene, options);
+    ASSERT_TRUE(baked.sites->graded);
+    const SavedTransport saved = test::through_file(baked);
+    EXPECT_TRUE(saved.options.adaptive);
+    const BakeOptions defaults = relight_defaults(saved);
+    EXPECT_EQ(defaults.shadow_rays, baked.options.shadow_rays);
+    EXPECT_EQ(relit(saved, scene, without_estimate(saved)).output.B, baked.output.B);
+}
+
 /// A floor in cells, most of which have no site of the floor until some are added, which are closer together.
 TEST(Relight, AddedSitesDoNotMakeTheOutputFiner) {
     Mesh mesh = rectangle(Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0));

@@ -179,7 +179,7 @@ TEST(DirectLight, SamplesOfManyLightsAreDrawnWhereTheyAreNear) {
 
 TEST(DirectLight, SameBitsForAnyNumberOfThreads) {
     Lit lit(rectangle(Vec3(0, 0, 0), Vec3(4, 0, 0), Vec3(0, 4, 0)), {{Vec3(0.1, 0, 1).normalized(), Rgb(1, 2, 3)}});
-    add(lit.scene.mesh, rectangle(Vec3(1, 1, 1), Vec3(1, 0, 0), Vec3(0, 1, 0), 2, 40), 0); // too much for exact views
+    add(lit.scene.mesh, rectangle(Vec3(1, 1, 1), Vec3(1, 0, 0), Vec3(0, 1, 0), 2, 120), 0); // too much for exact views
     lit.scene.materials.resize(2);
     lit.scene.materials[1].emission = Rgb::Constant(5.0);
     add(lit.scene.mesh, rectangle(Vec3(1.4, 1.2, 3), Vec3(0, 0.5, 0), Vec3(0.5, 0, 0)), 1);

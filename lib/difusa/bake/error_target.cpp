@@ -28,7 +28,8 @@ constexpr double basis_part =
     of_noise / (of_basis + of_noise); ///< of the squared error, for the least sites times rays
 constexpr double hopeless = 2.0;      ///< times the target: what the basis alone is predicted to miss with all sites
 constexpr double worthwhile = 1.5;    ///< time of an attempt cut down to what there is, over that of the last
-constexpr double shadow_part = 0.1;   ///< of the squared error, left to shadow rays
+constexpr double most_of_shadow_rays = 0.5; ///< of the time of an attempt, where there are to be more of them
+constexpr double shadow_part = 0.1;         ///< of the squared error, left to shadow rays
 constexpr std::size_t least_rays = 64, most_rays = std::size_t{1} << 16U;
 constexpr std::size_t most_error_points = std::size_t{1} << 16U;
 constexpr std::size_t first_goal_samples = 1024, most_goal_samples = std::size_t{1} << 24U; // of a goal
@@ -216,7 +217,10 @@ class TargetSearch {
 
     double seconds_of(const Effort& effort) const {
         const Attempt& last = attempts_.back();
-        return last.seconds * std::max(1.0, rays_of(effort, goals_) / rays_of(last.effort, goals_));
+        const double shadow_rays =
+            static_cast<double>(effort.shadow_rays) / static_cast<double>(last.effort.shadow_rays);
+        return last.seconds * std::max(1.0, rays_of(effort, goals_) / rays_of(last.effort, goals_)) *
+               (1.0 + most_of_shadow_rays * (std::max(1.0, shadow_rays) - 1.0));
     }
 
     /// False if it would take longer than there is time. If the best that can be reached is wanted, as much of it as
@@ -239,7 +243,7 @@ class TargetSearch {
     /// Half of the way, for what memory may suffice; false if that is hardly more than the last.
     bool halve(Effort& effort) const {
         const Effort half = part_of_the_way(effort, 0.5);
-        if (rays_of(half, goals_) < worthwhile * rays_of(attempts_.back().effort, goals_)) {
+        if (seconds_of(half) < worthwhile * attempts_.back().seconds) {
             return false;
         }
         effort = half;
@@ -265,7 +269,8 @@ class TargetSearch {
         missed_ = std::string(reached.goals ? "the error of the goals" : "the error") + " is not below " +
                   percent_text(target_.relative) + ": below " + percent_text(error_of(reached)) +
                   " was reached, with " + std::to_string(reached.effort.sites) + " sites and " +
-                  std::to_string(reached.effort.rays) + " rays from each; " + reason;
+                  std::to_string(reached.effort.rays) + " rays from each, and " +
+                  std::to_string(reached.effort.shadow_rays) + " shadow rays; " + reason;
         if (!target_.best_effort) {
             throw NotConverged(missed_ + ". Ask for a larger --error, raise the limit, or accept what was reached with "
                                          "--best-effort");

@@ -187,8 +187,9 @@ void list_savings(const BakeResult& result, const Execution& execution) {
             {"shadow rays between sites", "the room is convex and empty", "rays", 0.5 * points * (points - 1.0)});
     }
     if (const std::size_t clear = execution.journal->count_of("unobstructed points"); clear > 0) {
-        execution.save({"shadow rays to area lights with nothing in between", "all of the light is visible there",
-                        "rays", static_cast<double>(clear * field.shadow_rays_per_round)});
+        const std::size_t rays = AreaLights::rounds(field.shadow_rays_per_round).all_rays(false);
+        execution.save({"shadow rays to area lights with little or nothing in between",
+                        "what is in sight of them is known exactly", "rays", static_cast<double>(clear * rays)});
     }
 }
 

@@ -98,7 +98,7 @@ struct BakeOptions {
     bool gloss = true;             ///< false: what glossy materials reflect in a lobe is absorbed
     int directional_order = 8;     ///< of the spherical harmonics of glossy surfaces (LobeHarmonics::most_order)
     std::size_t final_gather = 0;  ///< rays from each output vertex; 0: the basis is evaluated
-    std::size_t shadow_rays = 64;  ///< of a round, from a point to the area lights (DirectLight::irradiance); from 8 on
+    std::size_t shadow_rays = 64;  ///< from a point to the area lights (DirectLight::irradiance); from 8 on
     std::optional<std::size_t> error_points; ///< of the error estimate; 0: none; absent: #S / 8 in 400..4096
     std::size_t error_rounds = 2;   ///< how often the error is measured again, at most, where much doubt is left
     std::optional<Rgb> reflectance; ///< of faces without a colour; absent: what the scene says, or else 0.5

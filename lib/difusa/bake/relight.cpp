@@ -388,6 +388,7 @@ BakeOptions relight_defaults(const SavedTransport& saved) {
     options.solve = saved.options.solve;
     options.stop = saved.options.stop;
     options.direct = saved.options.direct;
+    options.shadow_rays = saved.options.shadow_rays;
     options.visibility = saved.options.visibility;
     return options;
 }

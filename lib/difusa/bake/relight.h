@@ -38,7 +38,7 @@ struct RelightOptions {
 };
 
 /// The choices of the bake that a relit one may make differently: solver, tolerance, what it limits, iterations,
-/// direct light, visibility. To start from; everything else is as by default.
+/// direct light and its shadow rays, visibility. To start from; everything else is as by default.
 BakeOptions relight_defaults(const SavedTransport& saved);
 
 /// The result has the same bits as a bake of the scene in this light by the options of the saved transport and

@@ -51,7 +51,7 @@ struct Attempt {
     double rms = 0.0;     ///< estimated error, relative to the rms reflected radiosity
     double high = 0.0;    ///< 97.5 % end of its interval
     double cut_off = 0.0; ///< the part of light that is cut off (ErrorEstimate::cut_off) and of its bounces, likewise
-    double noise_share = 0.0;        ///< of the square of the error but for the noise of shadow rays
+    double noise_share = 0.0;        ///< of the square of the error without the noise of shadow rays
     double shadow_noise_share = 0.0; ///< the part of that noise in the square of the error
     double seconds = 0.0;
     std::optional<double> goals; ///< largest half width of the goals' 95 % intervals, relative to their means

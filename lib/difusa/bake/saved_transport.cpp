@@ -335,7 +335,9 @@ SavedTransport saved_transport_of(const BakeResult& result) {
     saved.options.sampler = result.options.sampler; // where none was named, that of the basis
     saved.options.spacing = result.options.spacing; // not that of `sites`, which is less where some were added
     saved.options.sites = result.options.sites;
-    saved.options.rays = result.options.rays;         // these, too, where an accuracy was ordered
+    saved.options.adaptive = result.options.adaptive; // these, too, where an accuracy was ordered
+    saved.options.rays = result.options.rays;
+    saved.options.shadow_rays = result.options.shadow_rays;
     saved.options.analytic = result.options.analytic; // what was decided from the rays, which are not looked at again
     saved.options.target.reset();
     saved.sites = result.sites;

@@ -94,6 +94,9 @@ Vec2 best_direction(const std::vector<std::array<Vec2, 2>>& outline) {
     constexpr double per_radian = 1 << 14U; // directions that are told apart
     std::map<long, Vec2> directions;
     for (const std::array<Vec2, 2>& side : outline) {
+        if (side[0] == side[1]) {
+            continue;
+        }
         Vec2 way = (side[1] - side[0]).normalized();
         for (int turns = 0; turns < 3 && (way.x() < std::abs(way.y()) || way.y() <= -way.x()); ++turns) {
             way = Vec2(-way.y(), way.x());

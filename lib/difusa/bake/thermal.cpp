@@ -160,7 +160,16 @@ void add_errors(const BakeResult& result, ThermalResult& thermal, const Executio
     for (Index s = 0; s < surfels.size(); ++s) {
         centres.push_back(surfels.centre(s, scratch));
     }
-    const Values error = ErrorMap(result.solution, *result.error, execution).at(centres, execution).error;
+    const ErrorMap map(result.solution, *result.error, execution);
+    ErrorsAt errors = map.at(centres, execution);
+    if (!result.field().parts().direct_in_basis) {
+        Values variance;
+        DirectLight::Effort effort;
+        result.field().sharp(centres, result.options.seed, "noise of surfaces", execution, effort, &variance);
+        map.add_sharp(centres, variance, errors);
+        execution.count("segments", effort.segments);
+    }
+    const Values& error = errors.error;
     std::vector<double> squares(result.scene->materials.size(), 0.0), areas(squares);
     for_parts(*result.scene, surfels, [&](Index m, Index s, double area) {
         areas[m] += area;

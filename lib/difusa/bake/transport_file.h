@@ -7,7 +7,7 @@
 namespace difusa {
 
 inline const SealKind& transport_seal() {
-    static const SealKind kind{"difusa transport", 5, "make it anew: bake_radiosity SCENE OUT --save-transport FILE"};
+    static const SealKind kind{"difusa transport", 6, "make it anew: bake_radiosity SCENE OUT --save-transport FILE"};
     return kind;
 }
 
@@ -28,6 +28,7 @@ template <class Options, class Visit> void for_saved_choices(Options& options, c
     visit("adaptive", options.adaptive);
     visit("neighbours", options.neighbours);
     visit("rays", options.rays);
+    visit("shadow_rays", options.shadow_rays);
     visit("seed", options.seed);
     visit("visibility", options.visibility);
     visit("solver", options.solver);

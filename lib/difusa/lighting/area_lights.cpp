@@ -21,9 +21,9 @@ constexpr double largest_share = 0.1;
 constexpr double contrast = 4.0;
 
 /// Up to this many area lights are all evaluated, which takes no more time than choosing among them; of more, about as
-/// many as `representatives`.
+/// many as `representatives_per_sample` says.
 constexpr std::size_t few_triangles = 4096;
-constexpr double representatives = 512.0;
+constexpr double representatives_per_sample = 8.0;
 
 /// Groups that are seen under at most this angle may be represented by some of their lights.
 constexpr double opening = 0.15;
@@ -32,7 +32,10 @@ constexpr double opening = 0.15;
 constexpr std::size_t candidates = 8;
 
 /// Up to this many area lights are looked at for what is in the way; for more, this costs more than rays.
-constexpr std::size_t few_shafts = 8;
+constexpr std::size_t few_shafts = 32;
+
+/// Beyond, rays take less time.
+constexpr PolygonInSight::Limits most_looked_at{128, 64};
 
 /// Of the light of an area light: what is less is rounding.
 constexpr double negligible_part = 0x1p-40;
@@ -98,7 +101,7 @@ bool LightBlockers::may_hide(Index light, const SurfacePoint& x, Index& last) co
 PolygonInSight::Extent LightBlockers::look(Index light, const SurfacePoint& x, PolygonInSight& sight) const {
     const Mesh& mesh = all_.mesh();
     const Vec3& n = mesh.normals[light];
-    return sight.look(shafts(x), x, mesh.corners(light), {n, n.dot(mesh.corner(light, 0))});
+    return sight.look(shafts(x), x, mesh.corners(light), {n, n.dot(mesh.corner(light, 0))}, most_looked_at);
 }
 
 AreaLights::AreaLights(const Scene& scene, std::vector<Index> triangles, const Tracer& tracer)
@@ -145,7 +148,7 @@ double AreaLights::form_factor(const SurfacePoint& x, Index t) const {
 }
 
 /// The area lights that send light to x if nothing blocks, each with its weight.
-void AreaLights::collect(const SurfacePoint& x, RandomStream& stream, Worker& worker) const {
+void AreaLights::collect(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker) const {
     worker.parts.clear();
     worker.shares.clear();
     double mean = 0.0;
@@ -169,6 +172,7 @@ void AreaLights::collect(const SurfacePoint& x, RandomStream& stream, Worker& wo
         }
         return;
     }
+    const double representatives = representatives_per_sample * static_cast<double>(samples);
     tree_->represent(x.position, x.normal, opening, representatives, stream, worker.nodes, worker.node_parts,
                      worker.chosen);
     for (const LightTree::Representative& one : worker.chosen) {
@@ -183,19 +187,27 @@ bool AreaLights::may_be_blocked(const SurfacePoint& x, Index light, Index& last_
     return is_elsewhere(x, light) || blockers_->may_hide(original(light), x, last_blocker);
 }
 
+/// Whether the part of a light in sight has the same share of its light as before a face and its horizon: with a
+/// shading normal, the point sees light that is below the horizon of its face. Not from where the way may lead through
+/// images.
+bool AreaLights::may_be_looked_at(const SurfacePoint& from, Index light) const {
+    if (is_elsewhere(from, light)) {
+        return false;
+    }
+    const Vec3& own = scene_.mesh.face_normal(from);
+    const std::array<Vec3, 3> corners = scene_.mesh.corners(original(light));
+    return from.normal == own || std::all_of(corners.begin(), corners.end(), [&](const Vec3& corner) {
+               return own.dot(corner - from.position) >= 0.0;
+           });
+}
+
 /// Of an area light, the part of its light that gets through; nothing if too much is in the way.
 std::optional<double> AreaLights::visible_part(const SurfacePoint& from, Index light, Worker& worker) const {
-    const std::array<Vec3, 3> corners = scene_.mesh.corners(original(light));
     const auto factor_of = [&](std::span<const Vec3> polygon) {
         return lambert_form_factor(from.position, from.normal, polygon);
     };
-    const double whole = factor_of(corners);
-    const Vec3& own = scene_.mesh.face_normal(from);
-    // With a shading normal, the point sees light that is below the horizon of its face.
-    const bool sees_below = from.normal != own && !std::all_of(corners.begin(), corners.end(), [&](const Vec3& corner) {
-                                return own.dot(corner - from.position) >= 0.0;
-                            });
-    if (!(whole > 0.0) || sees_below) {
+    const double whole = factor_of(scene_.mesh.corners(original(light)));
+    if (!(whole > 0.0)) {
         return {};
     }
     switch (blockers_->look(original(light), from, worker.sight)) {
@@ -212,64 +224,83 @@ std::optional<double> AreaLights::visible_part(const SurfacePoint& from, Index l
 }
 
 /// Moves what is known of the collected lights to `Share::known`, and leaves those in `parts` that need shadow rays.
-/// True if nothing is in the way of any.
-bool AreaLights::look(const SurfacePoint& from, Worker& worker) const {
+void AreaLights::look(const SurfacePoint& from, Worker& worker) const {
     const bool few = worker.parts.size() <= few_shafts;
-    bool clear = true, simple = few;
-    double mean = 0.0;
+    bool simple = few; // what is in the way of one light is in the way of others, too
     std::size_t left = 0;
     for (Worker::Part& part : worker.parts) {
         const Rgb light = part.weight * part.form_factor * emission(part.triangle);
         std::optional<double> seen;
         if (!blockers_) {
             seen = 1.0;
-        } else if (simple && !is_elsewhere(from, part.triangle)) {
+        } else if (simple && may_be_looked_at(from, part.triangle)) {
             seen = visible_part(from, part.triangle, worker);
-            simple = seen.has_value(); // what is in the way of one light is in the way of others, too
+            simple = seen.has_value();
         } else if (few && !may_be_blocked(from, part.triangle, worker.last_blocker)) {
             seen = 1.0;
         }
-        clear = clear && seen && *seen == 1.0;
         Worker::Share& share = worker.shares[part.share];
         if (seen) {
             share.known += *seen * light;
         } else {
             share.unblocked += light;
-            mean += part.weight * part.form_factor * strength(part.triangle);
-            part.mean_below = mean;
             worker.parts[left++] = part;
         }
     }
     worker.parts.resize(left);
-    return clear;
 }
 
-/// Sample s goes to the light that holds the share (s + shift) / samples of the irradiance, to an evenly distributed
-/// point on it. Rounds continue one sequence.
-LightSeen AreaLights::cast_round(const SurfacePoint& x, std::size_t samples, std::size_t round,
-                                 const std::array<double, 3>& start, Worker& worker) const {
+/// Part::mean_below and Part::factor for shadow rays: half of them in proportion to the light, and half evenly over the
+/// lights, or over the materials if there are more lights than a pilot can tell apart.
+void AreaLights::share_samples(std::size_t samples, Worker& worker) const {
+    std::vector<double>& light = worker.light_of_part;
+    light.clear();
+    double all = 0.0;
+    for (const Worker::Part& part : worker.parts) {
+        light.push_back(part.weight * part.form_factor * strength(part.triangle));
+        all += light.back();
+        worker.shares[part.share].mean += light.back();
+    }
+    const auto lit = static_cast<double>(std::count_if(worker.shares.begin(), worker.shares.end(),
+                                                       [](const Worker::Share& share) { return share.mean > 0.0; }));
+    const auto count = static_cast<double>(worker.parts.size());
+    const bool evenly = 2 * worker.parts.size() <= samples;
+    double below = 0.0;
+    for (std::size_t p = 0; p < light.size(); ++p) {
+        Worker::Part& part = worker.parts[p];
+        const double own = light[p] / all;
+        const double even = evenly ? 1.0 / count : light[p] / (lit * worker.shares[part.share].mean);
+        const double chance = 0.5 * (own + even);
+        below += chance;
+        part.mean_below = below;
+        part.factor = own / chance;
+    }
+}
+
+/// Sample s goes to the light that holds the share (s + shift) / samples of them all, to an evenly distributed point on
+/// it.
+LightSeen AreaLights::cast_batch(const SurfacePoint& x, std::size_t samples, const std::array<double, 3>& start,
+                                 Worker& worker) const {
     worker.segments.clear();
     worker.light.clear();
     worker.owner.clear();
-    constexpr double golden = 0.6180339887498949; // rounds divide the strata evenly
     const double whole = worker.parts.back().mean_below;
-    const double shift = fraction(start[0] + static_cast<double>(round) * golden);
     auto part = worker.parts.begin();
     for (std::size_t s = 0; s < samples; ++s) {
-        const double share = whole * (static_cast<double>(s) + shift) / static_cast<double>(samples);
+        const double share = whole * (static_cast<double>(s) + start[0]) / static_cast<double>(samples);
         while (part + 1 != worker.parts.end() && part->mean_below <= share) {
             ++part;
         }
-        const auto [u, v] = even_point<2>(round * samples + s, {start[1], start[2]});
+        const auto [u, v] = even_point<2>(s, {start[1], start[2]});
         const SurfacePoint y = uniform_point(lamps(), part->triangle, u, v);
         const Vec3 way = y.position - x.position;
         const double cosine = x.normal.dot(way), cosines = cosine * -y.normal.dot(way);
         const double r2 = way.squaredNorm();
         if (cosine > 0.0 && cosines > 0.0) {
-            // Lights are chosen by mean irradiance, points on them by area; the kernel varies over the light.
+            // Points on lights are chosen by area; the kernel varies over the light.
             const double kernel = cosines / (r2 * r2) * lamps().areas[y.face] / part->form_factor;
             worker.segments.push_back({x.position, y.position, x.face, original(y.face)});
-            worker.light.emplace_back(kernel / strength(y.face) * emission(y.face));
+            worker.light.emplace_back(part->factor * kernel / strength(y.face) * emission(y.face));
             worker.owner.push_back(part->share);
         }
     }
@@ -289,23 +320,29 @@ LightSeen AreaLights::cast_round(const SurfacePoint& x, std::size_t samples, std
     return light;
 }
 
-/// The rounds that count, with their samples in the shares. Returns the variance of the visible share.
-double AreaLights::cast_rounds(const SurfacePoint& from, std::size_t samples, RandomStream& stream,
-                               Worker& worker) const {
-    const auto cast = [&](std::size_t rounds, std::size_t of_round) {
+/// The rays that count, in the shares. Returns the variance of the visible share.
+double AreaLights::cast_rays(const SurfacePoint& from, std::size_t samples, RandomStream& stream,
+                             Worker& worker) const {
+    const auto cast = [&](std::size_t rays) {
         for (Worker::Share& share : worker.shares) {
             share.seen = share.sampled = Rgb::Zero();
         }
-        const std::array start{stream.uniform(), stream.uniform(), stream.uniform()};
-        ShareNoise noise;
-        for (std::size_t round = 0; round < rounds; ++round) {
-            noise.add(cast_round(from, of_round, round, start, worker).share());
+        BatchNoise noise;
+        for (std::size_t batch = 0; batch < ShadowRounds::batches; ++batch) {
+            const std::array start{stream.uniform(), stream.uniform(), stream.uniform()};
+            noise.add(cast_batch(from, rays, start, worker));
         }
         return noise;
     };
+    double known = 0.0, unblocked = 0.0;
+    for (const Worker::Share& share : worker.shares) {
+        known += share.known.abs().sum();
+        unblocked += share.unblocked.abs().sum();
+    }
     const ShadowRounds rounds = AreaLights::rounds(samples);
-    const ShareNoise of_pilots = cast(ShadowRounds::pilots, rounds.rays_of_pilot());
-    return cast(rounds.after(of_pilots), rounds.rays()).variance(rounds.rays());
+    share_samples(rounds.rays_of_pilot(), worker);
+    const BatchNoise pilots = cast(rounds.rays_of_pilot());
+    return cast(rounds.rays_after(pilots, unblocked / (known + unblocked))).variance_of_mean();
 }
 
 void AreaLights::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
@@ -314,13 +351,14 @@ void AreaLights::irradiance(const SurfacePoint& x, std::size_t samples, RandomSt
     if (triangles_.empty()) {
         return;
     }
-    collect(x, stream, worker);
+    collect(x, samples, stream, worker);
     if (worker.parts.empty()) {
         return;
     }
     const SurfacePoint from = inset(scene_.mesh, x);
-    worker.clear += look(from, worker) ? 1 : 0;
-    const double variance = worker.parts.empty() ? 0.0 : cast_rounds(from, samples, stream, worker);
+    look(from, worker);
+    worker.clear += worker.parts.empty() ? 1 : 0;
+    const double variance = worker.parts.empty() ? 0.0 : cast_rays(from, samples, stream, worker);
     Rgb seen = Rgb::Zero(), sampled = Rgb::Zero();
     Rgb unblocked = Rgb::Zero();
     for (const Worker::Share& share : worker.shares) {

@@ -63,8 +63,9 @@ class AreaLights {
         struct Part {
             Index triangle;
             double form_factor, weight; ///< weight: number of lights it represents, 1 / its probability
-            double mean_below;          ///< running sum of the mean unblocked irradiance
-            std::size_t share;          ///< in `shares`
+            double mean_below;   ///< running sum of the mean unblocked irradiance; for shadow rays, of their share
+            std::size_t share;   ///< in `shares`
+            double factor = 1.0; ///< on the light of each shadow ray to it
         };
         /// The lights of one material.
         struct Share {
@@ -72,6 +73,7 @@ class AreaLights {
             Rgb known = Rgb::Zero();                       ///< irradiance of lights that are not among `parts`
             Rgb unblocked = Rgb::Zero();                   ///< of those that are, if nothing is in the way
             Rgb seen = Rgb::Zero(), sampled = Rgb::Zero(); ///< of the samples: what got through, and the total
+            double mean = 0.0;                             ///< strength of `unblocked`
         };
         std::vector<Part> parts; ///< lights; after `look`, those that shadow rays are cast to
         std::vector<Share> shares;
@@ -79,6 +81,7 @@ class AreaLights {
         std::vector<LightTree::Part> node_parts;
         std::vector<LightTree::Representative> chosen;
         std::vector<Segment> segments;
+        std::vector<double> light_of_part; ///< scratch
         std::vector<Rgb> light;
         std::vector<std::size_t> owner; ///< #segments: in `shares`
         std::vector<std::uint8_t> blocked;
@@ -87,7 +90,7 @@ class AreaLights {
         Rgb variance = Rgb::Zero();      ///< of the last `irradiance`, W²/m⁴
         std::size_t cast = 0;            ///< segments
         std::size_t blocked_samples = 0; ///< of `cast`, by `sample`
-        std::size_t clear = 0;           ///< points whose lights nothing can occlude, so that no shadow ray was cast
+        std::size_t clear = 0;           ///< points that needed no shadow rays: nothing is in the way, or little
     };
 
     /// Adds the irradiance in W/m² that x receives to H[set_of[m]], for the lights of each material m: closed-form form
@@ -95,11 +98,13 @@ class AreaLights {
     /// materials are assigned to sets.
     ///
     /// Up to 4096 lights are all evaluated. Of more, those of a group that x sees under a small angle are represented
-    /// by some of them, chosen at random (LightTree::represent): unbiased.
+    /// by some of them, about eight for each sample, chosen at random (LightTree::represent): unbiased.
     ///
-    /// Visible share: exact where few faces reach between x and the lights (rays/polygon_in_sight.h), and no ray is
-    /// cast. Otherwise by rounds of `samples` shadow rays, stratified over the lights by their contribution and
-    /// weighted by the integrand (lighting/shadow_rounds.h): unbiased but for the ratio of sums over a round.
+    /// Visible share: exact where few faces reach between x and not too many lights (rays/polygon_in_sight.h), and no
+    /// ray is cast. Otherwise by shadow rays, `samples` as pilots and as many or more that count
+    /// (lighting/shadow_rounds.h), stratified over the lights and weighted by the integrand: half of them by their
+    /// contribution, and half evenly, so that no light is hidden by brighter ones. Unbiased but for the ratio of the
+    /// sums of all rays.
     void irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
                     std::span<const Index> set_of, std::span<Rgb> H) const;
 
@@ -124,7 +129,7 @@ class AreaLights {
     /// what it sends to x.
     Sample sample_direction(const SurfacePoint& x, const std::array<double, 5>& u, Worker& worker) const;
 
-    static ShadowRounds rounds(std::size_t samples) { return {samples, 1, 1}; }
+    static ShadowRounds rounds(std::size_t samples) { return {samples, 1, 15}; }
 
     static constexpr std::size_t few_chosen = 24; ///< lights among which `sample` chooses by their form factors
     static constexpr std::size_t proposals = 8;   ///< of more, so many are looked at for a sample
@@ -160,12 +165,14 @@ class AreaLights {
     const Rgb& emission(Index triangle) const { return scene_.materials[lamps().material[triangle]].emission; }
     /// By which lights are chosen: in thermal scenes they may emit less than nothing.
     double strength(Index triangle) const { return std::abs(emission(triangle).mean()); }
-    void collect(const SurfacePoint& x, RandomStream& stream, Worker& worker) const;
+    void collect(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker) const;
     std::optional<double> visible_part(const SurfacePoint& from, Index light, Worker& worker) const;
-    bool look(const SurfacePoint& from, Worker& worker) const;
-    LightSeen cast_round(const SurfacePoint& x, std::size_t samples, std::size_t round,
-                         const std::array<double, 3>& start, Worker& worker) const;
-    double cast_rounds(const SurfacePoint& from, std::size_t samples, RandomStream& stream, Worker& worker) const;
+    bool may_be_looked_at(const SurfacePoint& from, Index light) const;
+    void look(const SurfacePoint& from, Worker& worker) const;
+    void share_samples(std::size_t samples, Worker& worker) const;
+    LightSeen cast_batch(const SurfacePoint& x, std::size_t samples, const std::array<double, 3>& start,
+                         Worker& worker) const;
+    double cast_rays(const SurfacePoint& from, std::size_t samples, RandomStream& stream, Worker& worker) const;
 
     const Scene& scene_;
     Tracer tracer_;

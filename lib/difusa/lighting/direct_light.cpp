@@ -209,17 +209,17 @@ template <class Add>
 DirectLight::Visible DirectLight::visible_share(std::size_t samples, RandomStream& stream, Worker& worker,
                                                 const Add& add) const {
     LightSeen light;
-    ShareNoise noise;
+    BatchNoise noise, noise_of_light;
     std::size_t lit = 0; // places on the source that shine on x
-    const auto cast_rounds = [&](std::size_t count, std::size_t each) {
-        const Place shift{stream.uniform(), stream.uniform()};
+    const auto cast_batches = [&](std::size_t rays) {
         light = {};
-        noise = {};
+        noise = noise_of_light = {};
         lit = 0;
-        for (std::size_t round = 0; round < count; ++round) {
+        for (std::size_t batch = 0; batch < ShadowRounds::batches; ++batch) {
+            const Place shift{stream.uniform(), stream.uniform()};
             clear(worker);
-            for (std::size_t k = 0; k < each; ++k) {
-                add(even_point<2>(round * each + k, shift));
+            for (std::size_t k = 0; k < rays; ++k) {
+                add(even_point<2>(k, shift));
             }
             cast(worker);
             LightSeen now;
@@ -227,19 +227,20 @@ DirectLight::Visible DirectLight::visible_share(std::size_t samples, RandomStrea
                 now.all += worker.light[k].sum();
                 now.seen += worker.blocked[k] == 0 ? worker.light[k].sum() : 0.0;
             }
-            noise.add(now.share());
+            noise.add(now);
+            noise_of_light.add(now.seen / static_cast<double>(rays));
             light.add(now);
             lit += worker.light.size();
         }
     };
     const ShadowRounds plan = rounds(samples);
-    cast_rounds(ShadowRounds::pilots, plan.rays_of_pilot());
+    cast_batches(plan.rays_of_pilot());
     const double pilot = light.share();
-    const bool narrow = 2 * lit < ShadowRounds::pilots * plan.rays_of_pilot(); // a beam: few places shine on x
-    const std::size_t count = narrow ? ShadowRounds::most : plan.after(noise);
-    cast_rounds(count, plan.rays());
-    const double mean = light.all / static_cast<double>(count * plan.rays());
-    return {light.all > 0.0 ? light.share() : pilot, noise.variance(plan.rays()), mean};
+    const bool narrow = 2 * lit < ShadowRounds::batches * plan.rays_of_pilot(); // a beam: few places shine on x
+    const std::size_t rays = narrow ? plan.most_rays() : plan.rays_after(noise);
+    cast_batches(rays);
+    return {light.all > 0.0 ? light.share() : pilot, noise.variance_of_mean(),
+            light.seen / static_cast<double>(ShadowRounds::batches * rays), noise_of_light.variance_of_mean()};
 }
 
 void DirectLight::add_extended(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
@@ -257,9 +258,13 @@ void DirectLight::add_extended(const SurfacePoint& x, std::size_t samples, Rando
         }
         const Visible visible = visible_share(samples, stream, worker,
                                               [&](const Place& place) { add_sun(x, from, i, 1.0, place, 0, worker); });
-        // Wholly above the horizon, the disc gives what its centre would.
-        const double factor = cosine >= sun.disc ? cosine : visible.mean / sun.irradiance.sum();
-        add_light(set, visible, factor * sun.irradiance);
+        if (cosine >= sun.disc) { // wholly above the horizon, the disc gives what its centre would
+            add_light(set, visible, cosine * sun.irradiance);
+        } else {
+            const Rgb colour = sun.irradiance / sun.irradiance.sum();
+            H[set] += visible.light * colour;
+            worker.variance += visible.variance_of_light * colour.square();
+        }
     }
     for (std::size_t i = 0; i < points_.size(); ++i) {
         const auto& [light, set] = points_[i];

@@ -88,7 +88,7 @@ class DirectLight {
     /// Irradiance at x in W/m², H[set], at exactly that point even if x is on an edge and shadow rays start next to it
     /// (mesh/surface_sampling.h, inset): one shadow ray for each sun and point light, `samples` or more for the area
     /// lights (AreaLights::irradiance). A sun with a disc and a luminaire with an opening: the exact light without
-    /// obstacles times the visible share, by rounds of max(8, samples / 4) shadow rays (lighting/shadow_rounds.h).
+    /// obstacles times the visible share, by samples / 2 shadow rays or more (lighting/shadow_rounds.h).
     void irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
                     std::span<Rgb> H) const;
 
@@ -139,7 +139,7 @@ class DirectLight {
     void add_point(const SurfacePoint& x, const SurfacePoint& from, std::size_t point, double factor,
                    const Place& place, std::size_t first, Worker& worker) const;
     /// For an extended sun or luminaire.
-    static ShadowRounds rounds(std::size_t samples) { return {samples, 4, 2}; }
+    static ShadowRounds rounds(std::size_t samples) { return {samples, 2, 8}; }
     std::size_t rays_of_rounds(std::size_t samples, bool penumbra) const {
         return suns_.size() + points_.size() - extended_ + extended_ * rounds(samples).all_rays(penumbra) +
                (area_lights_.count() > 0 ? AreaLights::rounds(samples).all_rays(penumbra) : 0) +
@@ -149,8 +149,8 @@ class DirectLight {
                       std::span<Rgb> H) const;
     /// Of an extended source.
     struct Visible {
-        double share, variance; ///< of its light; of the share
-        double mean;            ///< light of all its places, blocked or not, summed over the channels
+        double share = 0.0, variance = 0.0;          ///< of its light; of the share
+        double light = 0.0, variance_of_light = 0.0; ///< mean over its places of what arrives, summed over the channels
     };
     template <class Add>
     Visible visible_share(std::size_t samples, RandomStream& stream, Worker& worker, const Add& add) const;

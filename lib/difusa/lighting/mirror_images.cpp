@@ -457,18 +457,17 @@ MirrorImages::Sampled MirrorImages::sample_part(const Part& part, const SurfaceP
     return sampled;
 }
 
-LightSeen MirrorImages::cast_round(const SurfacePoint& x, const SurfacePoint& from, std::size_t samples,
-                                   std::size_t round, const std::array<double, 3>& start, Worker& worker) const {
-    constexpr double golden = 0.6180339887498949; // rounds divide the strata evenly
-    const double along = fraction(start[0] + static_cast<double>(round) * golden), whole = worker.parts.back().below;
+LightSeen MirrorImages::cast_batch(const SurfacePoint& x, const SurfacePoint& from, std::size_t paths,
+                                   const std::array<double, 3>& start, Worker& worker) const {
+    const double whole = worker.parts.back().below;
     LightSeen all;
     auto part = worker.parts.begin();
-    for (std::size_t s = 0; s < samples; ++s) {
-        const double share = whole * (static_cast<double>(s) + along) / static_cast<double>(samples);
+    for (std::size_t s = 0; s < paths; ++s) {
+        const double share = whole * (static_cast<double>(s) + start[0]) / static_cast<double>(paths);
         while (part + 1 != worker.parts.end() && part->below <= share) {
             ++part;
         }
-        const auto [u, v] = even_point<2>(round * samples + s, {start[1], start[2]});
+        const auto [u, v] = even_point<2>(s, {start[1], start[2]});
         const LampImage& lamp = lamps_[part->lamp];
         const Sampled sampled = sample_part(*part, x, from, u, v, worker);
         // Parts are chosen by their share of the mean irradiance.
@@ -498,30 +497,30 @@ void MirrorImages::irradiance(const SurfacePoint& x, std::size_t samples, Random
     // Where no window is known, few paths may get through.
     const bool sure = std::all_of(worker.parts.begin(), worker.parts.end(),
                                   [&](const Part& part) { return lamps_[part.lamp].has_all_windows; });
-    ShareNoise noise;
-    const auto cast_rounds = [&](std::size_t count, std::size_t each) {
-        const std::array<double, 3> start{stream.uniform(), stream.uniform(), stream.uniform()};
+    BatchNoise noise;
+    const auto cast_batches = [&](std::size_t paths) {
         worker.sampled.assign(sets, Rgb::Zero());
         worker.seen.assign(sets, Rgb::Zero());
         noise = {};
         LightSeen all;
-        for (std::size_t round = 0; round < count; ++round) {
-            const LightSeen now = cast_round(x, from, each, round, start, worker);
-            noise.add(now.share());
+        for (std::size_t batch = 0; batch < ShadowRounds::batches; ++batch) {
+            const std::array<double, 3> start{stream.uniform(), stream.uniform(), stream.uniform()};
+            const LightSeen now = cast_batch(x, from, paths, start, worker);
+            noise.add(now);
             all.add(now);
         }
         return all.seen > 0.0;
     };
     const ShadowRounds plan = rounds(samples);
-    const bool sees_some = cast_rounds(ShadowRounds::pilots, plan.rays_of_pilot());
-    cast_rounds(sees_some || sure ? plan.after(noise) : ShadowRounds::most, plan.rays());
+    const bool sees_some = cast_batches(plan.rays_of_pilot());
+    cast_batches(sees_some || sure ? plan.rays_after(noise) : plan.most_rays());
     Rgb seen = Rgb::Zero(), sampled = Rgb::Zero(), unblocked = Rgb::Zero();
     for (std::size_t set = 0; set < sets; ++set) {
         unblocked += worker.unblocked[set];
         seen += worker.seen[set];
         sampled += worker.sampled[set];
     }
-    worker.variance = noise.variance(plan.rays()) * unblocked.square();
+    worker.variance = noise.variance_of_mean() * unblocked.square();
     constexpr double least = std::numeric_limits<double>::min();
     // A set without samples is assumed as visible as the others.
     const Rgb mean = (sampled > 0.0).select(seen / sampled.max(least), Rgb::Ones());

@@ -62,7 +62,7 @@ class MirrorImages {
     /// Adds what x receives from all images, in W/m², to H[set]: suns and point lights by one path each
     /// (`samples` of them where they have an extent), area lights by
     /// the form factors of what of their images the outlines of the mirrors show, times the share of paths to them that
-    /// is not blocked, by rounds of max(8, samples / 4) (lighting/shadow_rounds.h).
+    /// is not blocked, of which there are `samples` or more (lighting/shadow_rounds.h).
     void irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
                     std::span<Rgb> H) const;
 
@@ -111,7 +111,7 @@ class MirrorImages {
         bool has_all_windows = true;
     };
 
-    static ShadowRounds rounds(std::size_t samples) { return {samples, 4, 2}; }
+    static ShadowRounds rounds(std::size_t samples) { return {samples, 1, 8}; }
 
     void find_planes();
     bool see_each_other(const Plane& a, const Plane& b) const;
@@ -142,9 +142,9 @@ class MirrorImages {
     void sample_lamps(const SurfacePoint& x, RandomStream& stream, Worker& worker, std::span<Rgb> H) const;
     void look_through(const LampImage& image, std::size_t window, Index lamp, const SurfacePoint& x,
                       const std::vector<Vec3>& polygon, Worker& worker) const;
-    /// One round of paths to the parts of images, spread over them and their areas by `start`, added to
-    /// `worker.sampled` and `worker.seen`.
-    LightSeen cast_round(const SurfacePoint& x, const SurfacePoint& from, std::size_t samples, std::size_t round,
+    /// A batch of paths to the parts of images, spread over them and their areas by `start`, added to `worker.sampled`
+    /// and `worker.seen`.
+    LightSeen cast_batch(const SurfacePoint& x, const SurfacePoint& from, std::size_t paths,
                          const std::array<double, 3>& start, Worker& worker) const;
     void add_part(const std::vector<Vec3>& polygon, Index lamp, const SurfacePoint& x, Worker& worker) const;
     struct Sampled {

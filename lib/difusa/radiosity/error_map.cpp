@@ -306,11 +306,10 @@ ErrorsAt ErrorMap::of(std::span<const SurfacePoint> x, const PointValues& values
 void ErrorMap::complete(std::span<const SurfacePoint> x, const PointValues& values, ErrorsAt& errors,
                         const Execution& execution) const {
     put_gathered(x, values, errors, execution);
-    add_sharp(x, values, errors);
+    add_sharp(x, values.variance_of_sharp, errors);
 }
 
-void ErrorMap::add_sharp(std::span<const SurfacePoint> x, const PointValues& values, ErrorsAt& errors) const {
-    const Values& variance = values.variance_of_sharp;
+void ErrorMap::add_sharp(std::span<const SurfacePoint> x, const Values& variance, ErrorsAt& errors) const {
     for (Eigen::Index i = 0; i < variance.rows(); ++i) {
         const double of_irradiance = variance.row(i).sum();
         if (!(of_irradiance > 0.0)) {

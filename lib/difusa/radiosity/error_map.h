@@ -40,6 +40,9 @@ class ErrorMap {
     void complete(std::span<const SurfacePoint> x, const PointValues& values, ErrorsAt& errors,
                   const Execution& execution) const;
 
+    /// Adds noise of the light of sharp sources with this variance (Field::sharp).
+    void add_sharp(std::span<const SurfacePoint> x, const Values& variance, ErrorsAt& errors) const;
+
     /// The same as `at` for a single point x, number i of them, where `row` is the basis slightly inside the face of x
     /// (Field). `errors` has room for it.
     void put(const SurfacePoint& x, const BasisRow& row, std::size_t i, ErrorsAt& errors) const;
@@ -55,7 +58,6 @@ class ErrorMap {
     struct Local;
     void put_gathered(std::span<const SurfacePoint> x, const PointValues& values, ErrorsAt& errors,
                       const Execution& execution) const;
-    void add_sharp(std::span<const SurfacePoint> x, const PointValues& values, ErrorsAt& errors) const;
     /// What error points tell of the rest: sums of the squares that are the basis's, and of the variation there.
     struct Fit {
         std::vector<double> ratio, seen; ///< #S: over the error points around an element

@@ -3,8 +3,8 @@
 namespace difusa {
 
 PolygonInSight::Extent PolygonInSight::look(const Shafts& shafts, const SurfacePoint& x, std::span<const Vec3> polygon,
-                                            const Plane& plane) {
-    if (!shafts.find_blockers(x, polygon, plane.normal, most_blockers, blockers_)) {
+                                            const Plane& plane, const Limits& limits) {
+    if (!shafts.find_blockers(x, polygon, plane.normal, limits.blockers, blockers_)) {
         blockers_.clear();
         return Extent::unknown;
     }
@@ -20,7 +20,10 @@ PolygonInSight::Extent PolygonInSight::look(const Shafts& shafts, const SurfaceP
         const FlatPolygon blocker = FlatPolygon(mesh.corners(face)).above(plane, rounding).above(above, rounding);
         const Vec3& n = mesh.normals[face];
         visible_.hide(x.position, blocker, {n, n.dot(mesh.corner(face, 0))}, rounding);
-        if (visible_.count() > most_parts) {
+        if (visible_.empty()) {
+            break;
+        }
+        if (visible_.count() > limits.parts) {
             return Extent::unknown;
         }
     }

@@ -14,7 +14,9 @@ namespace difusa {
 class PolygonInSight {
   public:
     /// Triangles that may hide parts of a polygon, and its parts in sight, beyond which `look` gives up.
-    static constexpr std::size_t most_blockers = 24, most_parts = 32;
+    struct Limits {
+        std::size_t blockers = 24, parts = 32;
+    };
 
     enum class Extent {
         whole,  ///< nothing is in the way
@@ -25,7 +27,8 @@ class PolygonInSight {
     /// Looks from x at a convex polygon of at most Shafts::most_corners in the plane `plane`, of unit normal,
     /// counterclockwise as seen from its front, which x is before. Faces in the planes of the polygon and of the face
     /// of x hide nothing. Exact to rounding.
-    Extent look(const Shafts& shafts, const SurfacePoint& x, std::span<const Vec3> polygon, const Plane& plane);
+    Extent look(const Shafts& shafts, const SurfacePoint& x, std::span<const Vec3> polygon, const Plane& plane,
+                const Limits& limits);
 
     /// The faces that may hide parts of it; none if they are too many.
     const std::vector<Index>& blockers() const { return blockers_; }

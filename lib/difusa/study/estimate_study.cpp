@@ -119,7 +119,8 @@ EstimateTrial compare(const KnownLight& light, const BakeResult& result, const E
             rms(light, judged_indirect_of(*result.scene, got, channels) - light.indirect, light.noise_of_indirect);
     }
     const ErrorMap map(result.solution, error, execution);
-    const Eigen::VectorXd expected = map.at(std::span(light.places).first(light.even), execution).error.col(0);
+    const Eigen::VectorXd expected =
+        map.of(light.places, got, execution).error.col(0).head(static_cast<Eigen::Index>(light.even));
     const Eigen::VectorXd size =
         miss.topRows(expected.size()).rowwise().norm() / std::sqrt(static_cast<double>(channels));
     trial.rank_correlation = rank_correlation(size, expected);

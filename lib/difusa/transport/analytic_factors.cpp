@@ -191,7 +191,7 @@ std::optional<double> AnalyticFactors::visible_factor(const View& view, const Su
         return open ? std::optional(factor) : std::nullopt;
     }
     const PolygonInSight::Extent extent =
-        worker.sight.look(shafts_, view.x, tree_.corners(node), {node.normal, node.offset});
+        worker.sight.look(shafts_, view.x, tree_.corners(node), {node.normal, node.offset}, PolygonInSight::Limits());
     worker.steps += worker.sight.blockers().size();
     if (extent == PolygonInSight::Extent::unknown) {
         return {};
