@@ -187,9 +187,8 @@ bool AreaLights::may_be_blocked(const SurfacePoint& x, Index light, Index& last_
     return is_elsewhere(x, light) || blockers_->may_hide(original(light), x, last_blocker);
 }
 
-/// Whether the part of a light in sight has the same share of its light as before a face and its horizon: with a
-/// shading normal, the point sees light that is below the horizon of its face. Not from where the way may lead through
-/// images.
+/// Whether the point sees a light as its face does: with a shading normal it may also see what is below the horizon of
+/// its face. False if the way may lead through images.
 bool AreaLights::may_be_looked_at(const SurfacePoint& from, Index light) const {
     if (is_elsewhere(from, light)) {
         return false;
@@ -251,7 +250,7 @@ void AreaLights::look(const SurfacePoint& from, Worker& worker) const {
 }
 
 /// Part::mean_below and Part::factor for shadow rays: half of them in proportion to the light, and half evenly over the
-/// lights, or over the materials if there are more lights than a pilot can tell apart.
+/// lights, or over the materials if not every light would get one of so many samples.
 void AreaLights::share_samples(std::size_t samples, Worker& worker) const {
     std::vector<double>& light = worker.light_of_part;
     light.clear();
@@ -340,7 +339,7 @@ double AreaLights::cast_rays(const SurfacePoint& from, std::size_t samples, Rand
         unblocked += share.unblocked.abs().sum();
     }
     const ShadowRounds rounds = AreaLights::rounds(samples);
-    share_samples(rounds.rays_of_pilot(), worker);
+    share_samples(ShadowRounds::batches * rounds.rays_of_pilot(), worker);
     const BatchNoise pilots = cast(rounds.rays_of_pilot());
     return cast(rounds.rays_after(pilots, unblocked / (known + unblocked))).variance_of_mean();
 }
