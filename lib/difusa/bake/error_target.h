@@ -21,8 +21,8 @@
 
 namespace difusa {
 
-/// Where to start: coarse enough to cost little beside what follows. `goals`: the number of goals; `shadow_rays`: those
-/// of a round at first.
+/// Where to start: coarse enough to cost little beside what follows. `goals`: the number of goals; `shadow_rays`: as
+/// many at first (BakeOptions::shadow_rays).
 Effort first_effort(const ErrorTarget& target, std::size_t goals, std::size_t shadow_rays);
 
 /// The error of the field of `result`, which has an estimate, and its parts; and of the estimated goals.

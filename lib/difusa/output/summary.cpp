@@ -206,7 +206,7 @@ void tell_attempts(const BakeResult& result, std::ostream& text) {
              << attempt.effort.rays << " rays, " << attempt.effort.error_points << " error points: about "
              << 100.0 * attempt.rms << " %, below " << 100.0 * attempt.high << " %";
         if (attempt.effort.shadow_rays != result.attempts.front().effort.shadow_rays) {
-            text << "; " << attempt.effort.shadow_rays << " shadow rays a round";
+            text << "; " << attempt.effort.shadow_rays << " shadow rays";
         }
         if (attempt.goals) {
             text << "; goals with " << attempt.effort.goal_samples << " samples each: within " << 100.0 * *attempt.goals
