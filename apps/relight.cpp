@@ -256,11 +256,11 @@ void declare(CLI::App& app, Arguments& a) {
         ->capture_default_str();
     add_direct_arguments(app, options, transport);
     add_solver_arguments(app, options, transport);
+    add_result_arguments(app, a.bake, "each output vertex");
     for (const char* const kept :
-         {"--direct", "--visibility", "--solver", "--stop", "--tolerance", "--max-iterations"}) {
+         {"--direct", "--shadow-rays", "--visibility", "--solver", "--stop", "--tolerance", "--max-iterations"}) {
         app.get_option(kept)->default_str("as in the bake");
     }
-    add_result_arguments(app, a.bake, "each output vertex");
     add_mesh_output_arguments(app, a.bake);
     app.add_option("--save-transport", a.bake.files.transport,
                    "also write the transport of the surface as it is now, with what was moved, to be relit and moved "

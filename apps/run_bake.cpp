@@ -46,6 +46,7 @@ void fill_in(BakeOptions& options, const BakeOptions& saved, const BakeArguments
         }
     };
     as_saved("--direct", options.direct, saved.direct);
+    as_saved("--shadow-rays", options.shadow_rays, saved.shadow_rays);
     as_saved("--visibility", options.visibility, saved.visibility);
     as_saved("--solver", options.solver, saved.solver);
     as_saved("--tolerance", options.solve.tolerance, saved.solve.tolerance);

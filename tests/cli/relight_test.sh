@@ -46,6 +46,15 @@ expect_text groups.vtp radiosity_of_sun irradiance_of_lamp
 expect_exit 0 "$relight" box.difusa operator.ply --error-points 0 --sun 0,0.05,-1,5 --first-bounce operator --report o.json
 [ "$(entry o.json first_bounce)" = operator ] || fail "the first bounce is not that of the operator"
 
+# Shadow rays are as many as in the bake, unless they are given.
+expect_exit 0 "$bake" "$box" day.ply $size --shadow-rays 96 --save-transport shadows.difusa
+expect_exit 0 "$relight" shadows.difusa again.ply --error-points 0 --report shadows.json
+[ "$(entry shadows.json shadow_rays)" = 96 ] || fail "other shadow rays than in the bake"
+expect_exit 0 "$relight" shadows.difusa again.ply --error-points 0 --shadow-rays 32 --report shadows.json
+[ "$(entry shadows.json shadow_rays)" = 32 ] || fail "other shadow rays than asked for"
+expect_exit 1 "$relight" shadows.difusa none.ply --shadow-rays 7
+expect_text stderr "--shadow-rays 7: must be a whole number of at least 8"
+
 # Lights that are turned off on purpose may leave darkness.
 expect_exit 0 "$relight" box.difusa dark.vtp --error-points 0 --scale lamp=0 --sun 0,0,1,1
 expect_text stdout "note: the lights that are left do not reach the front of any face: nothing is lit"
