@@ -225,17 +225,15 @@ std::optional<double> AreaLights::visible_part(const SurfacePoint& from, Index l
 /// Moves what is known of the collected lights to `Share::known`, and leaves those in `parts` that need shadow rays.
 void AreaLights::look(const SurfacePoint& from, Worker& worker) const {
     const bool few = worker.parts.size() <= few_shafts;
-    bool simple = few; // what is in the way of one light is in the way of others, too
+    bool simple = few && blockers_.has_value(); // what is in the way of one light is in the way of others, too
     std::size_t left = 0;
     for (Worker::Part& part : worker.parts) {
         const Rgb light = part.weight * part.form_factor * emission(part.triangle);
         std::optional<double> seen;
-        if (!blockers_) {
-            seen = 1.0;
-        } else if (simple && may_be_looked_at(from, part.triangle)) {
+        if (simple && may_be_looked_at(from, part.triangle)) {
             seen = visible_part(from, part.triangle, worker);
             simple = seen.has_value();
-        } else if (few && !may_be_blocked(from, part.triangle, worker.last_blocker)) {
+        } else if (!blockers_ || (few && !may_be_blocked(from, part.triangle, worker.last_blocker))) {
             seen = 1.0;
         }
         Worker::Share& share = worker.shares[part.share];
