@@ -31,7 +31,8 @@ fuzz() {
     local dictionary=()
     [[ ! -f $here/$reader.dict ]] || dictionary=(-dict="$here/$reader.dict")
     log=$findings/log
-    if "$target" -max_total_time="$seconds" -timeout=5 -rss_limit_mb=512 -max_len=4096 -print_final_stats=1 \
+    # Memory that AddressSanitizer keeps after it was freed, 256 MiB by default, would count towards the limit.
+    if ASAN_OPTIONS=${ASAN_OPTIONS:+$ASAN_OPTIONS:}quarantine_size_mb=64 "$target" -max_total_time="$seconds" -timeout=5 -rss_limit_mb=512 -max_len=4096 -print_final_stats=1 \
         "${dictionary[@]}" -artifact_prefix="$findings/" "$learned" "$here/corpus/$reader" 2>"$log"; then
         echo "fuzz_$reader: $(sed -n 's/^stat::number_of_executed_units: *//p' "$log") inputs in $seconds s, no finding"
     else
