@@ -113,9 +113,8 @@ void add_target_arguments(CLI::App& app, BakeArguments& arguments) {
     const std::string group = "Accuracy";
     add_parsed(app, "--error", arguments.error,
                "accuracy to reach: adds sites, rays and shadow rays until the estimated rms error, relative to the "
-               "reflected light, "
-               "is below this with a confidence of 97.5 %; with --goal, until the half width of each goal's 95 % "
-               "interval is; exit code 3 if it is out of reach",
+               "reflected light, is below this with a confidence of 97.5 %; with --goal, until the half width of each "
+               "goal's 95 % interval is; exit code 3 if it is out of reach",
                parse_percent)
         ->group(group)
         ->type_name("P%");
@@ -378,8 +377,7 @@ void add_result_arguments(CLI::App& app, BakeArguments& arguments, const std::st
         app, "--shadow-rays", options.shadow_rays, least_shadow_rays,
         "shadow rays from each point to the area lights that are behind too much for an exact view of them; half as "
         "many to each sun with a disc and each luminaire with an opening; after as many pilots, which do not count, "
-        "and "
-        "up to 15 times as many in penumbras")
+        "and up to 15 times as many in penumbras")
         ->group(output)
         ->type_name("N")
         ->default_str(shown(options.shadow_rays));

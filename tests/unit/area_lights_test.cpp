@@ -2,7 +2,7 @@
 #include <difusa/core/parallel.h>
 #include <difusa/import/shapes.h>
 #include <difusa/lighting/area_lights.h>
-#include <difusa/lighting/shadow_rounds.h>
+#include <difusa/lighting/shadow_batches.h>
 #include <difusa/mesh/nearest_surface.h>
 #include <difusa/rays/brute_force.h>
 #include <difusa/rays/lambert.h>
@@ -333,8 +333,8 @@ TEST(AreaLights, PenumbrasBehindManyTrianglesAreUnbiased) {
         const double seen = scene.seen() / scene.all(), ratio = 0.14 * 0.14 / few * std::min(seen, 1.0 - seen);
         EXPECT_NEAR(mean, 0.0, 4.5 * std::sqrt(squares / count) + ratio) << border;
         EXPECT_LT(std::sqrt(squares), std::sqrt(seen * (1.0 - seen) / few)); // that of independent rays
-        EXPECT_GE(lit.cast, count * AreaLights::rounds(few).all_rays(false));
-        EXPECT_LE(lit.cast, count * AreaLights::rounds(few).all_rays(true));
+        EXPECT_GE(lit.cast, count * AreaLights::shadow_batches(few).all_rays(false));
+        EXPECT_LE(lit.cast, count * AreaLights::shadow_batches(few).all_rays(true));
     }
 }
 

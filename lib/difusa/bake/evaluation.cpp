@@ -187,7 +187,7 @@ void list_savings(const BakeResult& result, const Execution& execution) {
             {"shadow rays between sites", "the room is convex and empty", "rays", 0.5 * points * (points - 1.0)});
     }
     if (const std::size_t clear = execution.journal->count_of("unobstructed points"); clear > 0) {
-        const std::size_t rays = AreaLights::rounds(field.shadow_rays_per_round).all_rays(false);
+        const std::size_t rays = AreaLights::shadow_batches(field.shadow_rays).all_rays(false);
         execution.save({"shadow rays to area lights with little or nothing in between",
                         "what is in sight of them is known exactly", "rays", static_cast<double>(clear * rays)});
     }

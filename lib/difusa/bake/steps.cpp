@@ -248,7 +248,7 @@ LightingOptions lighting_options(const BakeResult& result, const Choices& choice
     LightingOptions options;
     options.sets = result.options.light_groups ? light_groups(*result.scene) : all_lights(*result.scene);
     options.direct_in_basis = choices.direct_in_basis;
-    options.shadow_rays_per_round = result.options.shadow_rays;
+    options.shadow_rays = result.options.shadow_rays;
     options.solve = result.options.solve;
     options.solve.stop = choices.stop_by_change ? StopBy::change : StopBy::residual;
     options.keep_iterates = result.options.keep_iterates;

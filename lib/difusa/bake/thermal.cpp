@@ -162,7 +162,8 @@ void add_errors(const BakeResult& result, ThermalResult& thermal, const Executio
     }
     const ErrorMap map(result.solution, *result.error, execution);
     ErrorsAt errors = map.at(centres, execution);
-    if (!result.field().parts().direct_in_basis) {
+    const FieldParts& parts = result.field().parts();
+    if (!parts.direct_in_basis && parts.direct->casts_penumbras()) {
         Values variance;
         DirectLight::Effort effort;
         result.field().sharp(centres, result.options.seed, "noise of surfaces", execution, effort, &variance);

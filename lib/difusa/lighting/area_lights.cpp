@@ -151,11 +151,9 @@ double AreaLights::form_factor(const SurfacePoint& x, Index t) const {
 void AreaLights::collect(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker) const {
     worker.parts.clear();
     worker.shares.clear();
-    double mean = 0.0;
     const auto add = [&](Index triangle, double weight) {
         const double F = form_factor(x, triangle);
         if (F > 0.0) {
-            mean += weight * F * strength(triangle);
             const Index material = lamps().material[triangle];
             const auto known = std::find_if(worker.shares.begin(), worker.shares.end(),
                                             [&](const Worker::Share& share) { return share.material == material; });
@@ -163,7 +161,7 @@ void AreaLights::collect(const SurfacePoint& x, std::size_t samples, RandomStrea
             if (known == worker.shares.end()) {
                 worker.shares.push_back({material});
             }
-            worker.parts.push_back({triangle, F, weight, mean, share});
+            worker.parts.push_back({triangle, F, weight, weight * F * strength(triangle), share});
         }
     };
     if (triangles_.size() <= few_triangles) {
@@ -194,10 +192,12 @@ bool AreaLights::may_be_looked_at(const SurfacePoint& from, Index light) const {
         return false;
     }
     const Vec3& own = scene_.mesh.face_normal(from);
+    if (from.normal == own) {
+        return true;
+    }
     const std::array<Vec3, 3> corners = scene_.mesh.corners(original(light));
-    return from.normal == own || std::all_of(corners.begin(), corners.end(), [&](const Vec3& corner) {
-               return own.dot(corner - from.position) >= 0.0;
-           });
+    return std::all_of(corners.begin(), corners.end(),
+                       [&](const Vec3& corner) { return own.dot(corner - from.position) >= 0.0; });
 }
 
 /// Of an area light, the part of its light that gets through; nothing if too much is in the way.
@@ -205,17 +205,15 @@ std::optional<double> AreaLights::visible_part(const SurfacePoint& from, Index l
     const auto factor_of = [&](std::span<const Vec3> polygon) {
         return lambert_form_factor(from.position, from.normal, polygon);
     };
-    const double whole = factor_of(scene_.mesh.corners(original(light)));
-    if (!(whole > 0.0)) {
-        return {};
-    }
     switch (blockers_->look(original(light), from, worker.sight)) {
     case PolygonInSight::Extent::whole:
         return 1.0;
-    case PolygonInSight::Extent::pieces: {
-        const double part = worker.sight.sum(factor_of) / whole;
-        return part > negligible_part ? std::min(1.0, part) : 0.0;
-    }
+    case PolygonInSight::Extent::pieces:
+        if (const double whole = factor_of(scene_.mesh.corners(original(light))); whole > 0.0) {
+            const double part = worker.sight.sum(factor_of) / whole;
+            return part > negligible_part ? std::min(1.0, part) : 0.0;
+        }
+        break; // grazing
     case PolygonInSight::Extent::unknown:
         break;
     }
@@ -247,60 +245,49 @@ void AreaLights::look(const SurfacePoint& from, Worker& worker) const {
     worker.parts.resize(left);
 }
 
-/// Part::mean_below and Part::factor for shadow rays: half of them in proportion to the light, and half evenly over the
+/// Part::below and Part::factor for shadow rays: half of them in proportion to the light, and half evenly over the
 /// lights, or over the materials if not every light would get one of so many samples.
 void AreaLights::share_samples(std::size_t samples, Worker& worker) const {
-    std::vector<double>& light = worker.light_of_part;
-    light.clear();
     double all = 0.0;
     for (const Worker::Part& part : worker.parts) {
-        light.push_back(part.weight * part.form_factor * strength(part.triangle));
-        all += light.back();
-        worker.shares[part.share].mean += light.back();
+        all += part.light;
+        worker.shares[part.share].light += part.light;
     }
     const auto lit = static_cast<double>(std::count_if(worker.shares.begin(), worker.shares.end(),
-                                                       [](const Worker::Share& share) { return share.mean > 0.0; }));
+                                                       [](const Worker::Share& share) { return share.light > 0.0; }));
     const auto count = static_cast<double>(worker.parts.size());
     const bool evenly = 2 * worker.parts.size() <= samples;
     double below = 0.0;
-    for (std::size_t p = 0; p < light.size(); ++p) {
-        Worker::Part& part = worker.parts[p];
-        const double own = light[p] / all;
-        const double even = evenly ? 1.0 / count : light[p] / (lit * worker.shares[part.share].mean);
+    for (Worker::Part& part : worker.parts) {
+        const double own = part.light / all;
+        const double even = evenly ? 1.0 / count : part.light / (lit * worker.shares[part.share].light);
         const double chance = 0.5 * (own + even);
         below += chance;
-        part.mean_below = below;
+        part.below = below;
         part.factor = own / chance;
     }
 }
 
-/// Sample s goes to the light that holds the share (s + shift) / samples of them all, to an evenly distributed point on
-/// it.
+/// Samples go to evenly distributed points on the lights.
 LightSeen AreaLights::cast_batch(const SurfacePoint& x, std::size_t samples, const std::array<double, 3>& start,
                                  Worker& worker) const {
     worker.segments.clear();
     worker.light.clear();
     worker.owner.clear();
-    const double whole = worker.parts.back().mean_below;
-    auto part = worker.parts.begin();
-    for (std::size_t s = 0; s < samples; ++s) {
-        const double share = whole * (static_cast<double>(s) + start[0]) / static_cast<double>(samples);
-        while (part + 1 != worker.parts.end() && part->mean_below <= share) {
-            ++part;
-        }
+    for_even_samples(worker.parts, samples, start[0], [&](const Worker::Part& part, std::size_t s) {
         const auto [u, v] = even_point<2>(s, {start[1], start[2]});
-        const SurfacePoint y = uniform_point(lamps(), part->triangle, u, v);
+        const SurfacePoint y = uniform_point(lamps(), part.triangle, u, v);
         const Vec3 way = y.position - x.position;
         const double cosine = x.normal.dot(way), cosines = cosine * -y.normal.dot(way);
         const double r2 = way.squaredNorm();
         if (cosine > 0.0 && cosines > 0.0) {
             // Points on lights are chosen by area; the kernel varies over the light.
-            const double kernel = cosines / (r2 * r2) * lamps().areas[y.face] / part->form_factor;
+            const double kernel = cosines / (r2 * r2) * lamps().areas[y.face] / part.form_factor;
             worker.segments.push_back({x.position, y.position, x.face, original(y.face)});
-            worker.light.emplace_back(part->factor * kernel / strength(y.face) * emission(y.face));
-            worker.owner.push_back(part->share);
+            worker.light.emplace_back(part.factor * kernel / strength(y.face) * emission(y.face));
+            worker.owner.push_back(part.share);
         }
-    }
+    });
     worker.blocked.resize(worker.segments.size());
     worker.cast += tracer_.occluded(worker.segments, worker.blocked);
     LightSeen light;
@@ -325,7 +312,7 @@ double AreaLights::cast_rays(const SurfacePoint& from, std::size_t samples, Rand
             share.seen = share.sampled = Rgb::Zero();
         }
         BatchNoise noise;
-        for (std::size_t batch = 0; batch < ShadowRounds::batches; ++batch) {
+        for (std::size_t batch = 0; batch < ShadowBatches::batches; ++batch) {
             const std::array start{stream.uniform(), stream.uniform(), stream.uniform()};
             noise.add(cast_batch(from, rays, start, worker));
         }
@@ -336,10 +323,10 @@ double AreaLights::cast_rays(const SurfacePoint& from, std::size_t samples, Rand
         known += share.known.abs().sum();
         unblocked += share.unblocked.abs().sum();
     }
-    const ShadowRounds rounds = AreaLights::rounds(samples);
-    share_samples(ShadowRounds::batches * rounds.rays_of_pilot(), worker);
-    const BatchNoise pilots = cast(rounds.rays_of_pilot());
-    return cast(rounds.rays_after(pilots, unblocked / (known + unblocked))).variance_of_mean();
+    const ShadowBatches plan = shadow_batches(samples);
+    share_samples(ShadowBatches::batches * plan.rays_of_pilot(), worker);
+    const BatchNoise pilots = cast(plan.rays_of_pilot());
+    return cast(plan.rays_after(pilots, unblocked / (known + unblocked))).variance_of_mean();
 }
 
 void AreaLights::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
@@ -385,8 +372,9 @@ AreaLights::Choice AreaLights::choose(const SurfacePoint& x, double u, double al
     const auto add = [&](Index triangle, double weight) {
         const double F = form_factor(x, triangle);
         if (F > 0.0) {
-            mean += weight * F * strength(triangle);
-            worker.parts.push_back({triangle, F, weight, mean, 0});
+            const double light = weight * F * strength(triangle);
+            mean += light;
+            worker.parts.push_back({triangle, F, weight, light, 0, mean});
         }
     };
     if (chooses_by_form_factors()) {
@@ -405,10 +393,10 @@ AreaLights::Choice AreaLights::choose(const SurfacePoint& x, double u, double al
     }
     double before = 0.0;
     for (const Worker::Part& part : worker.parts) {
-        if (u * mean < part.mean_below || &part == &worker.parts.back()) {
-            return {part.triangle, part.weight * mean / (part.mean_below - before), part.form_factor};
+        if (u * mean < part.below || &part == &worker.parts.back()) {
+            return {part.triangle, part.weight * mean / (part.below - before), part.form_factor};
         }
-        before = part.mean_below;
+        before = part.below;
     }
     return {};
 }

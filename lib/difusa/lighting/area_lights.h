@@ -7,7 +7,7 @@
 #include <difusa/core/random.h>
 #include <difusa/lighting/lamp_images.h>
 #include <difusa/lighting/light_tree.h>
-#include <difusa/lighting/shadow_rounds.h>
+#include <difusa/lighting/shadow_batches.h>
 #include <difusa/rays/polygon_in_sight.h>
 #include <difusa/rays/tracer.h>
 #include <difusa/scene/scene.h>
@@ -63,9 +63,10 @@ class AreaLights {
         struct Part {
             Index triangle;
             double form_factor, weight; ///< weight: number of lights it represents, 1 / its probability
-            double mean_below;   ///< running sum of the mean unblocked irradiance; for shadow rays, of their share
-            std::size_t share;   ///< in `shares`
-            double factor = 1.0; ///< on the light of each shadow ray to it
+            double light;               ///< strength of the unblocked irradiance from them
+            std::size_t share;          ///< in `shares`
+            double below = 0.0;         ///< running sum of the chances of being chosen, or of `light`
+            double factor = 1.0;        ///< on the light of each shadow ray to it
         };
         /// The lights of one material.
         struct Share {
@@ -73,7 +74,7 @@ class AreaLights {
             Rgb known = Rgb::Zero();                       ///< irradiance of lights that are not among `parts`
             Rgb unblocked = Rgb::Zero();                   ///< of those that are, if nothing is in the way
             Rgb seen = Rgb::Zero(), sampled = Rgb::Zero(); ///< of the samples: what got through, and the total
-            double mean = 0.0;                             ///< strength of `unblocked`
+            double light = 0.0;                            ///< sum of Part::light
         };
         std::vector<Part> parts; ///< lights; after `look`, those that shadow rays are cast to
         std::vector<Share> shares;
@@ -81,7 +82,6 @@ class AreaLights {
         std::vector<LightTree::Part> node_parts;
         std::vector<LightTree::Representative> chosen;
         std::vector<Segment> segments;
-        std::vector<double> light_of_part; ///< scratch
         std::vector<Rgb> light;
         std::vector<std::size_t> owner; ///< #segments: in `shares`
         std::vector<std::uint8_t> blocked;
@@ -102,7 +102,7 @@ class AreaLights {
     ///
     /// Visible share: exact where few faces reach between x and not too many lights (rays/polygon_in_sight.h), and no
     /// ray is cast. Otherwise by shadow rays, `samples` as pilots and as many or more that count
-    /// (lighting/shadow_rounds.h), stratified over the lights and weighted by the integrand: half of them by their
+    /// (lighting/shadow_batches.h), stratified over the lights and weighted by the integrand: half of them by their
     /// contribution, and half evenly, so that no light is hidden by brighter ones. Unbiased but for the ratio of the
     /// sums of all rays.
     void irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
@@ -129,7 +129,7 @@ class AreaLights {
     /// what it sends to x.
     Sample sample_direction(const SurfacePoint& x, const std::array<double, 5>& u, Worker& worker) const;
 
-    static ShadowRounds rounds(std::size_t samples) { return {samples, 1, 15}; }
+    static ShadowBatches shadow_batches(std::size_t samples) { return {samples, 1, 15}; }
 
     static constexpr std::size_t few_chosen = 24; ///< lights among which `sample` chooses by their form factors
     static constexpr std::size_t proposals = 8;   ///< of more, so many are looked at for a sample

@@ -215,7 +215,7 @@ DirectLight::Visible DirectLight::visible_share(std::size_t samples, RandomStrea
         light = {};
         noise = noise_of_light = {};
         lit = 0;
-        for (std::size_t batch = 0; batch < ShadowRounds::batches; ++batch) {
+        for (std::size_t batch = 0; batch < ShadowBatches::batches; ++batch) {
             const Place shift{stream.uniform(), stream.uniform()};
             clear(worker);
             for (std::size_t k = 0; k < rays; ++k) {
@@ -233,14 +233,14 @@ DirectLight::Visible DirectLight::visible_share(std::size_t samples, RandomStrea
             lit += worker.light.size();
         }
     };
-    const ShadowRounds plan = rounds(samples);
+    const ShadowBatches plan = shadow_batches(samples);
     cast_batches(plan.rays_of_pilot());
     const double pilot = light.share();
-    const bool narrow = 2 * lit < ShadowRounds::batches * plan.rays_of_pilot(); // a beam: few places shine on x
+    const bool narrow = 2 * lit < ShadowBatches::batches * plan.rays_of_pilot(); // a beam: few places shine on x
     const std::size_t rays = narrow ? plan.most_rays() : plan.rays_after(noise);
     cast_batches(rays);
     return {light.all > 0.0 ? light.share() : pilot, noise.variance_of_mean(),
-            light.seen / static_cast<double>(ShadowRounds::batches * rays), noise_of_light.variance_of_mean()};
+            light.seen / static_cast<double>(ShadowBatches::batches * rays), noise_of_light.variance_of_mean()};
 }
 
 void DirectLight::add_extended(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,

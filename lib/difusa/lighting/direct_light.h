@@ -6,7 +6,7 @@
 #include <difusa/core/progress.h>
 #include <difusa/lighting/area_lights.h>
 #include <difusa/lighting/mirror_images.h>
-#include <difusa/lighting/shadow_rounds.h>
+#include <difusa/lighting/shadow_batches.h>
 #include <difusa/scene/light_groups.h>
 
 #include <algorithm>
@@ -46,8 +46,8 @@ class DirectLight {
 
     /// Shadow rays that `irradiance` casts for a point if all area lights need some: outside of penumbras, and in all
     /// of them.
-    std::size_t rays_per_point(std::size_t samples) const { return rays_of_rounds(samples, false); }
-    std::size_t most_rays_per_point(std::size_t samples) const { return rays_of_rounds(samples, true); }
+    std::size_t rays_per_point(std::size_t samples) const { return rays_of_batches(samples, false); }
+    std::size_t most_rays_per_point(std::size_t samples) const { return rays_of_batches(samples, true); }
 
     /// Those that `sample` casts for a point, or could in the time that it takes to choose among many area lights.
     std::size_t rays_per_sample() const {
@@ -88,7 +88,7 @@ class DirectLight {
     /// Irradiance at x in W/m², H[set], at exactly that point even if x is on an edge and shadow rays start next to it
     /// (mesh/surface_sampling.h, inset): one shadow ray for each sun and point light, `samples` or more for the area
     /// lights (AreaLights::irradiance). A sun with a disc and a luminaire with an opening: the exact light without
-    /// obstacles times the visible share, by samples / 2 shadow rays or more (lighting/shadow_rounds.h).
+    /// obstacles times the visible share, by samples / 2 shadow rays or more (lighting/shadow_batches.h).
     void irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
                     std::span<Rgb> H) const;
 
@@ -139,10 +139,10 @@ class DirectLight {
     void add_point(const SurfacePoint& x, const SurfacePoint& from, std::size_t point, double factor,
                    const Place& place, std::size_t first, Worker& worker) const;
     /// For an extended sun or luminaire.
-    static ShadowRounds rounds(std::size_t samples) { return {samples, 2, 8}; }
-    std::size_t rays_of_rounds(std::size_t samples, bool penumbra) const {
-        return suns_.size() + points_.size() - extended_ + extended_ * rounds(samples).all_rays(penumbra) +
-               (area_lights_.count() > 0 ? AreaLights::rounds(samples).all_rays(penumbra) : 0) +
+    static ShadowBatches shadow_batches(std::size_t samples) { return {samples, 2, 8}; }
+    std::size_t rays_of_batches(std::size_t samples, bool penumbra) const {
+        return suns_.size() + points_.size() - extended_ + extended_ * shadow_batches(samples).all_rays(penumbra) +
+               (area_lights_.count() > 0 ? AreaLights::shadow_batches(samples).all_rays(penumbra) : 0) +
                (images_ ? images_->rays_per_point(samples, penumbra) : 0);
     }
     void add_extended(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,

@@ -459,23 +459,17 @@ MirrorImages::Sampled MirrorImages::sample_part(const Part& part, const SurfaceP
 
 LightSeen MirrorImages::cast_batch(const SurfacePoint& x, const SurfacePoint& from, std::size_t paths,
                                    const std::array<double, 3>& start, Worker& worker) const {
-    const double whole = worker.parts.back().below;
     LightSeen all;
-    auto part = worker.parts.begin();
-    for (std::size_t s = 0; s < paths; ++s) {
-        const double share = whole * (static_cast<double>(s) + start[0]) / static_cast<double>(paths);
-        while (part + 1 != worker.parts.end() && part->below <= share) {
-            ++part;
-        }
+    for_even_samples(worker.parts, paths, start[0], [&](const Part& part, std::size_t s) {
         const auto [u, v] = even_point<2>(s, {start[1], start[2]});
-        const LampImage& lamp = lamps_[part->lamp];
-        const Sampled sampled = sample_part(*part, x, from, u, v, worker);
+        const LampImage& lamp = lamps_[part.lamp];
+        const Sampled sampled = sample_part(part, x, from, u, v, worker);
         // Parts are chosen by their share of the mean irradiance.
-        const double factor = 1.0 / (part->form_factor * light(lamp).mean());
+        const double factor = 1.0 / (part.form_factor * light(lamp).mean());
         worker.sampled[set_of(lamp)] += factor * sampled.unblocked;
         worker.seen[set_of(lamp)] += factor * sampled.seen;
         all.add({factor * sampled.seen.sum(), factor * sampled.unblocked.sum()});
-    }
+    });
     return all;
 }
 
@@ -503,7 +497,7 @@ void MirrorImages::irradiance(const SurfacePoint& x, std::size_t samples, Random
         worker.seen.assign(sets, Rgb::Zero());
         noise = {};
         LightSeen all;
-        for (std::size_t batch = 0; batch < ShadowRounds::batches; ++batch) {
+        for (std::size_t batch = 0; batch < ShadowBatches::batches; ++batch) {
             const std::array<double, 3> start{stream.uniform(), stream.uniform(), stream.uniform()};
             const LightSeen now = cast_batch(x, from, paths, start, worker);
             noise.add(now);
@@ -511,7 +505,7 @@ void MirrorImages::irradiance(const SurfacePoint& x, std::size_t samples, Random
         }
         return all.seen > 0.0;
     };
-    const ShadowRounds plan = rounds(samples);
+    const ShadowBatches plan = shadow_batches(samples);
     const bool sees_some = cast_batches(plan.rays_of_pilot());
     cast_batches(sees_some || sure ? plan.rays_after(noise) : plan.most_rays());
     Rgb seen = Rgb::Zero(), sampled = Rgb::Zero(), unblocked = Rgb::Zero();

@@ -4,7 +4,7 @@
 #pragma once
 
 #include <difusa/core/random.h>
-#include <difusa/lighting/shadow_rounds.h>
+#include <difusa/lighting/shadow_batches.h>
 #include <difusa/rays/tracer.h>
 #include <difusa/scene/scene.h>
 
@@ -40,8 +40,8 @@ class MirrorImages {
 
     /// An upper bound on the rays that `irradiance` casts for a point, outside or inside of penumbras.
     std::size_t rays_per_point(std::size_t samples, bool penumbra) const {
-        return 2 *
-               (points_.size() * (extended_ ? samples : 1) + (lamps_.empty() ? 0 : rounds(samples).all_rays(penumbra)));
+        return 2 * (points_.size() * (extended_ ? samples : 1) +
+                    (lamps_.empty() ? 0 : shadow_batches(samples).all_rays(penumbra)));
     }
 
     /// A visible part of the image of an area light.
@@ -59,10 +59,10 @@ class MirrorImages {
         bool near = false; ///< `sample`: places among or between the last ones may see images, whether these do or not
     };
 
-    /// Adds what x receives from all images, in W/m², to H[set]: suns and point lights by one path each
-    /// (`samples` of them where they have an extent), area lights by
-    /// the form factors of what of their images the outlines of the mirrors show, times the share of paths to them that
-    /// is not blocked, of which there are `samples` or more (lighting/shadow_rounds.h).
+    /// Adds what x receives from all images, in W/m², to H[set]: suns and point lights by one path each (`samples` of
+    /// them where they have an extent), area lights by the form factors of what of their images the outlines of the
+    /// mirrors show, times the share of paths to them that is not blocked, of which there are `samples` or more
+    /// (lighting/shadow_batches.h).
     void irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
                     std::span<Rgb> H) const;
 
@@ -111,7 +111,7 @@ class MirrorImages {
         bool has_all_windows = true;
     };
 
-    static ShadowRounds rounds(std::size_t samples) { return {samples, 1, 8}; }
+    static ShadowBatches shadow_batches(std::size_t samples) { return {samples, 1, 8}; }
 
     void find_planes();
     bool see_each_other(const Plane& a, const Plane& b) const;

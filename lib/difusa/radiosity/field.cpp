@@ -45,8 +45,7 @@ void raise_to_zero(Values& H, int channels) {
 
 Values Field::sharp(std::span<const SurfacePoint> x, std::uint64_t seed, std::string_view purpose,
                     const Execution& execution, DirectLight::Effort& effort, Values* variance) const {
-    return parts_.direct->irradiance(x, channels(), parts_.shadow_rays_per_round, seed, purpose, execution, effort,
-                                     variance);
+    return parts_.direct->irradiance(x, channels(), parts_.shadow_rays, seed, purpose, execution, effort, variance);
 }
 
 Irradiance Field::evaluate_smooth(std::span<const SurfacePoint> x, const Execution& execution, bool displayed,
@@ -72,12 +71,10 @@ Irradiance Field::evaluate(std::span<const SurfacePoint> x, std::uint64_t seed, 
     Irradiance H = evaluate_smooth(x, execution, true, visit);
     if (!parts_.direct_in_basis) {
         DirectLight::Effort effort;
-        H.direct += sharp(x, seed, purpose, execution, effort, &H.variance_of_sharp);
+        H.direct += sharp(x, seed, purpose, execution, effort,
+                          parts_.direct->casts_penumbras() ? &H.variance_of_sharp : nullptr);
         H.segments = effort.segments;
         H.clear = effort.clear;
-        if (H.variance_of_sharp.isZero(0.0)) {
-            H.variance_of_sharp.resize(0, 0);
-        }
     }
     return H;
 }

@@ -33,8 +33,8 @@ struct FieldParts {
     /// gathers (exact_correction.h); null if the system has no exact form factors, or gloss besides.
     std::shared_ptr<const Values> sent = nullptr;
     int channels = 3;
-    std::size_t shadow_rays_per_round = 64; ///< AreaLights::irradiance
-    bool direct_in_basis = false;           ///< the coefficients represent the light of sharp sources too
+    std::size_t shadow_rays = 64; ///< AreaLights::irradiance
+    bool direct_in_basis = false; ///< the coefficients represent the light of sharp sources too
 };
 
 /// Irradiance at points, in W/m²: #points by the channels of each set in turn.
@@ -44,7 +44,7 @@ struct Irradiance {
     /// light, of all sets together and summed over the channels, W²/m⁴ (gathering_noise.h). Light that bright surfels
     /// are sampled for, and the first reflection of sharp sources, is not included.
     Values variance;
-    Values variance_of_sharp;           ///< of Field::evaluate: DirectLight::irradiance; empty if there is none
+    Values variance_of_sharp;           ///< of Field::evaluate (DirectLight::irradiance); empty without penumbras
     std::size_t rays = 0, segments = 0; ///< cast
     std::size_t clear = 0;              ///< points that needed no shadow rays to area lights
 };
@@ -70,7 +70,7 @@ struct PointValues {
     Values noise_of_irradiance;   ///< of H
     std::size_t rays_of_each = 0; ///< of the gathered points
     /// Of H, of the light of sharp sources, #points by #channels, W²/m⁴; 0 at gathered points, where `noise` includes
-    /// it. Empty if there is none anywhere.
+    /// it. Empty if no light casts penumbras.
     Values variance_of_sharp;
     std::vector<GroupValues> groups;    ///< empty if all light is one set; their B and H add up to B and H
     std::size_t rays = 0, segments = 0; ///< cast

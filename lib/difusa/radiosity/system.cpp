@@ -275,9 +275,8 @@ class Solving {
                           scene_->has_sky() ? sky_radiosity(*scene_, channels_) : Values(), from_sky_, execution_);
         DirectLight::Effort effort;
         const std::size_t count = in_basis ? discretisation_.points.size() : discretisation_.sites->size();
-        sharp_ = sources_->irradiance(std::span(discretisation_.points).first(count), channels_,
-                                      options_.shadow_rays_per_round, system_.parts().seed, "direct light", execution_,
-                                      effort);
+        sharp_ = sources_->irradiance(std::span(discretisation_.points).first(count), channels_, options_.shadow_rays,
+                                      system_.parts().seed, "direct light", execution_, effort);
         execution_.count("segments", effort.segments);
         execution_.count("unobstructed points", effort.clear);
         g_ = soft_;
@@ -407,7 +406,7 @@ class Solving {
                            !parts.bright || !parts.bright->samples_emission(), channels_));
         }
         parts.channels = channels_;
-        parts.shadow_rays_per_round = options_.shadow_rays_per_round;
+        parts.shadow_rays = options_.shadow_rays;
         parts.direct_in_basis = in_basis;
         result_.field = std::make_shared<Field>(std::move(parts));
     }

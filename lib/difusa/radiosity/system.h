@@ -60,10 +60,10 @@ enum class FirstBounce {
 
 /// How to light a system.
 struct LightingOptions {
-    LightSets sets;                         ///< of the scene that is solved for; none: all lights in one set
-    bool direct_in_basis = false;           ///< suns, point lights and area lights are represented in the basis, too
-    SolveOptions solve = {};                ///< tolerance, iterations
-    std::size_t shadow_rays_per_round = 64; ///< AreaLights::irradiance
+    LightSets sets;               ///< of the scene that is solved for; none: all lights in one set
+    bool direct_in_basis = false; ///< suns, point lights and area lights are represented in the basis, too
+    SolveOptions solve = {};      ///< tolerance, iterations
+    std::size_t shadow_rays = 64; ///< AreaLights::irradiance
     FirstBounce first_bounce = FirstBounce::live;
     bool may_be_dark = false;   ///< light that reaches no front is no mistake: the solution is 0
     bool keep_iterates = false; ///< Solution::iterates

@@ -94,7 +94,7 @@ class Look {
             errors_.emplace(result.solution, *result.error, execution_);
         }
         // The shadow rays to area lights of all samples of a pixel add up.
-        parts_.shadow_rays_per_round = std::max<std::size_t>(8, parts_.shadow_rays_per_round / view.options.samples);
+        parts_.shadow_rays = std::max<std::size_t>(8, parts_.shadow_rays / view.options.samples);
     }
 
     void take() {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <vector>
 
 namespace difusa {
 
@@ -43,17 +44,31 @@ class BatchNoise {
     double sum_ = 0.0, squares_ = 0.0;
 };
 
+/// Calls `act(part, s)` for samples s = 0, 1, ... of `count`, spread evenly over `parts` by the running sums
+/// Part::below: each goes to the part that holds the share (s + shift) / count of the last sum. `shift`: in [0, 1).
+template <class Part, class Act>
+void for_even_samples(const std::vector<Part>& parts, std::size_t count, double shift, const Act& act) {
+    auto part = parts.begin();
+    for (std::size_t s = 0; s < count; ++s) {
+        const double share = parts.back().below * (static_cast<double>(s) + shift) / static_cast<double>(count);
+        while (part + 1 != parts.end() && part->below <= share) {
+            ++part;
+        }
+        act(*part, s);
+    }
+}
+
 /// Shadow rays are cast in batches, each evenly over the light and independent of the others, so that their differences
 /// tell the noise: first pilots, which decide how many rays the batches that follow have, then these, which alone
 /// count. Were pilots counted, or rays cast until some batches agree, the visible share would be biased: where a small
 /// part of the light is in sight, batches that see nothing agree.
-class ShadowRounds {
+class ShadowBatches {
   public:
     static constexpr std::size_t batches = 4; ///< pilots, and as many that count
 
     /// `samples`: AreaLights::irradiance; the pilots have this part of them together; `most`: how many times larger
     /// batches are that count.
-    ShadowRounds(std::size_t samples, std::size_t part, std::size_t most)
+    ShadowBatches(std::size_t samples, std::size_t part, std::size_t most)
         : settled_(0.002 * std::pow(64.0 / static_cast<double>(samples), 0.75)),
           rays_(std::max<std::size_t>(4, samples / part / batches)), most_(most) {}
 
