@@ -266,6 +266,31 @@ TEST(Mirrors, AnAreaLightHasAnImage) {
     EXPECT_NEAR(light_at(scene, x)[0], expected, 1e-9 * expected);
 }
 
+/// Of two lamps above a floor beside a mirror, the bright one is hidden, and so is its image: the dim one's is as
+/// bright as it would be alone.
+TEST(Mirrors, DimImagesAreNotHiddenByBrightOnes) {
+    const auto lit = [](double bright_lamp, const Vec3& place) {
+        Scene scene = wedge(0.0, Rgb::Constant(0.6));
+        add(scene.mesh, rectangle(Vec3(-1, 3, 2), Vec3(0, 0.5, 0), Vec3(0.5, 0, 0)), 2); // faces down
+        scene.materials.push_back(material("dim", dark, dark, 1.0));
+        for (int i = 0; i < 8; ++i) {
+            for (int j = 0; j < 8; ++j) {
+                const Vec3 low(0.1 * i, 1.0 + 0.1 * j, 2.0);
+                add(scene.mesh, rectangle(low, Vec3(0, 0.1, 0), Vec3(0.1, 0, 0)), 3);
+            }
+        }
+        add(scene.mesh, rectangle(Vec3(-0.1, 0.9, 1.99), Vec3(0, 1, 0), Vec3(1, 0, 0)), 0); // the plate below them
+        scene.materials.push_back(material("bright", dark, dark, bright_lamp));
+        return light_at(scene, {place, Vec3::UnitZ(), none, 0.0, 0.0})[0];
+    };
+    for (int i = 0; i < 16; ++i) {
+        const Vec3 place(-1.0 + 0.15 * i, 2.0, 0.01);
+        const double alone = lit(0.0, place);
+        EXPECT_GT(alone, 0.001);
+        EXPECT_NEAR(lit(1000.0, place), alone, 1e-9 * alone);
+    }
+}
+
 /// Through a small mirror only part of the image is seen; the naive twin tests each place of the lamp.
 TEST(Mirrors, AnAreaLightIsSeenThroughTheOutline) {
     Scene scene;

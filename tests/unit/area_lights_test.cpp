@@ -384,6 +384,34 @@ TEST(AreaLights, DimLampsAreNotHiddenByBrightOnes) {
     }
 }
 
+/// A red lamp in penumbra and a blue one in plain sight, both of which need rays: the noise is that of the red one.
+TEST(AreaLights, NoiseIsThatOfTheColourInPenumbra) {
+    constexpr std::size_t count = 2048, few = 64;
+    const Screened screened(0.03, 200);
+    const Mesh blue =
+        test::moved(test::grid(5, 5, 0.4, 0.4, true), 1.0, Vec3(1.2, -0.2, 1)); // too many to be looked at
+    const Mesh mesh = test::together(screened.mesh, blue);
+    std::vector<Index> lamps{2, 3};
+    Scene scene = scene_of(mesh, {2, 3});
+    scene.materials.resize(3);
+    scene.materials[1].emission = Rgb(1, 0, 0);
+    scene.materials[2].emission = Rgb(0, 0, 20);
+    for (auto t = static_cast<Index>(screened.mesh.triangles.size()); t < mesh.triangles.size(); ++t) {
+        scene.mesh.material[t] = 2;
+        lamps.push_back(t);
+    }
+    const Lit lit = light(scene, lamps, std::vector(count, screened.place()), 1, 1, few);
+    double squares = 0.0, told = 0.0;
+    for (std::size_t j = 0; j < count; ++j) {
+        EXPECT_NEAR(lit.H[j][2], 20.0 * unblocked(mesh, {lamps.begin() + 2, lamps.end()}, screened.place()), 1e-12);
+        EXPECT_NEAR(lit.variance[j][2], 0.0, 1e-24);
+        squares += std::pow(lit.H[j][0] - screened.seen(), 2) / count;
+        told += lit.variance[j][0] / count;
+    }
+    EXPECT_GT(told, 0.5 * squares);
+    EXPECT_LT(told, 4.0 * squares);
+}
+
 /// Unit squares at z = 0 and 1 with a blocker [0,1/2]² at z = 1/2: the form factor is known.
 TEST(AreaLights, BlockedSquares) {
     Mesh mesh = test::together(rectangle(0, 1, 0, 1, 0), rectangle(0, 1, 0, 1, 1, true));

@@ -154,13 +154,7 @@ void AreaLights::collect(const SurfacePoint& x, std::size_t samples, RandomStrea
     const auto add = [&](Index triangle, double weight) {
         const double F = form_factor(x, triangle);
         if (F > 0.0) {
-            const Index material = lamps().material[triangle];
-            const auto known = std::find_if(worker.shares.begin(), worker.shares.end(),
-                                            [&](const Worker::Share& share) { return share.material == material; });
-            const auto share = static_cast<std::size_t>(known - worker.shares.begin());
-            if (known == worker.shares.end()) {
-                worker.shares.push_back({material});
-            }
+            const std::size_t share = worker.shares.of(lamps().material[triangle]);
             worker.parts.push_back({triangle, F, weight, weight * F * strength(triangle), share});
         }
     };
@@ -234,7 +228,7 @@ void AreaLights::look(const SurfacePoint& from, Worker& worker) const {
         } else if (!blockers_ || (few && !may_be_blocked(from, part.triangle, worker.last_blocker))) {
             seen = 1.0;
         }
-        Worker::Share& share = worker.shares[part.share];
+        LightShares::Share& share = worker.shares[part.share];
         if (seen) {
             share.known += *seen * light;
         } else {
@@ -245,32 +239,9 @@ void AreaLights::look(const SurfacePoint& from, Worker& worker) const {
     worker.parts.resize(left);
 }
 
-/// Part::below and Part::factor for shadow rays: half of them in proportion to the light, and half evenly over the
-/// lights, or over the materials if not every light would get one of so many samples.
-void AreaLights::share_samples(std::size_t samples, Worker& worker) const {
-    double all = 0.0;
-    for (const Worker::Part& part : worker.parts) {
-        all += part.light;
-        worker.shares[part.share].light += part.light;
-    }
-    const auto lit = static_cast<double>(std::count_if(worker.shares.begin(), worker.shares.end(),
-                                                       [](const Worker::Share& share) { return share.light > 0.0; }));
-    const auto count = static_cast<double>(worker.parts.size());
-    const bool evenly = 2 * worker.parts.size() <= samples;
-    double below = 0.0;
-    for (Worker::Part& part : worker.parts) {
-        const double own = part.light / all;
-        const double even = evenly ? 1.0 / count : part.light / (lit * worker.shares[part.share].light);
-        const double chance = 0.5 * (own + even);
-        below += chance;
-        part.below = below;
-        part.factor = own / chance;
-    }
-}
-
 /// Samples go to evenly distributed points on the lights.
-LightSeen AreaLights::cast_batch(const SurfacePoint& x, std::size_t samples, const std::array<double, 3>& start,
-                                 Worker& worker) const {
+void AreaLights::cast_batch(const SurfacePoint& x, std::size_t samples, const std::array<double, 3>& start,
+                            Worker& worker) const {
     worker.segments.clear();
     worker.light.clear();
     worker.owner.clear();
@@ -290,43 +261,25 @@ LightSeen AreaLights::cast_batch(const SurfacePoint& x, std::size_t samples, con
     });
     worker.blocked.resize(worker.segments.size());
     worker.cast += tracer_.occluded(worker.segments, worker.blocked);
-    LightSeen light;
     for (std::size_t s = 0; s < worker.segments.size(); ++s) {
-        Worker::Share& share = worker.shares[worker.owner[s]];
-        const double here = worker.light[s].abs().sum();
-        share.sampled += worker.light[s];
-        light.all += here;
-        if (worker.blocked[s] == 0) {
-            share.seen += worker.light[s];
-            light.seen += here;
-        }
+        const Rgb seen = worker.blocked[s] == 0 ? worker.light[s] : Rgb(Rgb::Zero());
+        worker.shares[worker.owner[s]].batch.add({seen, worker.light[s]});
     }
-    return light;
 }
 
-/// The rays that count, in the shares. Returns the variance of the visible share.
-double AreaLights::cast_rays(const SurfacePoint& from, std::size_t samples, RandomStream& stream,
-                             Worker& worker) const {
+void AreaLights::cast_rays(const SurfacePoint& from, std::size_t samples, RandomStream& stream, Worker& worker) const {
+    LightShares& shares = worker.shares;
     const auto cast = [&](std::size_t rays) {
-        for (Worker::Share& share : worker.shares) {
-            share.seen = share.sampled = Rgb::Zero();
-        }
-        BatchNoise noise;
-        for (std::size_t batch = 0; batch < ShadowBatches::batches; ++batch) {
+        shares.cast_batches([&] {
             const std::array start{stream.uniform(), stream.uniform(), stream.uniform()};
-            noise.add(cast_batch(from, rays, start, worker));
-        }
-        return noise;
+            cast_batch(from, rays, start, worker);
+        });
     };
-    double known = 0.0, unblocked = 0.0;
-    for (const Worker::Share& share : worker.shares) {
-        known += share.known.abs().sum();
-        unblocked += share.unblocked.abs().sum();
-    }
     const ShadowBatches plan = shadow_batches(samples);
-    share_samples(ShadowBatches::batches * plan.rays_of_pilot(), worker);
-    const BatchNoise pilots = cast(plan.rays_of_pilot());
-    return cast(plan.rays_after(pilots, unblocked / (known + unblocked))).variance_of_mean();
+    shares.divide(worker.parts, ShadowBatches::batches * plan.rays_of_pilot());
+    cast(plan.rays_of_pilot());
+    const double unblocked = shares.unblocked_strength();
+    cast(plan.rays_after(shares.noise_of_visible_part(), unblocked / (shares.known_strength() + unblocked)));
 }
 
 void AreaLights::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
@@ -342,24 +295,11 @@ void AreaLights::irradiance(const SurfacePoint& x, std::size_t samples, RandomSt
     const SurfacePoint from = inset(scene_.mesh, x);
     look(from, worker);
     worker.clear += worker.parts.empty() ? 1 : 0;
-    const double variance = worker.parts.empty() ? 0.0 : cast_rays(from, samples, stream, worker);
-    Rgb seen = Rgb::Zero(), sampled = Rgb::Zero();
-    Rgb unblocked = Rgb::Zero();
-    for (const Worker::Share& share : worker.shares) {
-        seen += share.seen.abs();
-        sampled += share.sampled.abs();
-        unblocked += share.unblocked.abs();
+    if (!worker.parts.empty()) {
+        cast_rays(from, samples, stream, worker);
+        worker.variance = worker.shares.variance();
     }
-    worker.variance = variance * unblocked.square();
-    constexpr double least = std::numeric_limits<double>::min();
-    // Grazing: every sample may have fallen below the horizon. A material without samples is assumed as visible as the
-    // others.
-    const Rgb mean = (sampled > 0.0).select(seen / sampled.max(least), Rgb::Ones());
-    for (const Worker::Share& share : worker.shares) { // all samples of a material have the same sign
-        const Rgb all = share.sampled.abs();
-        H[set_of[share.material]] +=
-            share.known + share.unblocked * (all > 0.0).select(share.seen.abs() / all.max(least), mean);
-    }
+    worker.shares.for_each_visible([&](Index material, const Rgb& irradiance) { H[set_of[material]] += irradiance; });
 }
 
 /// One area light for x, with the unblocked light it sends there divided by the probability of choosing it. A few

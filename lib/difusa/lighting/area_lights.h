@@ -6,6 +6,7 @@
 
 #include <difusa/core/random.h>
 #include <difusa/lighting/lamp_images.h>
+#include <difusa/lighting/light_shares.h>
 #include <difusa/lighting/light_tree.h>
 #include <difusa/lighting/shadow_batches.h>
 #include <difusa/rays/polygon_in_sight.h>
@@ -68,16 +69,8 @@ class AreaLights {
             double below = 0.0;         ///< running sum of the chances of being chosen, or of `light`
             double factor = 1.0;        ///< on the light of each shadow ray to it
         };
-        /// The lights of one material.
-        struct Share {
-            Index material;
-            Rgb known = Rgb::Zero();                       ///< irradiance of lights that are not among `parts`
-            Rgb unblocked = Rgb::Zero();                   ///< of those that are, if nothing is in the way
-            Rgb seen = Rgb::Zero(), sampled = Rgb::Zero(); ///< of the samples: what got through, and the total
-            double light = 0.0;                            ///< sum of Part::light
-        };
         std::vector<Part> parts; ///< lights; after `look`, those that shadow rays are cast to
-        std::vector<Share> shares;
+        LightShares shares;
         std::vector<Index> nodes;
         std::vector<LightTree::Part> node_parts;
         std::vector<LightTree::Representative> chosen;
@@ -169,10 +162,9 @@ class AreaLights {
     std::optional<double> visible_part(const SurfacePoint& from, Index light, Worker& worker) const;
     bool may_be_looked_at(const SurfacePoint& from, Index light) const;
     void look(const SurfacePoint& from, Worker& worker) const;
-    void share_samples(std::size_t samples, Worker& worker) const;
-    LightSeen cast_batch(const SurfacePoint& x, std::size_t samples, const std::array<double, 3>& start,
-                         Worker& worker) const;
-    double cast_rays(const SurfacePoint& from, std::size_t samples, RandomStream& stream, Worker& worker) const;
+    void cast_batch(const SurfacePoint& x, std::size_t samples, const std::array<double, 3>& start,
+                    Worker& worker) const;
+    void cast_rays(const SurfacePoint& from, std::size_t samples, RandomStream& stream, Worker& worker) const;
 
     const Scene& scene_;
     Tracer tracer_;

@@ -376,11 +376,10 @@ void MirrorImages::add_points(const SurfacePoint& x, std::size_t samples, Random
 /// Adds a convex polygon, counterclockwise seen from its front and relative to nothing, as triangles.
 void MirrorImages::add_part(const std::vector<Vec3>& polygon, Index lamp, const SurfacePoint& x, Worker& worker) const {
     for (std::size_t k = 2; k < polygon.size(); ++k) {
-        Part part{{polygon[0], polygon[k - 1], polygon[k]}, 0.0, 0.0, lamp};
+        Part part{{polygon[0], polygon[k - 1], polygon[k]}, lamp};
         part.form_factor = lambert_form_factor(x.position, x.normal, part.corner[0], part.corner[1], part.corner[2]);
-        const double mean = light(lamps_[lamp]).mean();
-        if (part.form_factor > 0x1p-48 && mean > 0.0) {
-            part.below = (worker.parts.empty() ? 0.0 : worker.parts.back().below) + part.form_factor * mean;
+        part.light = part.form_factor * light(lamps_[lamp]).mean();
+        if (part.form_factor > 0x1p-48 && part.light > 0.0) {
             worker.parts.push_back(part);
         }
     }
@@ -457,20 +456,14 @@ MirrorImages::Sampled MirrorImages::sample_part(const Part& part, const SurfaceP
     return sampled;
 }
 
-LightSeen MirrorImages::cast_batch(const SurfacePoint& x, const SurfacePoint& from, std::size_t paths,
-                                   const std::array<double, 3>& start, Worker& worker) const {
-    LightSeen all;
+void MirrorImages::cast_batch(const SurfacePoint& x, const SurfacePoint& from, std::size_t paths,
+                              const std::array<double, 3>& start, Worker& worker) const {
     for_even_samples(worker.parts, paths, start[0], [&](const Part& part, std::size_t s) {
         const auto [u, v] = even_point<2>(s, {start[1], start[2]});
-        const LampImage& lamp = lamps_[part.lamp];
         const Sampled sampled = sample_part(part, x, from, u, v, worker);
-        // Parts are chosen by their share of the mean irradiance.
-        const double factor = 1.0 / (part.form_factor * light(lamp).mean());
-        worker.sampled[set_of(lamp)] += factor * sampled.unblocked;
-        worker.seen[set_of(lamp)] += factor * sampled.seen;
-        all.add({factor * sampled.seen.sum(), factor * sampled.unblocked.sum()});
+        const double factor = part.factor / part.light;
+        worker.shares[part.share].batch.add({factor * sampled.seen, factor * sampled.unblocked});
     });
-    return all;
 }
 
 void MirrorImages::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
@@ -483,45 +476,29 @@ void MirrorImages::irradiance(const SurfacePoint& x, std::size_t samples, Random
         return;
     }
     const SurfacePoint from = inset(scene_.mesh, x);
-    const std::size_t sets = H.size();
-    worker.unblocked.assign(sets, Rgb::Zero());
-    for (const Part& part : worker.parts) {
-        worker.unblocked[set_of(lamps_[part.lamp])] += part.form_factor * light(lamps_[part.lamp]);
+    LightShares& shares = worker.shares;
+    shares.clear();
+    for (Part& part : worker.parts) {
+        const LampImage& lamp = lamps_[part.lamp];
+        part.share = shares.of(scene_.mesh.material[lamp.triangle]);
+        shares[part.share].unblocked += part.form_factor * light(lamp);
     }
+    const auto cast = [&](std::size_t paths) {
+        shares.cast_batches([&] {
+            const std::array<double, 3> start{stream.uniform(), stream.uniform(), stream.uniform()};
+            cast_batch(x, from, paths, start, worker);
+        });
+    };
     // Where no window is known, few paths may get through.
     const bool sure = std::all_of(worker.parts.begin(), worker.parts.end(),
                                   [&](const Part& part) { return lamps_[part.lamp].has_all_windows; });
-    BatchNoise noise;
-    const auto cast_batches = [&](std::size_t paths) {
-        worker.sampled.assign(sets, Rgb::Zero());
-        worker.seen.assign(sets, Rgb::Zero());
-        noise = {};
-        LightSeen all;
-        for (std::size_t batch = 0; batch < ShadowBatches::batches; ++batch) {
-            const std::array<double, 3> start{stream.uniform(), stream.uniform(), stream.uniform()};
-            const LightSeen now = cast_batch(x, from, paths, start, worker);
-            noise.add(now);
-            all.add(now);
-        }
-        return all.seen > 0.0;
-    };
     const ShadowBatches plan = shadow_batches(samples);
-    const bool sees_some = cast_batches(plan.rays_of_pilot());
-    cast_batches(sees_some || sure ? plan.rays_after(noise) : plan.most_rays());
-    Rgb seen = Rgb::Zero(), sampled = Rgb::Zero(), unblocked = Rgb::Zero();
-    for (std::size_t set = 0; set < sets; ++set) {
-        unblocked += worker.unblocked[set];
-        seen += worker.seen[set];
-        sampled += worker.sampled[set];
-    }
-    worker.variance = noise.variance_of_mean() * unblocked.square();
-    constexpr double least = std::numeric_limits<double>::min();
-    // A set without samples is assumed as visible as the others.
-    const Rgb mean = (sampled > 0.0).select(seen / sampled.max(least), Rgb::Ones());
-    for (std::size_t set = 0; set < sets; ++set) {
-        H[set] += worker.unblocked[set] *
-                  (worker.sampled[set] > 0.0).select(worker.seen[set] / worker.sampled[set].max(least), mean);
-    }
+    shares.divide(worker.parts, ShadowBatches::batches * plan.rays_of_pilot());
+    cast(plan.rays_of_pilot());
+    cast(shares.sees_some() || sure ? plan.rays_after(shares.noise_of_visible_part()) : plan.most_rays());
+    worker.variance = shares.variance();
+    shares.for_each_visible(
+        [&](Index material, const Rgb& irradiance) { H[set_of_material_[material]] += irradiance; });
 }
 
 void MirrorImages::sample(std::span<const SurfacePoint> x, RandomStream& stream, Worker& worker, std::span<Rgb> H,
@@ -554,12 +531,15 @@ void MirrorImages::sample_lamps(const SurfacePoint& x, RandomStream& stream, Wor
     if (worker.parts.empty()) {
         return;
     }
-    const double whole = worker.parts.back().below;
+    double whole = 0.0;
+    for (Part& part : worker.parts) {
+        whole += part.light;
+        part.below = whole;
+    }
     const auto part = std::find_if(worker.parts.begin(), worker.parts.end() - 1,
                                    [&](const Part& each) { return choice * whole < each.below; });
-    const LampImage& lamp = lamps_[part->lamp];
     const Sampled sampled = sample_part(*part, x, inset(scene_.mesh, x), u, v, worker);
-    H[set_of(lamp)] += whole / (part->form_factor * light(lamp).mean()) * sampled.seen;
+    H[set_of(lamps_[part->lamp])] += whole / part->light * sampled.seen;
 }
 
 } // namespace difusa

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <difusa/core/random.h>
+#include <difusa/lighting/light_shares.h>
 #include <difusa/lighting/shadow_batches.h>
 #include <difusa/rays/tracer.h>
 #include <difusa/scene/scene.h>
@@ -47,13 +48,17 @@ class MirrorImages {
     /// A visible part of the image of an area light.
     struct Part {
         std::array<Vec3, 3> corner;
-        double form_factor = 0.0, below = 0.0; ///< below: mean irradiance of all parts up to this one
         Index lamp = none;
+        double form_factor = 0.0;
+        double light = 0.0;    ///< mean irradiance from it, if nothing is in the way
+        std::size_t share = 0; ///< in `shares`
+        double below = 0.0;    ///< LightShares::divide
+        double factor = 1.0;
     };
     struct Worker {
         std::vector<Index> candidates; ///< images of area lights that may be seen
         std::vector<Part> parts;
-        std::vector<Rgb> unblocked, sampled, seen; ///< by set
+        LightShares shares;
         Rgb variance = Rgb::Zero(); ///< of the last `irradiance`: of area lights, as their rays tell it, W²/m⁴
         std::size_t cast = 0;
         bool near = false; ///< `sample`: places among or between the last ones may see images, whether these do or not
@@ -144,8 +149,8 @@ class MirrorImages {
                       const std::vector<Vec3>& polygon, Worker& worker) const;
     /// A batch of paths to the parts of images, spread over them and their areas by `start`, added to `worker.sampled`
     /// and `worker.seen`.
-    LightSeen cast_batch(const SurfacePoint& x, const SurfacePoint& from, std::size_t paths,
-                         const std::array<double, 3>& start, Worker& worker) const;
+    void cast_batch(const SurfacePoint& x, const SurfacePoint& from, std::size_t paths,
+                    const std::array<double, 3>& start, Worker& worker) const;
     void add_part(const std::vector<Vec3>& polygon, Index lamp, const SurfacePoint& x, Worker& worker) const;
     struct Sampled {
         Rgb unblocked = Rgb::Zero(), seen = Rgb::Zero(); ///< irradiance over the probability
