@@ -179,6 +179,41 @@ TEST(Mirrors, TheSunShinesOnTheCeiling) {
     }
 }
 
+/// In the penumbra around the image of a sun, paths to places on its disc tell their own noise.
+TEST(Mirrors, TheNoiseOfThePathsToASunIsTold) {
+    Scene scene;
+    scene.mesh = rectangle(Vec3(0, 0, 2), Vec3(0, 8, 0), Vec3(8, 0, 0)); // ceiling, facing down
+    add(scene.mesh, rectangle(Vec3(1, 1, 0), Vec3(0.5, 0, 0), Vec3(0, 0.5, 0)), 1);
+    scene.materials = {material("ceiling", Rgb::Constant(0.5), dark), material("mirror", dark, Rgb(1.0, 0.5, 0.25))};
+    Sun sun;
+    sun.towards = Vec3(-1, 0, 0.5).normalized();
+    sun.irradiance = Rgb::Constant(10.0);
+    sun.disc = 0.05;
+    scene.suns.push_back(sun);
+    settle_mirrors(scene, 32);
+    const auto engine = test::plugin<Visibility>("cgal");
+    engine->build(scene.mesh);
+    const DirectLight light(scene, Tracer(scene.mesh, *engine));
+    DirectLight::Worker worker;
+    const SurfacePoint x{Vec3(5, 1.25, 2), -Vec3::UnitZ(), none, 0.0, 0.0}; // at the edge of the patch of light
+    constexpr int count = 2000;
+    Rgb sum = Rgb::Zero(), squares = Rgb::Zero(), told = Rgb::Zero();
+    for (int i = 0; i < count; ++i) {
+        RandomStream stream(1, "sun", static_cast<std::uint64_t>(i));
+        const Rgb H = light.irradiance(x, 64, stream, worker);
+        sum += H;
+        squares += H * H;
+        told += worker.variance / count;
+    }
+    const Rgb variance = (squares - sum * sum / count) / (count - 1);
+    for (int c = 0; c < 3; ++c) {
+        // Unbiased; a variance from four batches has a relative standard error of about sqrt(2/3), that of the mean of
+        // 2000 of them 1/50, and that of the sample variance 1/30: 4.5 times the two.
+        EXPECT_GT(variance[c], 0.0);
+        EXPECT_NEAR(told[c] / variance[c], 1.0, 0.2);
+    }
+}
+
 /// Two mirrors at 45° carry the light of a lamp over a wall: what arrives is that of the lamp at the end of the
 /// unfolded way, seen through the mirrors.
 TEST(Mirrors, APeriscope) {

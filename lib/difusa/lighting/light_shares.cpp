@@ -54,9 +54,7 @@ void LightShares::end_batch() {
         share.total.add(share.batch);
         share.batch = {};
     }
-    for (Eigen::Index c = 0; c < 3; ++c) {
-        noise_of_light_[static_cast<std::size_t>(c)].add(light[c]);
-    }
+    noise_of_light_.add(light);
 }
 
 } // namespace difusa

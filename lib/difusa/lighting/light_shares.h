@@ -6,7 +6,6 @@
 #include <difusa/lighting/shadow_batches.h>
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <limits>
 #include <vector>
@@ -90,10 +89,7 @@ class LightShares {
     }
 
     /// Of all irradiance, as the differences between the last batches tell it, W²/m⁴.
-    Rgb variance() const {
-        return {noise_of_light_[0].variance_of_mean(), noise_of_light_[1].variance_of_mean(),
-                noise_of_light_[2].variance_of_mean()};
-    }
+    Rgb variance() const { return noise_of_light_.variance_of_mean(); }
 
   private:
     static constexpr double least_ = std::numeric_limits<double>::min();
@@ -113,7 +109,7 @@ class LightShares {
 
     std::vector<Share> shares_;
     BatchNoise noise_;
-    std::array<BatchNoise, 3> noise_of_light_;
+    RgbBatchNoise noise_of_light_;
 };
 
 } // namespace difusa

@@ -352,19 +352,29 @@ Rgb MirrorImages::light_of(const PointImage& image, const SurfacePoint& x, const
                : Rgb(Rgb::Zero());
 }
 
-void MirrorImages::add_points(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
-                              std::span<Rgb> H, Rgb* from_outside) const {
+void MirrorImages::add_points(const SurfacePoint& x, std::size_t batches, std::size_t samples, RandomStream& stream,
+                              Worker& worker, std::span<Rgb> H, Rgb* from_outside) const {
     const SurfacePoint from = inset(scene_.mesh, x);
-    const std::array<double, 2> start =
-        extended_ ? std::array<double, 2>{stream.uniform(), stream.uniform()} : std::array<double, 2>{};
+    std::array<std::array<double, 2>, ShadowBatches::batches> start{};
+    for (std::size_t batch = 0; extended_ && batch < batches; ++batch) {
+        start[batch] = {stream.uniform(), stream.uniform()};
+    }
     for (const PointImage& image : points_) {
         Rgb light = Rgb::Zero();
         if (!is_extended(image)) {
-            light = light_of(image, x, from, start, worker);
+            light = light_of(image, x, from, start[0], worker);
         } else if (may_show(image, x.position, 0.0)) {
-            for (std::size_t k = 0; k < samples; ++k) {
-                light += light_of(image, x, from, even_point<2>(k, start), worker) / static_cast<double>(samples);
+            RgbBatchNoise noise;
+            for (std::size_t batch = 0; batch < batches; ++batch) {
+                Rgb now = Rgb::Zero();
+                for (std::size_t k = 0; k < samples; ++k) {
+                    now += light_of(image, x, from, even_point<2>(k, start[batch]), worker);
+                }
+                now /= static_cast<double>(samples);
+                noise.add(now);
+                light += now / static_cast<double>(batches);
             }
+            worker.variance += noise.variance_of_mean();
         }
         H[image.is_sun ? suns_[image.source].second : point_lights_[image.source].second] += light;
         if (from_outside != nullptr) {
@@ -469,7 +479,7 @@ void MirrorImages::cast_batch(const SurfacePoint& x, const SurfacePoint& from, s
 void MirrorImages::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,
                               std::span<Rgb> H) const {
     worker.variance = Rgb::Zero();
-    add_points(x, std::max<std::size_t>(8, samples), stream, worker, H, nullptr);
+    add_points(x, ShadowBatches::batches, samples_of_batch(samples), stream, worker, H, nullptr);
     find_candidates(x.position, 0.0, worker);
     collect(x, worker);
     if (worker.parts.empty()) {
@@ -496,7 +506,7 @@ void MirrorImages::irradiance(const SurfacePoint& x, std::size_t samples, Random
     shares.divide(worker.parts, ShadowBatches::batches * plan.rays_of_pilot());
     cast(plan.rays_of_pilot());
     cast(shares.sees_some() || sure ? plan.rays_after(shares.noise_of_visible_part()) : plan.most_rays());
-    worker.variance = shares.variance();
+    worker.variance += shares.variance();
     shares.for_each_visible(
         [&](Index material, const Rgb& irradiance) { H[set_of_material_[material]] += irradiance; });
 }
@@ -518,7 +528,7 @@ void MirrorImages::sample(std::span<const SurfacePoint> x, RandomStream& stream,
     const std::size_t sets = H.size() / x.size();
     for (std::size_t i = 0; i < x.size(); ++i) {
         const std::span<Rgb> own = H.subspan(i * sets, sets);
-        add_points(x[i], 1, stream, worker, own, from_outside.empty() ? nullptr : &from_outside[i]);
+        add_points(x[i], 1, 1, stream, worker, own, from_outside.empty() ? nullptr : &from_outside[i]);
         if (!lamps_.empty()) {
             sample_lamps(x[i], stream, worker, own);
         }

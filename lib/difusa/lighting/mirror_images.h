@@ -41,7 +41,7 @@ class MirrorImages {
 
     /// An upper bound on the rays that `irradiance` casts for a point, outside or inside of penumbras.
     std::size_t rays_per_point(std::size_t samples, bool penumbra) const {
-        return 2 * (points_.size() * (extended_ ? samples : 1) +
+        return 2 * (points_.size() * (extended_ ? ShadowBatches::batches * samples_of_batch(samples) : 1) +
                     (lamps_.empty() ? 0 : shadow_batches(samples).all_rays(penumbra)));
     }
 
@@ -59,7 +59,7 @@ class MirrorImages {
         std::vector<Index> candidates; ///< images of area lights that may be seen
         std::vector<Part> parts;
         LightShares shares;
-        Rgb variance = Rgb::Zero(); ///< of the last `irradiance`: of area lights, as their rays tell it, W²/m⁴
+        Rgb variance = Rgb::Zero(); ///< of the last `irradiance`, as its paths tell it, W²/m⁴
         std::size_t cast = 0;
         bool near = false; ///< `sample`: places among or between the last ones may see images, whether these do or not
     };
@@ -117,6 +117,10 @@ class MirrorImages {
     };
 
     static ShadowBatches shadow_batches(std::size_t samples) { return {samples, 1, 8}; }
+    /// For images of suns and luminaires.
+    static std::size_t samples_of_batch(std::size_t samples) {
+        return std::max<std::size_t>(2, samples / ShadowBatches::batches);
+    }
 
     void find_planes();
     bool see_each_other(const Plane& a, const Plane& b) const;
@@ -139,9 +143,9 @@ class MirrorImages {
     double radius(const PointImage& image) const; ///< of a ball around the source of a point light
     Rgb light_of(const PointImage& image, const SurfacePoint& x, const SurfacePoint& from,
                  const std::array<double, 2>& place, Worker& worker) const;
-    /// `samples`: for each image of a sun or luminaire that has an extent.
-    void add_points(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker, std::span<Rgb> H,
-                    Rgb* from_outside) const;
+    /// For each image of a sun or luminaire that has an extent, paths are cast in `batches` of `samples`.
+    void add_points(const SurfacePoint& x, std::size_t batches, std::size_t samples, RandomStream& stream,
+                    Worker& worker, std::span<Rgb> H, Rgb* from_outside) const;
     void find_candidates(const Vec3& x, double spread, Worker& worker) const;
     void collect(const SurfacePoint& x, Worker& worker) const;
     void sample_lamps(const SurfacePoint& x, RandomStream& stream, Worker& worker, std::span<Rgb> H) const;

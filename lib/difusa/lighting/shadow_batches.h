@@ -1,7 +1,10 @@
 // How many shadow rays a light with an extent gets.
 #pragma once
 
+#include <difusa/core/colour.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <vector>
@@ -42,6 +45,22 @@ class BatchNoise {
   private:
     std::size_t batches_ = 0;
     double sum_ = 0.0, squares_ = 0.0;
+};
+
+/// The same of the light of three channels.
+class RgbBatchNoise {
+  public:
+    void add(const Rgb& light) {
+        for (std::size_t c = 0; c < channels_.size(); ++c) {
+            channels_[c].add(light[static_cast<Eigen::Index>(c)]);
+        }
+    }
+    Rgb variance_of_mean() const {
+        return {channels_[0].variance_of_mean(), channels_[1].variance_of_mean(), channels_[2].variance_of_mean()};
+    }
+
+  private:
+    std::array<BatchNoise, 3> channels_;
 };
 
 /// Calls `act(part, s)` for samples s = 0, 1, ... of `count`, spread evenly over `parts` by the running sums
