@@ -99,6 +99,18 @@ expect_text stdout "1 point light so near the surface" "at (0.3, 0.4, 1e-05), 1e
 expect_exit 0 "$bake" square.off out.vtp $small --reflectance 0.5 --point-light 0.3,0.4,1,1 --point-light=0.3,0.4,-1e-5,1
 expect_no_text stdout "so near the surface"
 
+# A spot with a beam narrower than a surfel is resolved, unless it is far narrower.
+cat > spot.json <<'EOS'
+{"difusa_scene": 1, "meshes": [{"file": "square.off"}], "lights": [{"type": "spot", "position": [0.3, 0.4, 1],
+ "direction": [0, 0, -1], "intensity": 1000, "inner_degrees": DEGREES, "outer_degrees": DEGREES}]}
+EOS
+sed 's/DEGREES/0.5/g' spot.json > wide.json
+sed 's/DEGREES/0.01/g' spot.json > narrow.json
+expect_exit 0 "$bake" wide.json out.vtp $small --reflectance 0.5
+expect_no_text stdout "beam so narrow"
+expect_exit 0 "$bake" narrow.json out.vtp $small --reflectance 0.5 --point-light 0.5,0.5,2,1
+expect_text stdout "1 beam so narrow" "that at (0.3, 0.4, 1), 0.000349066 wide on face 0" "give more --sites"
+
 refuse 1 "has two values of spacing" --grid default:spacing=1,height=1,spacing=2
 
 # A .ply has room for neither.

@@ -11,6 +11,7 @@
 
 #include <support/sited.h>
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <utility>
@@ -36,9 +37,10 @@ struct Discretised {
     const SiteSet& sites() const { return *discretisation.sites; }
     Tracer tracer() const { return {scene.mesh, *engine}; }
 
-    LightTransport gathered(std::size_t rays, const std::string& directions = "low-discrepancy") const {
+    LightTransport gathered(std::size_t rays, const std::string& directions = "low-discrepancy",
+                            std::uint64_t seed = 1) const {
         return difusa::gathered(tracer(), discretisation.points, *discretisation.surfels,
-                                *plugin<Directions>(directions), rays, 1, Execution{});
+                                *plugin<Directions>(directions), rays, seed, Execution{});
     }
     LightTransport paired(const std::string& kernel, unsigned threads = 1, std::size_t rays = 16,
                           const MirrorPathOptions& over_mirrors = {}) const {

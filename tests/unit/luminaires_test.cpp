@@ -63,6 +63,19 @@ TEST(Ies, TheFluxIsThatOfTheInterpolant) {
     EXPECT_NEAR(cone.length, 0.3048, 1e-15); // a foot
 }
 
+TEST(IntensityDistribution, TheBeamEndsWhereCellsAreDimmerThanATenth) {
+    using Table = IntensityDistribution::Table;
+    EXPECT_DOUBLE_EQ(
+        IntensityDistribution(Table{PhotometryType::C, {0}, {0, 2, 3, 90}, {100, 100, 1, 0}}).beyond_beam(),
+        3.0 * pi / 180.0);
+    EXPECT_DOUBLE_EQ(IntensityDistribution(Table{PhotometryType::C, {0}, {0, 90, 180}, {1, 1, 1}}).beyond_beam(), pi);
+    // A floodlight: the cells around its axis, to their far corner.
+    const Table flood{
+        PhotometryType::B, {-10, -1, 1, 10}, {-10, -1, 1, 10}, {0, 0, 0, 0, 0, 5, 5, 0, 0, 5, 5, 0, 0, 0, 0, 0}};
+    const double cosine = std::pow(std::cos(10.0 * pi / 180.0), 2);
+    EXPECT_NEAR(IntensityDistribution(flood).beyond_beam(), std::acos(cosine), 1e-12);
+}
+
 TEST(Ies, SymmetricPlanesStandForAll) {
     const auto of = [](const std::string& planes, const std::string& values) {
         return parse_ies(ies_head + "TILT=NONE\n1 -1 1 2 " + planes + values, "a.ies").distribution;

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 namespace difusa::surfel_light_test {
@@ -283,6 +284,36 @@ TEST(SurfelLight, TheSunThroughAHoleBringsItsFlux) {
     }
     EXPECT_GT(inside, 200);
     EXPECT_GT(border, 5);
+}
+
+/// Spots whose beams are narrower than a surfel, so that four points of it may all be in the dark.
+TEST(SurfelLight, NarrowBeamsBringTheirFlux) {
+    constexpr double pi = std::numbers::pi;
+    constexpr int seeds = 16;
+    for (const double degrees : {0.5, 1.0, 3.0, 6.0}) {
+        Scene scene;
+        scene.mesh = rectangle(Vec3(0, 0, 0), Vec3(4, 0, 0), Vec3(0, 4, 0));
+        scene.materials.resize(1);
+        PointLight spot;
+        spot.position = Vec3(1.2, 1.7, 2.0);
+        spot.direction = Vec3(0.21, 0.17, -1).normalized();
+        spot.cos_outer = std::cos(degrees * pi / 180.0);
+        spot.cos_inner = spot.cos_outer + 1e-12;
+        const double flux = 2.0 * pi * (1.0 - spot.cos_outer);
+        spot.intensity = Rgb(1, 2, 3) / flux;
+        scene.point_lights.push_back(spot);
+        const Lit lit(scene, 0.2);
+        double mean = 0.0;
+        for (int seed = 0; seed < seeds; ++seed) {
+            const SurfelLight light = light_on_surfels(scene, lit.surfels, lit.direct, 3, seed, Execution{2});
+            mean += lit.integral(light.direct, 0) / seeds;
+        }
+        // About 96 points are in the beam. As if they were independent: 4.5 standard deviations.
+        EXPECT_NEAR(mean, 1.0, 4.5 / std::sqrt(96.0 * seeds)) << degrees;
+        for (Eigen::Index s = 0; s < lit.light.direct.rows(); ++s) {
+            EXPECT_FALSE(lit.light.direct(s, 0) > 0.0 && lit.light.even[static_cast<std::size_t>(s)] != 0);
+        }
+    }
 }
 
 /// A lamp half behind a plate: surfels in the penumbra have the mean of what arrives there. (Samples that are taken

@@ -278,7 +278,8 @@ void solve_placed(BakeResult& result, const Choices& choices, const Placed& plac
 }
 
 void evaluate_solution(BakeResult& result, const Execution& execution) {
-    note_near_lights(*result.scene, result.system->discretisation().surfels->size(), execution);
+    note_near_lights(*result.scene, result.system->tracer(), result.system->discretisation().surfels->size(),
+                     execution);
     estimate_goals_of(result, execution);
     refine_output(result, execution);
     evaluate_output(result, execution);

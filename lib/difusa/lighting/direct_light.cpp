@@ -88,6 +88,7 @@ DirectLight::DirectLight(const Scene& scene, const Tracer& tracer, LightSets set
         }
         for (const PointLight& light : with_images(scene_.point_lights[i], beyond, scene.mesh)) {
             points_.emplace_back(light, sets_.point[i]);
+            narrow_beams_.add(light);
             extended_ += light.is_extended() ? 1 : 0;
         }
     }

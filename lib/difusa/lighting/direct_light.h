@@ -6,6 +6,7 @@
 #include <difusa/core/progress.h>
 #include <difusa/lighting/area_lights.h>
 #include <difusa/lighting/mirror_images.h>
+#include <difusa/lighting/narrow_beams.h>
 #include <difusa/lighting/shadow_batches.h>
 #include <difusa/scene/light_groups.h>
 
@@ -61,6 +62,8 @@ class DirectLight {
 
     /// What mirrors show of the sources; null if they show none.
     const MirrorImages* images() const { return images_ ? &*images_ : nullptr; }
+
+    const NarrowBeams& narrow_beams() const { return narrow_beams_; } ///< of point lights
 
     struct Worker {
         AreaLights::Worker area_lights;
@@ -175,6 +178,7 @@ class DirectLight {
     std::vector<char> area_light_materials_;
     AreaLights area_lights_;
     std::optional<MirrorImages> images_;
+    NarrowBeams narrow_beams_;
 };
 
 } // namespace difusa

@@ -1,5 +1,6 @@
 #include <difusa/lighting/inside_out.h>
 
+#include <difusa/core/frame.h>
 #include <difusa/core/random.h>
 #include <difusa/mesh/borders.h>
 #include <difusa/mesh/parity_sets.h>
@@ -157,7 +158,8 @@ class Weighing {
         for (std::size_t i = 0; i < samples; ++i) {
             const SurfacePoint x = draw(mesh, part, stream);
             const Vec3 n = side * x.normal;
-            rays.push_back({x.position, cosine_direction(n, stream), x.face});
+            const double u = stream.uniform(), angle = 2.0 * std::numbers::pi * stream.uniform();
+            rays.push_back({x.position, cosine_direction(n, u, angle), x.face});
             if (!scene_.suns.empty()) {
                 const Sun& sun = scene_.suns[i % scene_.suns.size()];
                 if (in_front(n, sun.towards) && (sun.irradiance > 0.0).any()) {
@@ -202,13 +204,6 @@ class Weighing {
         sight.lamps = unobstructed(lamps);
         sight.eye = unobstructed(eyes);
         return sight;
-    }
-
-    static Vec3 cosine_direction(const Vec3& n, RandomStream& stream) {
-        const double z = 2.0 * stream.uniform() - 1.0, turn = 2.0 * std::numbers::pi * stream.uniform();
-        const double r = std::sqrt(std::max(0.0, 1.0 - z * z));
-        const Vec3 direction = n + Vec3(r * std::cos(turn), r * std::sin(turn), z); // Lambert, by a tangent sphere
-        return direction.norm() > 1e-6 ? direction : n;
     }
 
     std::size_t unobstructed(const std::vector<Segment>& segments) const {

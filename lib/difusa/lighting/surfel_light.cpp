@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <vector>
 
 namespace difusa {
@@ -15,6 +16,7 @@ namespace {
 
 constexpr std::size_t surfels_at_once = 256;
 constexpr double uneven = 0.1;
+constexpr std::size_t most_in_beams = 4096; ///< points of a surfel that is partly in a narrow beam
 
 /// Handles one surfel at a time; scratch of a thread.
 class Averages {
@@ -64,6 +66,22 @@ class Averages {
     /// Whether some points of the last surfel may see a light in a mirror: between samples that see none there may be.
     bool sees_images() const { return light_.images() != nullptr && worker_.images.near; }
 
+    /// Of beams that may be between the points of the pilot, the part of the surfel that the narrowest covers.
+    std::optional<double> narrow_beam() const {
+        Eigen::AlignedBox3d box;
+        for (const SurfacePoint& x : points_) {
+            box.extend(x.position);
+        }
+        // Of four points, each in a quarter of the surfel, the box has at least half of its diameter.
+        return light_.narrow_beams().narrowest(box.center(), box.diagonal().norm());
+    }
+
+    /// So many points of the surfel that about SurfelSamples::edge of them are in a beam.
+    std::size_t points_for_beam(double share) const {
+        const auto edge = static_cast<double>(samples_.edge), most = static_cast<double>(most_in_beams);
+        return static_cast<std::size_t>(edge / std::max(share, edge / most));
+    }
+
     static double largest(const std::vector<double>& values) {
         return std::transform_reduce(
             values.begin(), values.end(), 0.0, [](double a, double b) { return std::max(a, b); },
@@ -110,9 +128,10 @@ class Averages {
         const std::size_t cast_before = cast();
         std::size_t count = samples_.pilot;
         bool even = sample(count, stream);
-        const bool by_chance = sees_images() || light_.chooses_roughly();
+        const std::optional<double> beam = narrow_beam();
+        const bool by_chance = sees_images() || light_.chooses_roughly() || beam;
         if (!even || cast() > cast_before || by_chance) {
-            count = even ? samples_.even : samples_.edge;
+            count = beam ? points_for_beam(*beam) : even ? samples_.even : samples_.edge;
             even = sample(count, stream) && even;
         }
         result.from_outside.row(s) = (outside_ / static_cast<double>(count)).head(channels_).matrix().transpose();

@@ -112,12 +112,11 @@ class DaylightComputation {
         const SystemParts& parts = system_.parts();
         execution_.phase("sky at the sites");
         const std::vector<SurfacePoint>& points = system_.discretisation().points;
-        const SkyBins bins{sky_.count(), [this](const Vec3& towards) { return sky_.at(towards); },
-                           [this](Index part, double u, double v) { return sky_.direction(sky_.cell(part), u, v); }};
-        const LightTransport sites =
-            with_skylight(gathered(system_.tracer(), points, *system_.discretisation().surfels, bins, *parts.directions,
-                                   options_.site_rays, parts.seed, execution_),
-                          system_.tracer(), points, bins, system_.transport().openings, parts.seed, execution_);
+        const SkyBins bins{sky_.count(), [this](const Vec3& towards) { return sky_.at(towards); }};
+        const LightTransport sites = with_skylight(
+            gathered(system_.tracer(), points, *system_.discretisation().surfels, bins, *parts.directions,
+                     options_.site_rays, parts.seed, execution_),
+            system_.tracer(), points, bins, system_.transport().openings, *parts.directions, parts.seed, execution_);
         result_.site_rays = sites.rays;
         const auto count = static_cast<Eigen::Index>(sky_.count());
         result_.value.setZero(static_cast<Eigen::Index>(x_.size()), count * channels_);

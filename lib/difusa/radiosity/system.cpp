@@ -120,10 +120,11 @@ class Solving {
     /// Refuses a dark lighting, unless it has emitters.
     void refuse_darkness() const {
         if (!scene_->has_emitters()) {
-            throw InputError("no light reaches the front of any face, as far as rays have found: nothing emits, and no "
-                             "point that was looked at sees the sky or a sun. Give some faces an emission (OBJ: Ke in "
-                             "the material), open the mesh, turn its faces towards the light (--flip all) or, if light "
-                             "enters through a small opening, give more --sites and --rays");
+            throw InputError("no light reaches the front of any face, as far as rays have found: no face emits, no "
+                             "point that was looked at sees the sky or a sun, and no other lamp lights one. Give some "
+                             "faces an emission (OBJ: Ke in the material), open the mesh, turn faces and lamps towards "
+                             "each other (--flip all) or, if openings are small or beams narrow, give more --sites and "
+                             "--rays");
         }
         execution_.note(
             "no ray has met any of the faces that emit: they face away from everything, or are too small for "

@@ -1,8 +1,10 @@
 #include <difusa/rays/sky_openings.h>
 
+#include <difusa/core/even_sequence.h>
 #include <difusa/core/parallel.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -27,10 +29,6 @@ double cosine(const Vec3& direction, const Vec3& normal, const Vec3& face_normal
     }
     const Vec3 below = direction - 2.0 * above * face_normal;
     return std::max(0.0, normal.dot(direction)) + std::max(0.0, normal.dot(below));
-}
-
-double fraction(double x) {
-    return x - std::floor(x);
 }
 
 } // namespace
@@ -194,7 +192,8 @@ bool SkyOpenings::View::look(const Tracer& tracer, const SkyOpenings& openings, 
         return true;
     }
     // Systematic sampling: one ray for each equal part of the sum, in its cell at a place of a lattice.
-    const double start = stream.uniform(), shift_u = stream.uniform(), shift_v = stream.uniform();
+    const double start = stream.uniform();
+    const std::array<double, 2> shift{stream.uniform(), stream.uniform()};
     const double step = whole / static_cast<double>(count);
     double sum = 0.0; // of the cells up to c
     std::size_t c = 0;
@@ -207,10 +206,9 @@ bool SkyOpenings::View::look(const Tracer& tracer, const SkyOpenings& openings, 
             continue; // rounding at the end of the sum
         }
         const Cell& cell = openings.cells_[c];
-        const auto number = static_cast<double>(k);
-        const double u = 2.0 * fraction(shift_u + 0.7548776662466927 * number) - 1.0; // M. Roberts' R2 lattice
-        const double v = 2.0 * fraction(shift_v + 0.5698402909980532 * number) - 1.0;
-        const Vec3 to = cell.centre + u * cell.half_u + v * cell.half_v, way = to - from.position;
+        const auto [u, v] = even_point<2>(k, shift);
+        const Vec3 to = cell.centre + (2.0 * u - 1.0) * cell.half_u + (2.0 * v - 1.0) * cell.half_v,
+                   way = to - from.position;
         const double distance = way.norm();
         const Vec3 direction = way / distance;
         const double slope = cosine(direction, n, face_normal);

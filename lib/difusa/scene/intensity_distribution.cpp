@@ -180,6 +180,32 @@ IntensityDistribution::IntensityDistribution(Table table) {
     pole_ = table.type == PhotometryType::B ? y : Vec3(-z);
     zero_ = table.type == PhotometryType::B ? Vec3(-z) : x;
     side_ = table.type == PhotometryType::C ? y : table.type == PhotometryType::B ? x : Vec3(-y);
+    beyond_beam_ = find_beyond_beam();
+}
+
+double IntensityDistribution::find_beyond_beam() const {
+    constexpr double least = 0.1;
+    const std::size_t rows = theta_.size(), last_plane = plane_.size() - 1;
+    const auto is_bright = [&](std::size_t plane, std::size_t row) {
+        return value_[plane * rows + row] > least * largest_;
+    };
+    double angle = 0.0;
+    for (std::size_t p = 0; p <= last_plane; ++p) {
+        const std::size_t from = p == 0 ? 0 : p - 1, to = std::min(p + 1, last_plane); // planes of the cells around
+        for (std::size_t r = 0; r < rows; ++r) {
+            bool bright = false;
+            for (std::size_t plane = from; plane <= to; ++plane) {
+                bright = bright || is_bright(plane, r) || (r > 0 && is_bright(plane, r - 1)) ||
+                         (r + 1 < rows && is_bright(plane, r + 1));
+            }
+            if (bright) {
+                const Vec3 way = std::cos(theta_[r]) * pole_ +
+                                 std::sin(theta_[r]) * Vec3(std::cos(plane_[p]) * zero_ + std::sin(plane_[p]) * side_);
+                angle = std::max(angle, std::atan2(std::hypot(way[0], way[1]), -way[2]));
+            }
+        }
+    }
+    return angle;
 }
 
 double IntensityDistribution::at_plane(std::size_t plane, std::size_t row, double share) const {

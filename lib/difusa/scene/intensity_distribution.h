@@ -51,7 +51,12 @@ class IntensityDistribution {
     /// The same below the horizontal plane of a distribution of type C.
     double downward_flux() const;
 
+    /// The angle from (0, 0, -1) beyond which no cell of the table has more than a tenth of the largest intensity: half
+    /// of the field angle of a beam downwards, up to the next angle tabulated. At most pi.
+    double beyond_beam() const { return beyond_beam_; }
+
   private:
+    double find_beyond_beam() const;
     double flux_up_to(double theta) const;
     double at_plane(std::size_t plane, std::size_t row, double share) const;
 
@@ -60,7 +65,7 @@ class IntensityDistribution {
     std::vector<double> value_; ///< by plane
     bool even_ = false;         ///< the same in all planes
     bool closed_ = false;       ///< the planes go all around
-    double largest_ = 0.0;
+    double largest_ = 0.0, beyond_beam_ = 0.0;
     Vec3 pole_, zero_, side_;
 };
 

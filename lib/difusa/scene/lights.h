@@ -54,6 +54,12 @@ struct PointLight {
 
     bool is_spot() const { return cos_outer > -1.0; }
 
+    /// The angle from `direction` beyond which it is dark or, of a luminaire, far darker than in its beam
+    /// (IntensityDistribution::beyond_beam). pi: it shines everywhere.
+    double beyond_beam() const {
+        return distribution ? distribution->beyond_beam() : std::acos(std::clamp(cos_outer, -1.0, 1.0));
+    }
+
     /// The fraction of `intensity` emitted in the unit direction `away` from the light: 1 inside the cone, 0 outside,
     /// and ((cos - cos_outer) / (cos_inner - cos_outer))² in between, as in KHR_lights_punctual of glTF.
     /// For a luminaire: its intensity in that direction over its largest.

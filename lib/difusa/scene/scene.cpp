@@ -156,10 +156,4 @@ std::vector<char> emitting_materials(const Scene& scene) {
     return emits;
 }
 
-bool has_uneven_emitters(const Scene& scene) {
-    return std::any_of(scene.materials.begin(), scene.materials.end(), [](const Material& material) {
-        return material.emits_unevenly() && (material.emission > 0.0).any();
-    });
-}
-
 } // namespace difusa

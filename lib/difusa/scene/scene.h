@@ -63,7 +63,4 @@ void settle_gloss(Scene& scene);
 /// Materials with an emission that is not 0 in some channel.
 std::vector<char> emitting_materials(const Scene& scene);
 
-/// True if one of them emits unevenly.
-bool has_uneven_emitters(const Scene& scene);
-
 } // namespace difusa

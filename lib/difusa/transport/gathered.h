@@ -14,12 +14,10 @@
 
 namespace difusa {
 
-/// How the sky is divided: number of parts, the part that contains a unit direction, and the directions of a part, for
-/// u and v in [0,1].
+/// How the sky is divided: number of parts, and the part that contains a unit direction.
 struct SkyBins {
     Index count = 0;
     std::function<Index(const Vec3& towards)> at;
-    std::function<Vec3(Index part, double u, double v)> direction = {};
 };
 
 /// `points`: where irradiance is needed. `rays`: requested directions per point. Rows are HitLists if all directions

@@ -1,10 +1,12 @@
 #include <difusa/transport/skylight.h>
 
 #include <difusa/algebra/vector_blocks.h>
+#include <difusa/core/error.h>
 #include <difusa/core/parallel.h>
 #include <difusa/scene/sky_parts.h>
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <utility>
 
@@ -12,17 +14,46 @@ namespace difusa {
 
 namespace {
 
-/// Whether a ray from x towards some direction of a part of the sky leaves through the openings.
-bool may_contain(const SkyOpenings& openings, const Vec3& x, const SkyBins& sky, Index part) {
-    for (const double u : {0.0, 0.5, 1.0}) {
-        for (const double v : {0.0, 0.5, 1.0}) {
-            if (openings.contain(x, sky.direction(part, u, v))) {
-                return true;
+/// The rays of a row that escape through openings: found again, for the row says in which parts of the sky rays end,
+/// not where they leave the scene.
+class ThroughOpenings {
+  public:
+    ThroughOpenings(const Tracer& tracer, const DirectionPool& pool, const SkyOpenings& openings, const SkyBins& sky)
+        : tracer_(tracer), openings_(openings), sky_(sky), around_(tracer, pool) {}
+
+    /// Of point j, whose rays end in these bins, in ascending order: takes those of the rays out of it.
+    void remove(const SurfacePoint& x, std::size_t j, Index first_sky, std::vector<Index>& bins) {
+        rays_.clear();
+        if (!bins.empty() && bins.back() >= first_sky) {
+            around_.aim(x, j);
+            std::copy_if(around_.rays().begin(), around_.rays().end(), std::back_inserter(rays_),
+                         [&](const Ray& ray) { return openings_.contain(ray.origin, ray.direction); });
+        }
+        hits_.resize(rays_.size());
+        tracer_.first_hits(rays_, hits_);
+        through_.clear();
+        for (std::size_t d = 0; d < rays_.size(); ++d) {
+            if (hits_[d].face == none) {
+                through_.push_back(first_sky + sky_.at(rays_[d].direction));
             }
         }
+        std::sort(through_.begin(), through_.end());
+        left_.clear();
+        std::set_difference(bins.begin(), bins.end(), through_.begin(), through_.end(), std::back_inserter(left_));
+        bins.swap(left_);
     }
-    return false;
-}
+
+    std::size_t cast() const { return rays_.size(); } ///< for the last point
+
+  private:
+    const Tracer tracer_;
+    const SkyOpenings& openings_;
+    const SkyBins& sky_;
+    Hemisphere around_;
+    std::vector<Ray> rays_;
+    std::vector<Hit> hits_;
+    std::vector<Index> through_, left_;
+};
 
 /// The shares of a row that escape and that hit backs.
 void count_shares(const HitLists& lists, std::size_t j, Index first_sky, std::vector<Index>& bins, double& sky,
@@ -122,24 +153,27 @@ LightTransport with_skylight(LightTransport transport, const Tracer& tracer, std
     }
     execution.phase("rays to openings");
     auto openings = SkyOpenings::find(tracer, points, directions, seed, execution);
-    return with_skylight(std::move(transport), tracer, points, {SkyParts::count, SkyParts::at, SkyParts::direction},
-                         std::move(openings), seed, execution);
+    return with_skylight(std::move(transport), tracer, points, {SkyParts::count, SkyParts::at}, std::move(openings),
+                         directions, seed, execution);
 }
 
 LightTransport with_skylight(LightTransport transport, const Tracer& tracer, std::span<const SurfacePoint> points,
-                             const SkyBins& sky, std::shared_ptr<const SkyOpenings> openings, std::uint64_t seed,
-                             const Execution& execution) {
+                             const SkyBins& sky, std::shared_ptr<const SkyOpenings> openings,
+                             const Directions& directions, std::uint64_t seed, const Execution& execution) {
     auto lists = std::dynamic_pointer_cast<const HitLists>(transport.W);
     if (!openings || !lists) {
         return transport;
     }
     const auto first_sky = static_cast<Index>(transport.surfels);
     const std::size_t rays = lists->rays(), count = SkyOpenings::aimed(rays);
+    const DirectionPool pool(directions, rays, seed);
+    DIFUSA_REQUIRE(pool.count() == rays, "the transport has other rays");
     std::vector<SkylightTransport::Row> rows(points.size());
     SparseRows skylight(points.size(), lists->columns());
     std::vector<std::size_t> cast(points.size(), 0);
     parallel_for(points.size(), 64, execution, [&](std::size_t begin, std::size_t end, unsigned) {
         SkyOpenings::View view;
+        ThroughOpenings through(tracer, pool, *openings, sky);
         std::vector<Index> bins;
         std::map<Index, double> parts; // of the sky
         for (std::size_t j = begin; j < end; ++j) {
@@ -154,20 +188,17 @@ LightTransport with_skylight(LightTransport transport, const Tracer& tracer, std
                     seen += weight;
                 });
                 // Rays that escape elsewhere, as through a window that was not found, still count.
-                const Vec3 from = inset(tracer.mesh(), points[j]).position;
-                for (std::size_t k = 0, end = 0; k < bins.size(); k = end) {
-                    for (end = k + 1; end < bins.size() && bins[end] == bins[k]; ++end) {
-                    }
-                    if (bins[k] >= first_sky && !may_contain(*openings, from, sky, bins[k] - first_sky)) {
-                        const double weight = static_cast<double>(end - k) * each;
-                        parts[bins[k]] += weight;
-                        seen += weight;
+                through.remove(points[j], j, first_sky, bins);
+                for (const Index bin : bins) {
+                    if (bin >= first_sky) {
+                        parts[bin] += each;
+                        seen += each;
                     }
                 }
                 rows[j] = {std::max(0.0, 1.0 - seen) / others, others, view.weight()};
                 transport.sky[j] = seen;
                 transport.back[j] *= rows[j].scale;
-                cast[begin] += count;
+                cast[begin] += count + through.cast();
             } else {
                 for (const Index bin : bins) {
                     if (bin >= first_sky) {

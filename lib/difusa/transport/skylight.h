@@ -52,15 +52,16 @@ class SkylightTransport final : public RefinedTransport {
 };
 
 /// The transport with rays to the openings of the scene, a quarter as many again from each point, if there are any:
-/// else unchanged, as with mirrors, gloss, symmetry planes or periods, and with rows that are no HitLists. `points`: of
-/// its rows. Rays to openings, and those that find them, count as segments. Phase "rays to openings".
+/// else unchanged, as with mirrors, gloss, symmetry planes or periods, and with rows that are no HitLists. Points,
+/// directions and seed: those that the transport was gathered with. Rays to openings, those that find them, and those
+/// that are cast again because they may pass them, count as segments. Phase "rays to openings".
 LightTransport with_skylight(LightTransport transport, const Tracer& tracer, std::span<const SurfacePoint> points,
                              const Directions& directions, std::uint64_t seed, const Execution& execution);
 
 /// The same with known openings, or null, and with parts of the sky as the transport has them.
 LightTransport with_skylight(LightTransport transport, const Tracer& tracer, std::span<const SurfacePoint> points,
-                             const SkyBins& sky, std::shared_ptr<const SkyOpenings> openings, std::uint64_t seed,
-                             const Execution& execution);
+                             const SkyBins& sky, std::shared_ptr<const SkyOpenings> openings,
+                             const Directions& directions, std::uint64_t seed, const Execution& execution);
 
 /// The transport as it was before `with_skylight`; others unchanged.
 LightTransport by_rays_alone(LightTransport transport);
