@@ -1,6 +1,8 @@
 // Solver `krylov`: restarted GMRES (Saad and Schultz 1986) on A h = g, A = I - T. Each column has its own Krylov space;
 // all unfinished columns advance together, so that T is read once for all of them. The residual never grows, and far
-// fewer applications of T are needed than by `jacobi` if the reflectance is near 1.
+// fewer applications of T are needed than by `jacobi` if the reflectance is near 1. Spaces may be built with products
+// of operands in single precision (LinearOperator::prefers_single; Simoncini and Szyld 2003): what ends the iteration
+// is the true residual, with exact products, which also begins another space if there is more to correct.
 #include <difusa/algebra/solver.h>
 #include <difusa/algebra/vector_blocks.h>
 #include <difusa/core/parallel.h>
@@ -8,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -16,6 +19,10 @@ namespace {
 using difusa::SolveSummary;
 using difusa::Values;
 using Vector = Eigen::VectorXd;
+
+/// Residuals that are smaller than this, relative to those that a space begins with, tell of rounding if its operands
+/// have single precision.
+constexpr double least_of_single = 0x1p-22;
 
 /// The largest absolute entry; NaN if there is one.
 double largest(const Vector& x) {
@@ -26,10 +33,13 @@ double largest(const Vector& x) {
 class Space {
   public:
     Space(const Vector& r, const difusa::Execution& execution) : residual_(r), execution_(execution) {
-        const double beta = difusa::norm(r, execution);
-        V_.push_back(r / beta);
-        g_.push_back(beta);
+        beta_ = difusa::norm(r, execution);
+        V_.push_back(r / beta_);
+        g_.push_back(beta_);
     }
+
+    /// The norm of the residual, over that of r.
+    double reduction() const { return std::abs(g_.back()) / beta_; }
 
     const Vector& newest() const { return V_.back(); }
     const Vector& residual() const { return residual_; } ///< r - A V y for the minimising y
@@ -92,6 +102,7 @@ class Space {
   private:
     std::vector<Vector> V_, R_; ///< basis; columns of the triangular factor
     std::vector<double> cosine_, sine_, g_;
+    double beta_ = 0.0; ///< norm of r
     Vector residual_;
     const difusa::Execution& execution_;
 };
@@ -111,6 +122,8 @@ class Column {
     }
 
     bool done() const { return done_; }
+    /// Whether the true residual is to be found next.
+    bool awaits_residual() const { return !done_ && space_.empty(); }
     const Vector& operand() const { return space_.empty() ? h_ : space_.front().newest(); }
     const Vector& h() const { return h_; }
     const std::vector<double>& history() const { return history_; }
@@ -127,7 +140,8 @@ class Column {
     }
     double change() const { return change_; } ///< by the last iteration, relative; if it is to stop the iteration
 
-    void take(Vector A_operand) {
+    /// `rounded`: the operand had single precision.
+    void take(Vector A_operand, bool rounded) {
         if (space_.empty()) {
             restart(g_ - A_operand); // the true residual, free of the recurrence's drift
             return;
@@ -146,7 +160,8 @@ class Column {
             before_ = std::move(h);
             enough = change_ <= options_.tolerance;
         }
-        if (!more || enough || space.size() >= restart_ || iterations_ >= options_.max_iterations) {
+        const bool exhausted = rounded && space.reduction() <= least_of_single;
+        if (!more || enough || exhausted || space.size() >= restart_ || iterations_ >= options_.max_iterations) {
             space.add_to(h_);
             space_.clear();
         }
@@ -201,21 +216,30 @@ class Krylov final : public difusa::Solver {
 
     SolveSummary solve(const difusa::SolveProblem& problem, const difusa::SolveOptions& options,
                        const difusa::Execution& execution) const override {
+        // Many columns, or short ones, are handled side by side; of few long ones, each is divided.
+        difusa::Execution by_column = execution.silent(), of_column = by_column;
+        const auto threads = static_cast<Eigen::Index>(execution.threads);
+        if (problem.g.cols() >= 4 * threads || difusa::block_count(problem.g.rows()) < 2 * threads) {
+            of_column.threads = 1;
+        } else {
+            by_column.threads = 1;
+        }
         std::vector<Column> columns;
         for (Eigen::Index c = 0; c < problem.g.cols(); ++c) {
-            columns.emplace_back(problem.g.col(c), options, restart_, execution);
+            columns.emplace_back(problem.g.col(c), options, restart_, of_column);
         }
         Values x, Tx;
+        difusa::SingleValues x_single;
         std::vector<Vector> Ax(columns.size());
         std::vector<std::size_t> applied; // columns that T is applied to
-        // For each of these that is not done, and its place among them, some rows of all at a time: these fit in a
+        // For each of these that takes part, and its place among them, some rows of all at a time: these fit in a
         // cache.
-        const auto for_columns = [&](const auto& act) {
+        const auto for_columns = [&](const auto& takes_part, const auto& act) {
             difusa::parallel_for(
-                static_cast<std::size_t>(x.rows()), 256, execution.silent(),
+                static_cast<std::size_t>(problem.g.rows()), 256, execution.silent(),
                 [&](std::size_t begin, std::size_t end, unsigned) {
                     for (std::size_t k = 0; k < applied.size(); ++k) {
-                        if (!columns[applied[k]].done()) {
+                        if (takes_part(columns[applied[k]])) {
                             act(applied[k], static_cast<Eigen::Index>(k),
                                 Eigen::seqN(static_cast<Eigen::Index>(begin), static_cast<Eigen::Index>(end - begin)));
                         }
@@ -224,27 +248,47 @@ class Krylov final : public difusa::Solver {
         };
         difusa::Showing showing(options);
         SolveSummary summary;
+        bool first = true;
         while (!std::all_of(columns.begin(), columns.end(), [](const Column& column) { return column.done(); })) {
             execution.check();
-            if (const std::vector<std::size_t> wanted = unfinished(columns, problem.T->column_period());
-                wanted.size() != applied.size()) {
-                applied = wanted;
-                x.setZero(problem.g.rows(), static_cast<Eigen::Index>(applied.size()));
+            // True residuals are found once all spaces are complete, with one product for all of them. The first
+            // ones need not be exact: they begin the spaces.
+            const bool residuals = std::all_of(columns.begin(), columns.end(), [](const Column& column) {
+                return column.done() || column.awaits_residual();
+            });
+            const auto takes_part = [&](const Column& column) {
+                return !column.done() && column.awaits_residual() == residuals;
+            };
+            applied = those(columns, problem.T->column_period(), takes_part);
+            const auto multiply = [&](auto& operands) {
+                using Operands = std::remove_reference_t<decltype(operands)>;
+                operands = Operands::Zero(problem.g.rows(), static_cast<Eigen::Index>(applied.size()));
+                for_columns(takes_part, [&](std::size_t c, Eigen::Index at, const auto& rows) {
+                    operands(rows, at) = columns[c].operand()(rows).template cast<typename Operands::Scalar>();
+                });
+                problem.T->apply_to(operands, Tx, execution);
+            };
+            const bool rounded = problem.T->prefers_single() && (first || !residuals);
+            if (rounded) {
+                multiply(x_single);
+            } else {
+                multiply(x);
             }
-            for_columns(
-                [&](std::size_t c, Eigen::Index at, const auto& rows) { x(rows, at) = columns[c].operand()(rows); });
-            problem.T->apply(x, Tx, execution);
+            first = false;
             summary.entries_touched += problem.T->entry_count() * applied.size();
             for (const std::size_t c : applied) {
-                Ax[c].resize(x.rows());
+                Ax[c].resize(problem.g.rows());
             }
-            for_columns(
-                [&](std::size_t c, Eigen::Index at, const auto& rows) { Ax[c](rows) = x(rows, at) - Tx(rows, at); });
-            for (const std::size_t c : applied) {
-                if (!columns[c].done()) {
-                    columns[c].take(std::move(Ax[c]));
+            for_columns(takes_part, [&](std::size_t c, Eigen::Index at, const auto& rows) {
+                Ax[c](rows) = columns[c].operand()(rows) - Tx(rows, at);
+            });
+            difusa::parallel_for(applied.size(), 1, by_column, [&](std::size_t begin, std::size_t end, unsigned) {
+                for (std::size_t k = begin; k < end; ++k) {
+                    if (takes_part(columns[applied[k]])) {
+                        columns[applied[k]].take(std::move(Ax[applied[k]]), rounded);
+                    }
                 }
-            }
+            });
             show(columns, summary.entries_touched, showing);
         }
         summary.h.resize(problem.g.rows(), problem.g.cols());
@@ -268,15 +312,16 @@ class Krylov final : public difusa::Solver {
     }
 
   private:
-    /// The columns of those sets of `period` of which one or more is not done; if it is 0, all columns.
-    static std::vector<std::size_t> unfinished(const std::vector<Column>& columns, Eigen::Index period) {
+    /// The columns of those sets of `period` of which one or more takes part; if it is 0, all columns.
+    template <class TakesPart>
+    static std::vector<std::size_t> those(const std::vector<Column>& columns, Eigen::Index period,
+                                          const TakesPart& takes_part) {
         const std::size_t size = period > 0 ? static_cast<std::size_t>(period) : columns.size();
         std::vector<std::size_t> wanted;
         for (std::size_t first = 0; first < columns.size(); first += size) {
             const std::size_t end = std::min(columns.size(), first + size);
-            if (!std::all_of(columns.begin() + static_cast<std::ptrdiff_t>(first),
-                             columns.begin() + static_cast<std::ptrdiff_t>(end),
-                             [](const Column& column) { return column.done(); })) {
+            if (std::any_of(columns.begin() + static_cast<std::ptrdiff_t>(first),
+                            columns.begin() + static_cast<std::ptrdiff_t>(end), takes_part)) {
                 for (std::size_t c = first; c < end; ++c) {
                     wanted.push_back(c);
                 }

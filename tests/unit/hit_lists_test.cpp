@@ -138,6 +138,23 @@ TEST(HitLists, MultiplyLikeADenseMatrixWithTheSameBitsForAnyThreads) {
     }
 }
 
+/// Sums have double precision: of operands in single precision they have the bits of the same numbers in double.
+TEST(HitLists, SinglePrecisionIsThatOfTheOperandAlone) {
+    constexpr std::size_t count = 301, columns = 777, rays = 50;
+    RandomStream random(6, "single");
+    const HitLists W = lists_of(random_rows(count, columns, rays, random), columns, rays, 16);
+    EXPECT_TRUE(W.prefers_single());
+    for (const Eigen::Index width : {1, 3, 24, 47, 48, 61, 192, 340}) {
+        const SingleValues x = random_values(columns, width, random).cast<float>();
+        Values expected, y;
+        W.apply(x.cast<double>(), expected, Execution{});
+        for (const unsigned threads : {1U, 3U}) {
+            W.apply_single(x, y, Execution{threads});
+            EXPECT_EQ(y, expected) << width;
+        }
+    }
+}
+
 /// Whole numbers of rays: constants come through exactly where all rays of a point ended in bins.
 TEST(HitLists, ConstantsComeThroughExactly) {
     RandomStream random(3, "rows");

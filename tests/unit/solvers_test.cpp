@@ -271,6 +271,57 @@ TEST(Krylov, NeedsFewerIterationsAtHighReflectanceAndItsResidualNeverGrows) {
     }
 }
 
+/// T, for which products of operands in single precision are preferred.
+class SinglePreferred final : public LinearOperator {
+  public:
+    explicit SinglePreferred(const LinearOperator& T) : T_(T) {}
+    std::size_t rows() const override { return T_.rows(); }
+    std::size_t columns() const override { return T_.columns(); }
+    std::size_t entry_count() const override { return T_.entry_count(); }
+    Eigen::Index column_period() const override { return T_.column_period(); }
+    bool prefers_single() const override { return true; }
+    void apply(const Values& x, Values& y, const Execution& execution) const override {
+        ++exact;
+        T_.apply(x, y, execution);
+    }
+    void apply_single(const SingleValues& x, Values& y, const Execution& execution) const override {
+        ++single;
+        T_.apply(x.cast<double>(), y, execution);
+    }
+    void apply_transpose(const Values& x, Values& y, const Execution& execution) const override {
+        T_.apply_transpose(x, y, execution);
+    }
+
+    mutable int exact = 0, single = 0;
+
+  private:
+    const LinearOperator& T_;
+};
+
+/// The true residual, found exactly, is what ends the iteration: rounded products cost iterations, not accuracy.
+TEST(Krylov, IsAsAccurateWithOperandsInSinglePrecision) {
+    for (const double rho : {0.5, 0.99}) {
+        const Problem p(120, 1.0, rho, 12);
+        const SinglePreferred T(p.T);
+        for (const double tolerance : {1e-6, 1e-12}) {
+            T.exact = T.single = 0;
+            SolveOptions options;
+            options.tolerance = tolerance;
+            const SolveSummary summary = solve("krylov", {&T, p.light}, options);
+            ASSERT_TRUE(summary.converged()) << summary.sentence();
+            EXPECT_GT(T.single, 2 * T.exact); // one exact product ends each space
+            expect_true_history(summary, p.problem());
+            for (Eigen::Index c = 0; c < 3; ++c) {
+                EXPECT_LE(summary.residual_history[static_cast<std::size_t>(c)].back(), tolerance);
+                // ‖(I - T)^-1‖∞ is at most 1/(1 - rho).
+                EXPECT_LT((summary.h - p.exact()).col(c).cwiseAbs().maxCoeff(),
+                          1.01 * tolerance * p.light.col(c).maxCoeff() / (1.0 - rho) +
+                              1e-12 * p.exact().col(c).maxCoeff());
+            }
+        }
+    }
+}
+
 TEST(Krylov, EndsAfterAsManyIterationsAsThereAreEigenvalues) {
     Eigen::MatrixXd K = Eigen::MatrixXd::Zero(12, 12);
     for (Eigen::Index i = 0; i < 12; ++i) {

@@ -224,10 +224,9 @@ struct Rows {
     }
 };
 
-constexpr int line = 8; ///< of a cache, in numbers
-
 /// Asks for `count` numbers.
-template <class Count> void fetch(const Count& count, const double* numbers) {
+template <class Count, class Number> void fetch(const Count& count, const Number* numbers) {
+    constexpr int line = 64 / sizeof(Number); // of a cache
     for (Eigen::Index c = 0; c < count; c += line) {
         __builtin_prefetch(numbers + c);
     }
@@ -253,21 +252,21 @@ void sum_columns(std::span<const Index> bins, const double* from, Eigen::Index w
     }
 }
 
+constexpr Eigen::Index least_columns = 48; ///< for which BlockProduct pays
+
+/// Rows of a BlockProduct: several blocks for each thread, with hits of about 4 MiB each.
+std::size_t rows_of_block(std::size_t all, std::size_t rays, const Execution& execution) {
+    constexpr std::size_t most_hits = std::size_t{1} << 18U, most_rows = 512;
+    const std::size_t for_each = all / (8 * static_cast<std::size_t>(std::max(1U, execution.threads)));
+    return std::clamp<std::size_t>(std::min(std::max<std::size_t>(for_each, 32), most_hits / rays), 1, most_rows);
+}
+
 /// A product of many columns with a block of rows, as one thread. Rows of points that are near each other end in the
 /// same bins. So the hits of all rows are sorted into ranges of bins: each range is read into a near cache once, and
-/// added to the rows there. The hits of a row stay in order, so that its sums are those of the row alone.
-class BlockProduct {
+/// added to the rows there. The hits of a row stay in order, so that its sums are those of the row alone. Operands in
+/// single precision are half as much to read; their sums are as those of double precision.
+template <class Number> class BlockProduct {
   public:
-    static constexpr Eigen::Index least_columns = 48; ///< for which sorting pays
-    static constexpr std::size_t most_rows = 512;
-
-    /// Several blocks for each thread, with hits of about 4 MiB each.
-    static std::size_t rows(std::size_t all, std::size_t rays, const Execution& execution) {
-        constexpr std::size_t most_hits = std::size_t{1} << 18U;
-        const std::size_t for_each = all / (8 * static_cast<std::size_t>(std::max(1U, execution.threads)));
-        return std::clamp<std::size_t>(std::min(std::max<std::size_t>(for_each, 32), most_hits / rays), 1, most_rows);
-    }
-
     /// `columns`: the number of bins.
     BlockProduct(const Rows& rows, std::size_t columns) : rows_(rows.size()), sorted_(rows.bin.size()) {
         const auto range_of = [](Index bin) { return bin >> range_bits; };
@@ -283,7 +282,7 @@ class BlockProduct {
         }
     }
 
-    void multiply(const double* from, Eigen::Index width, double share, double* to) {
+    void multiply(const Number* from, Eigen::Index width, double share, double* to) {
         Eigen::Index rest = 0; // the first column that is in no panel
         for_panels<192, 96>(width, [&](auto count, Eigen::Index c) {
             with_wide_vectors([&] { multiply_part(count, from + c, width, share, to + c); });
@@ -302,7 +301,7 @@ class BlockProduct {
 
     /// Columns 0 ... count - 1; best if the count is a constant.
     template <class Count>
-    void multiply_part(const Count& count, const double* from, Eigen::Index width, double share, double* to) {
+    void multiply_part(const Count& count, const Number* from, Eigen::Index width, double share, double* to) {
         constexpr std::size_t ahead = 16;
         const auto size = static_cast<std::size_t>(count);
         sums_.assign(rows_ * size, 0.0);
@@ -310,10 +309,10 @@ class BlockProduct {
             if (h + ahead < sorted_.size()) {
                 fetch(count, from + static_cast<Eigen::Index>(sorted_[h + ahead].bin) * width);
             }
-            const double* const source = from + static_cast<Eigen::Index>(sorted_[h].bin) * width;
+            const Number* const source = from + static_cast<Eigen::Index>(sorted_[h].bin) * width;
             double* const sum = sums_.data() + static_cast<std::size_t>(sorted_[h].row) * size;
             for (Eigen::Index c = 0; c < count; ++c) {
-                sum[c] += source[c];
+                sum[c] += static_cast<double>(source[c]);
             }
         }
         for (std::size_t row = 0; row < rows_; ++row) {
@@ -482,12 +481,8 @@ void HitLists::apply(const Values& x, Values& y, const Execution& execution) con
     const double* const from = x.data();
     const double share = 1.0 / static_cast<double>(rays_);
     const auto codes = [this](std::size_t j) { return codes_of(j); };
-    if (width >= BlockProduct::least_columns) {
-        const std::size_t block = BlockProduct::rows(rows_, rays_, execution);
-        parallel_for(rows_, block, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
-            BlockProduct product(Rows(codes, begin, end), columns_);
-            product.multiply(from, width, share, y.data() + static_cast<Eigen::Index>(begin) * width);
-        });
+    if (width >= least_columns) {
+        multiply_by_blocks(x, y, execution);
         return;
     }
     parallel_for(rows_, 16, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
@@ -507,6 +502,27 @@ void HitLists::apply(const Values& x, Values& y, const Execution& execution) con
             });
         }
     });
+}
+
+template <class Operand>
+void HitLists::multiply_by_blocks(const Operand& x, Values& y, const Execution& execution) const {
+    const double share = 1.0 / static_cast<double>(rays_);
+    const auto codes = [this](std::size_t j) { return codes_of(j); };
+    parallel_for(rows_, rows_of_block(rows_, rays_, execution), execution.silent(),
+                 [&](std::size_t begin, std::size_t end, unsigned) {
+                     BlockProduct<typename Operand::Scalar> product(Rows(codes, begin, end), columns_);
+                     product.multiply(x.data(), x.cols(), share, y.row(static_cast<Eigen::Index>(begin)).data());
+                 });
+}
+
+void HitLists::apply_single(const SingleValues& x, Values& y, const Execution& execution) const {
+    if (x.cols() < least_columns) {
+        apply(Values(x.cast<double>()), y, execution);
+        return;
+    }
+    DIFUSA_REQUIRE(static_cast<std::size_t>(x.rows()) == columns_);
+    y.resize(static_cast<Eigen::Index>(rows_), x.cols());
+    multiply_by_blocks(x, y, execution);
 }
 
 void HitLists::apply_transpose(const Values& x, Values& y, const Execution& execution) const {

@@ -55,6 +55,8 @@ class HitLists final : public LinearOperator {
     std::size_t code_bytes() const;
 
     void apply(const Values& x, Values& y, const Execution& execution) const override;
+    void apply_single(const SingleValues& x, Values& y, const Execution& execution) const override;
+    bool prefers_single() const override { return true; }
     void apply_transpose(const Values& x, Values& y, const Execution& execution) const override;
     std::size_t entry_count() const override;
 
@@ -63,6 +65,7 @@ class HitLists final : public LinearOperator {
         std::vector<std::uint8_t> codes;  ///< 8 bytes longer than the codes, so that whole words can be read
         std::vector<std::uint32_t> begin; ///< of each row in `codes`
     };
+    template <class Operand> void multiply_by_blocks(const Operand& x, Values& y, const Execution& execution) const;
     const std::uint8_t* codes_of(std::size_t j) const {
         const Block& block = blocks_[j / rows_per_block_];
         return block.codes.data() + block.begin[j % rows_per_block_];

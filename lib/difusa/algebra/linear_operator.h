@@ -22,6 +22,19 @@ class LinearOperator {
     /// number of threads.
     virtual void apply(const Values& x, Values& y, const Execution& execution) const = 0;
 
+    /// y = A x for an operand in single precision: what `apply` gives for the same numbers but for rounding, whatever
+    /// columns are beside one.
+    virtual void apply_single(const SingleValues& x, Values& y, const Execution& execution) const {
+        apply(Values(x.cast<double>()), y, execution);
+    }
+
+    /// Whether such products take less time than others, if there are many columns.
+    virtual bool prefers_single() const { return false; }
+
+    /// Whichever of the two takes such operands.
+    void apply_to(const Values& x, Values& y, const Execution& execution) const { apply(x, y, execution); }
+    void apply_to(const SingleValues& x, Values& y, const Execution& execution) const { apply_single(x, y, execution); }
+
     /// y = Aᵀ x for each column of x (#rows by any number), likewise.
     virtual void apply_transpose(const Values& x, Values& y, const Execution& execution) const = 0;
 

@@ -47,22 +47,25 @@ void round_to_one(std::vector<std::pair<Index, std::int32_t>>& row) {
     largest->second += missing;
 }
 
-/// `count` columns of a row of P x from the entries of P; x has `width` columns.
-template <int count, class Entry>
-void average_columns(std::span<const Entry> entries, const double* from, Eigen::Index width, double* out) {
+/// `count` columns of a row of P x from the entries of P; x has `width` columns. Sums have double precision.
+template <int count, class Entry, class Number>
+void average_columns(std::span<const Entry> entries, const Number* from, Eigen::Index width, Number* out) {
     double sum[count] = {};
     for (const Entry& entry : entries) {
         const double weight = entry.weight();
-        const double* const source = from + static_cast<Eigen::Index>(entry.site()) * width;
+        const Number* const source = from + static_cast<Eigen::Index>(entry.site()) * width;
         for (int c = 0; c < count; ++c) {
-            sum[c] += weight * source[c];
+            sum[c] += weight * static_cast<double>(source[c]);
         }
     }
-    std::copy_n(sum, count, out);
+    for (int c = 0; c < count; ++c) {
+        out[c] = static_cast<Number>(sum[c]);
+    }
 }
 
 /// A row of P x from the entries of P.
-template <class Entry> void average(std::span<const Entry> entries, const Values& x, double* out) {
+template <class Entry, class Operand>
+void average(std::span<const Entry> entries, const Operand& x, typename Operand::Scalar* out) {
     for_panels<96, 24, 21, 8, 7, 3, 1>(x.cols(), [&](auto count, Eigen::Index c) {
         average_columns<count>(entries, x.data() + c, x.cols(), out + c);
     });
@@ -169,6 +172,18 @@ void BasisAverages::apply(const Values& x, Values& y, const Execution& execution
 
 void BasisAverages::reflect(const Values& x, const Values& rho, std::size_t rows, Values& y,
                             const Execution& execution) const {
+    reflect_rows(x, rho, rows, y, execution);
+}
+
+void BasisAverages::reflect(const SingleValues& x, const Values& rho, std::size_t rows, SingleValues& y,
+                            const Execution& execution) const {
+    reflect_rows(x, rho, rows, y, execution);
+}
+
+template <class Operand>
+void BasisAverages::reflect_rows(const Operand& x, const Values& rho, std::size_t rows, Operand& y,
+                                 const Execution& execution) const {
+    using Number = typename Operand::Scalar;
     const Eigen::Index width = x.cols(), channels = rho.cols();
     DIFUSA_REQUIRE(static_cast<std::size_t>(x.rows()) == columns_ && rows >= this->rows());
     DIFUSA_REQUIRE(static_cast<std::size_t>(rho.rows()) == this->rows() && width % channels == 0);
@@ -176,16 +191,16 @@ void BasisAverages::reflect(const Values& x, const Values& rho, std::size_t rows
     parallel_for(rows, block, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
         with_wide_vectors([&] {
             for (std::size_t s = begin; s < end; ++s) {
-                double* const out = y.row(static_cast<Eigen::Index>(s)).data();
+                Number* const out = y.row(static_cast<Eigen::Index>(s)).data();
                 if (s >= this->rows()) {
-                    std::fill(out, out + width, 0.0);
+                    std::fill(out, out + width, Number{0});
                     continue;
                 }
                 average(entries_of(s), x, out);
                 const double* const reflected = rho.row(static_cast<Eigen::Index>(s)).data();
                 for (Eigen::Index c = 0; c < width; c += channels) {
                     for (Eigen::Index channel = 0; channel < channels; ++channel) {
-                        out[c + channel] *= reflected[channel];
+                        out[c + channel] = static_cast<Number>(reflected[channel] * out[c + channel]);
                     }
                 }
             }

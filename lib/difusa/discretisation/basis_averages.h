@@ -41,8 +41,14 @@ class BasisAverages final : public LinearOperator {
     /// y = rho ∘ (P x), and rows of zeros after these up to `rows` of them. `rho`: #surfels by #channels, for columns
     /// of x of which column c is reflected by channel c modulo #channels.
     void reflect(const Values& x, const Values& rho, std::size_t rows, Values& y, const Execution& execution) const;
+    void reflect(const SingleValues& x, const Values& rho, std::size_t rows, SingleValues& y,
+                 const Execution& execution) const;
 
   private:
+    template <class Operand>
+    void reflect_rows(const Operand& x, const Values& rho, std::size_t rows, Operand& y,
+                      const Execution& execution) const;
+
     /// 26 bits of the site, then 22 of the weight in units of 2^-18, in two's complement.
     struct Entry {
         static constexpr int site_bits = 26;

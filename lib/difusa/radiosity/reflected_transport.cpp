@@ -126,18 +126,34 @@ SparseColumns distributed(const SparseColumns& M, const SparseColumns& R, const 
 
 } // namespace
 
-void ReflectedTransport::apply(const Values& h, Values& y, const Execution& execution) const {
+template <class Operand>
+void ReflectedTransport::apply_any(const Operand& h, Values& y, const Execution& execution) const {
     const Projection& projection = *discretisation_.projection;
-    Values on_bins; // those of the sky reflect nothing
+    Operand on_bins; // those of the sky reflect nothing
     {
         const std::lock_guard lock(guard_);
-        on_bins.swap(scratch_);
+        on_bins.swap(std::get<Operand>(scratch_));
     }
-    discretisation_.averages->reflect(projection.is_identity() ? h : projection.coefficients(h, execution),
-                                      reflectance_, transport_.W->columns(), on_bins, execution);
-    transport_.W->apply(on_bins, y, execution);
+    const auto reflect = [&](const Operand& coefficients) {
+        discretisation_.averages->reflect(coefficients, reflectance_, transport_.W->columns(), on_bins, execution);
+    };
+    if (projection.is_identity()) {
+        reflect(h);
+    } else {
+        reflect(
+            projection.coefficients(h.template cast<double>(), execution).template cast<typename Operand::Scalar>());
+    }
+    transport_.W->apply_to(on_bins, y, execution);
     const std::lock_guard lock(guard_);
-    scratch_.swap(on_bins);
+    std::get<Operand>(scratch_).swap(on_bins);
+}
+
+void ReflectedTransport::apply(const Values& h, Values& y, const Execution& execution) const {
+    apply_any(h, y, execution);
+}
+
+void ReflectedTransport::apply_single(const SingleValues& h, Values& y, const Execution& execution) const {
+    apply_any(h, y, execution);
 }
 
 void ReflectedTransport::apply_transpose(const Values& x, Values& y, const Execution& execution) const {

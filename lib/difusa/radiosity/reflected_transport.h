@@ -7,6 +7,7 @@
 #include <difusa/transport/light_transport.h>
 
 #include <mutex>
+#include <tuple>
 
 namespace difusa {
 
@@ -20,6 +21,8 @@ class ReflectedTransport final : public LinearOperator {
     std::size_t rows() const override { return transport_.points(); }
     std::size_t columns() const override { return transport_.points(); }
     void apply(const Values& h, Values& y, const Execution& execution) const override;
+    void apply_single(const SingleValues& h, Values& y, const Execution& execution) const override;
+    bool prefers_single() const override { return transport_.W->prefers_single(); }
     void apply_transpose(const Values& x, Values& y, const Execution& execution) const override;
     Eigen::Index column_period() const override { return reflectance_.cols(); }
     std::size_t entry_count() const override;
@@ -29,11 +32,14 @@ class ReflectedTransport final : public LinearOperator {
     std::shared_ptr<const Factors> factors(const Execution& execution) const override;
 
   private:
+    template <class Operand> void apply_any(const Operand& h, Values& y, const Execution& execution) const;
+
     const Discretisation& discretisation_;
     const LightTransport& transport_;
     const Values& reflectance_;
     mutable std::mutex guard_; ///< of `scratch_`
-    mutable Values scratch_;   ///< of the last product: its memory serves the next one
+    /// Of the last products: their memory serves the next ones.
+    mutable std::tuple<Values, SingleValues> scratch_;
 };
 
 } // namespace difusa

@@ -25,15 +25,25 @@ AnalyticTransport::AnalyticTransport(std::shared_ptr<const HitLists> by_rays, st
                    factors_.rows() == rows() && factors_.columns() == SurfelGroups::moments * groups_.size());
 }
 
-void AnalyticTransport::apply(const Values& x, Values& y, const Execution& execution) const {
-    rest_->apply(x, y, execution);
+template <class Operand>
+void AnalyticTransport::apply_any(const Operand& x, Values& y, const Execution& execution) const {
+    rest_->apply_to(x, y, execution);
     y.array().colwise() *= Eigen::Map<const Eigen::ArrayXd>(scale_.data(), y.rows());
     Values exact;
     for (Eigen::Index c = 0; c < x.cols(); c += most_columns) { // of many columns, moments would be much memory
         const Eigen::Index count = std::min(most_columns, x.cols() - c);
-        factors_.apply(groups_.moments_of(x.middleCols(c, count)), exact, execution);
+        const Values some = x.middleCols(c, count).template cast<double>();
+        factors_.apply(groups_.moments_of(some), exact, execution);
         y.middleCols(c, count) += exact;
     }
+}
+
+void AnalyticTransport::apply(const Values& x, Values& y, const Execution& execution) const {
+    apply_any(x, y, execution);
+}
+
+void AnalyticTransport::apply_single(const SingleValues& x, Values& y, const Execution& execution) const {
+    apply_any(x, y, execution);
 }
 
 void AnalyticTransport::apply_transpose(const Values& x, Values& y, const Execution& execution) const {

@@ -32,6 +32,8 @@ class AnalyticTransport final : public RefinedTransport {
     std::size_t rows() const override { return by_rays_->rows(); }
     std::size_t columns() const override { return by_rays_->columns(); }
     void apply(const Values& x, Values& y, const Execution& execution) const override;
+    void apply_single(const SingleValues& x, Values& y, const Execution& execution) const override;
+    bool prefers_single() const override { return true; }
     void apply_transpose(const Values& x, Values& y, const Execution& execution) const override;
     std::size_t entry_count() const override;
     Values variance_of_rays(const Values& x, const Execution& execution) const override;
@@ -43,6 +45,8 @@ class AnalyticTransport final : public RefinedTransport {
     std::size_t bytes() const;
 
   private:
+    template <class Operand> void apply_any(const Operand& x, Values& y, const Execution& execution) const;
+
     std::shared_ptr<const HitLists> by_rays_, rest_;
     std::vector<double> scale_;
     SparseRows factors_; ///< columns: SurfelGroups::moments_of

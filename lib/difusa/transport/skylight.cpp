@@ -87,9 +87,21 @@ void SkylightTransport::scale_rows(Values& y) const {
     }
 }
 
+template <class Operand> bool SkylightTransport::is_sky_dark(const Operand& x) const {
+    return (x.bottomRows(x.rows() - static_cast<Eigen::Index>(surfels_)).array() == 0).all();
+}
+
+void SkylightTransport::apply_single(const SingleValues& x, Values& y, const Execution& execution) const {
+    if (!is_sky_dark(x)) {
+        apply(Values(x.cast<double>()), y, execution);
+        return;
+    }
+    by_rays_->apply_single(x, y, execution);
+    scale_rows(y);
+}
+
 void SkylightTransport::apply(const Values& x, Values& y, const Execution& execution) const {
-    const auto of_sky = x.bottomRows(x.rows() - static_cast<Eigen::Index>(surfels_));
-    if ((of_sky.array() == 0.0).all()) { // as in each bounce
+    if (is_sky_dark(x)) {
         by_rays_->apply(x, y, execution);
         scale_rows(y);
         return;

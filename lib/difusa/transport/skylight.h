@@ -33,6 +33,8 @@ class SkylightTransport final : public RefinedTransport {
     std::size_t rows() const override { return by_rays_->rows(); }
     std::size_t columns() const override { return by_rays_->columns(); }
     void apply(const Values& x, Values& y, const Execution& execution) const override;
+    void apply_single(const SingleValues& x, Values& y, const Execution& execution) const override;
+    bool prefers_single() const override { return true; }
     void apply_transpose(const Values& x, Values& y, const Execution& execution) const override;
     std::size_t entry_count() const override { return by_rays_->entry_count() + skylight_.entry_count(); }
     Values variance_of_rays(const Values& x, const Execution& execution) const override;
@@ -41,6 +43,7 @@ class SkylightTransport final : public RefinedTransport {
     std::size_t bytes() const;
 
   private:
+    template <class Operand> bool is_sky_dark(const Operand& x) const; ///< as in each bounce
     Values without_sky(const Values& x) const;
     void scale_rows(Values& y) const;
 
