@@ -29,6 +29,11 @@ double largest(const Vector& x) {
     return x.cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
 }
 
+double largest_or_one(const Vector& x) {
+    const double size = largest(x);
+    return size > 0.0 && std::isfinite(size) ? size : 1.0;
+}
+
 /// The basis V of one Krylov space and the minimisation of ‖r - A V y‖₂ by Givens rotations.
 class Space {
   public:
@@ -231,7 +236,8 @@ class Krylov final : public difusa::Solver {
         Values x, Tx;
         difusa::SingleValues x_single;
         std::vector<Vector> Ax(columns.size());
-        std::vector<std::size_t> applied; // columns that T is applied to
+        std::vector<double> unit(columns.size()); // of the operands
+        std::vector<std::size_t> applied;         // columns that T is applied to
         // For each of these that takes part, and its place among them, some rows of all at a time: these fit in a
         // cache.
         const auto for_columns = [&](const auto& takes_part, const auto& act) {
@@ -262,13 +268,17 @@ class Krylov final : public difusa::Solver {
             applied = those(columns, problem.T->column_period(), takes_part);
             const auto multiply = [&](auto& operands) {
                 using Operands = std::remove_reference_t<decltype(operands)>;
+                using Number = typename Operands::Scalar;
                 operands = Operands::Zero(problem.g.rows(), static_cast<Eigen::Index>(applied.size()));
                 for_columns(takes_part, [&](std::size_t c, Eigen::Index at, const auto& rows) {
-                    operands(rows, at) = columns[c].operand()(rows).template cast<typename Operands::Scalar>();
+                    operands(rows, at) = (columns[c].operand()(rows) / unit[c]).template cast<Number>();
                 });
                 problem.T->apply_to(operands, Tx, execution);
             };
             const bool rounded = problem.T->prefers_single() && (first || !residuals);
+            for (std::size_t c = 0; c < columns.size(); ++c) { // so that what is even is not rounded
+                unit[c] = rounded && takes_part(columns[c]) ? largest_or_one(columns[c].operand()) : 1.0;
+            }
             if (rounded) {
                 multiply(x_single);
             } else {
@@ -280,7 +290,7 @@ class Krylov final : public difusa::Solver {
                 Ax[c].resize(problem.g.rows());
             }
             for_columns(takes_part, [&](std::size_t c, Eigen::Index at, const auto& rows) {
-                Ax[c](rows) = columns[c].operand()(rows) - Tx(rows, at);
+                Ax[c](rows) = columns[c].operand()(rows) - unit[c] * Tx(rows, at);
             });
             difusa::parallel_for(applied.size(), 1, by_column, [&](std::size_t begin, std::size_t end, unsigned) {
                 for (std::size_t k = begin; k < end; ++k) {
