@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -148,7 +149,7 @@ class Column {
     /// `rounded`: the operand had single precision.
     void take(Vector A_operand, bool rounded) {
         if (space_.empty()) {
-            restart(g_ - A_operand); // the true residual, free of the recurrence's drift
+            restart(g_ - A_operand, rounded); // the true residual, free of the recurrence's drift
             return;
         }
         ++iterations_;
@@ -174,7 +175,7 @@ class Column {
 
   private:
     /// From the true residual of h: done, stalled, or a new space.
-    void restart(const Vector& r) {
+    void restart(const Vector& r, bool rounded) {
         const double now = largest(r) / light_;
         const bool first = history_.empty();
         if (first) {
@@ -186,13 +187,15 @@ class Column {
         done_ = true;
         const bool enough = options_.stop == difusa::StopBy::residual ? now <= options_.tolerance
                                                                       : !first && change_ <= options_.tolerance;
-        if (enough || difusa::is_rounding(largest(r), largest(h_))) {
+        if (rounded && (enough || difusa::is_rounding(largest(r), largest(h_)))) {
+            done_ = false; // an exact residual is to confirm it
+        } else if (enough || difusa::is_rounding(largest(r), largest(h_))) {
             reason_ = Reason::converged;
         } else if (!std::isfinite(now)) {
             reason_ = Reason::diverged;
         } else if (iterations_ >= options_.max_iterations) {
             reason_ = Reason::max_iterations;
-        } else if (!first && !(now < 0.999 * last_true_)) {
+        } else if (!(now < 0.999 * last_true_)) {
             reason_ = Reason::stagnated;
         } else {
             done_ = false;
@@ -208,7 +211,7 @@ class Column {
     const difusa::Execution& execution_;
     std::vector<Space> space_; ///< empty while the true residual is pending, otherwise one
     std::vector<double> history_;
-    double last_true_ = 0.0;
+    double last_true_ = std::numeric_limits<double>::infinity();
     int iterations_ = 0;
     SolveSummary::Reason reason_ = SolveSummary::Reason::converged;
     bool done_ = false;
@@ -224,7 +227,7 @@ class Krylov final : public difusa::Solver {
         // Many columns, or short ones, are handled side by side; of few long ones, each is divided.
         difusa::Execution by_column = execution.silent(), of_column = by_column;
         const auto threads = static_cast<Eigen::Index>(execution.threads);
-        if (problem.g.cols() >= 4 * threads || difusa::block_count(problem.g.rows()) < 2 * threads) {
+        if (problem.g.cols() >= std::min(4 * threads, difusa::block_count(problem.g.rows()))) {
             of_column.threads = 1;
         } else {
             by_column.threads = 1;
@@ -276,7 +279,7 @@ class Krylov final : public difusa::Solver {
                 problem.T->apply_to(operands, Tx, execution);
             };
             const bool rounded = problem.T->prefers_single() && (first || !residuals);
-            for (std::size_t c = 0; c < columns.size(); ++c) { // so that what is even is not rounded
+            for (std::size_t c = 0; c < columns.size(); ++c) { // constant operands stay exact
                 unit[c] = rounded && takes_part(columns[c]) ? largest_or_one(columns[c].operand()) : 1.0;
             }
             if (rounded) {

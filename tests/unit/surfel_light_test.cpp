@@ -1,4 +1,5 @@
 #include <difusa/bake.h>
+#include <difusa/core/random.h>
 #include <difusa/import/shapes.h>
 #include <difusa/lighting/surfel_light.h>
 #include <difusa/rays/brute_force.h>
@@ -310,6 +311,13 @@ TEST(SurfelLight, NarrowBeamsBringTheirFlux) {
         }
         // About 96 points are in the beam. As if they were independent: 4.5 standard deviations.
         EXPECT_NEAR(mean, 1.0, 4.5 / std::sqrt(96.0 * seeds)) << degrees;
+        RandomStream random(3, "places");
+        for (int i = 0; i < 60; ++i) { // none of these places is lost between the points of the pilots
+            scene.point_lights.front().position.head<2>() =
+                Eigen::Vector2d(1.0 + random.uniform(), 1.0 + random.uniform());
+            const Lit elsewhere(scene, 0.2);
+            EXPECT_NEAR(elsewhere.integral(elsewhere.light.direct, 0), 1.0, 4.5 / std::sqrt(96.0)) << degrees;
+        }
         for (Eigen::Index s = 0; s < lit.light.direct.rows(); ++s) {
             EXPECT_FALSE(lit.light.direct(s, 0) > 0.0 && lit.light.even[static_cast<std::size_t>(s)] != 0);
         }

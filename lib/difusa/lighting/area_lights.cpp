@@ -38,7 +38,7 @@ constexpr std::size_t few_shafts = 32;
 constexpr PolygonInSight::Limits most_looked_at{128, 64};
 
 /// Of the light of an area light: what is less is rounding.
-constexpr double negligible_part = 0x1p-40;
+constexpr double unseen_part = 0x1p-40;
 
 /// Triangles of a mesh of which those are found that may come between two points of it.
 constexpr std::size_t most_told_apart = 16384;
@@ -205,7 +205,7 @@ std::optional<double> AreaLights::visible_part(const SurfacePoint& from, Index l
     case PolygonInSight::Extent::pieces:
         if (const double whole = factor_of(scene_.mesh.corners(original(light))); whole > 0.0) {
             const double part = worker.sight.sum(factor_of) / whole;
-            return part > negligible_part ? std::min(1.0, part) : 0.0;
+            return part > unseen_part ? std::min(1.0, part) : 0.0;
         }
         break; // grazing
     case PolygonInSight::Extent::unknown:

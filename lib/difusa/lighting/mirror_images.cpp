@@ -359,28 +359,33 @@ void MirrorImages::add_points(const SurfacePoint& x, std::size_t batches, std::s
     for (std::size_t batch = 0; extended_ && batch < batches; ++batch) {
         start[batch] = {stream.uniform(), stream.uniform()};
     }
+    std::array<Rgb, ShadowBatches::batches> of_batch; // of all images: all see the same places of a source
+    of_batch.fill(Rgb::Zero());
     for (const PointImage& image : points_) {
         Rgb light = Rgb::Zero();
         if (!is_extended(image)) {
             light = light_of(image, x, from, start[0], worker);
         } else if (may_show(image, x.position, 0.0)) {
-            RgbBatchNoise noise;
             for (std::size_t batch = 0; batch < batches; ++batch) {
                 Rgb now = Rgb::Zero();
                 for (std::size_t k = 0; k < samples; ++k) {
                     now += light_of(image, x, from, even_point<2>(k, start[batch]), worker);
                 }
                 now /= static_cast<double>(samples);
-                noise.add(now);
+                of_batch[batch] += now;
                 light += now / static_cast<double>(batches);
             }
-            worker.variance += noise.variance_of_mean();
         }
         H[image.is_sun ? suns_[image.source].second : point_lights_[image.source].second] += light;
         if (from_outside != nullptr) {
             *from_outside += light;
         }
     }
+    RgbBatchNoise noise;
+    for (std::size_t batch = 0; batch < batches; ++batch) {
+        noise.add(of_batch[batch]);
+    }
+    worker.variance += noise.variance_of_mean();
 }
 
 /// Adds a convex polygon, counterclockwise seen from its front and relative to nothing, as triangles.

@@ -151,8 +151,8 @@ class MirrorImages {
     void sample_lamps(const SurfacePoint& x, RandomStream& stream, Worker& worker, std::span<Rgb> H) const;
     void look_through(const LampImage& image, std::size_t window, Index lamp, const SurfacePoint& x,
                       const std::vector<Vec3>& polygon, Worker& worker) const;
-    /// A batch of paths to the parts of images, spread over them and their areas by `start`, added to `worker.sampled`
-    /// and `worker.seen`.
+    /// A batch of paths to the parts of images, spread over them and their areas by `start`, added to
+    /// `worker.shares`.
     void cast_batch(const SurfacePoint& x, const SurfacePoint& from, std::size_t paths,
                     const std::array<double, 3>& start, Worker& worker) const;
     void add_part(const std::vector<Vec3>& polygon, Index lamp, const SurfacePoint& x, Worker& worker) const;

@@ -5,6 +5,7 @@
 #include <difusa/scene/lights.h>
 
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace difusa {
@@ -12,15 +13,18 @@ namespace difusa {
 class NarrowBeams {
   public:
     void add(const PointLight& light);
+    bool any() const { return !beams_.empty(); }
 
-    /// Of beams that the ball meets and that are at most twice as wide there as it is, the narrowest's share of the
-    /// ball's cross-section, at most 1: a few points in the ball may all be beside it. None: there is no such beam.
-    std::optional<double> narrowest(const Vec3& centre, double radius) const;
+    /// Of beams that may meet the convex hull of the corners, and are there at most twice as wide as a ball around it:
+    /// the narrowest's share of the ball's cross-section, at most 1. A few points between the corners may all be beside
+    /// it. None: there is no such beam.
+    std::optional<double> narrowest(std::span<const Vec3> corners) const;
 
   private:
     struct Beam {
         Vec3 from, along;
         double angle, opening; ///< half angle; radius at the light, m
+        double widening;       ///< of the radius, per length: the tangent of the angle
     };
     std::vector<Beam> beams_;
 };

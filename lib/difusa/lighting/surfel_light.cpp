@@ -67,13 +67,18 @@ class Averages {
     bool sees_images() const { return light_.images() != nullptr && worker_.images.near; }
 
     /// Of beams that may be between the points of the pilot, the part of the surfel that the narrowest covers.
-    std::optional<double> narrow_beam() const {
-        Eigen::AlignedBox3d box;
-        for (const SurfacePoint& x : points_) {
-            box.extend(x.position);
+    std::optional<double> narrow_beam() {
+        if (!light_.narrow_beams().any()) {
+            return std::nullopt;
         }
-        // Of four points, each in a quarter of the surfel, the box has at least half of its diameter.
-        return light_.narrow_beams().narrowest(box.center(), box.diagonal().norm());
+        corners_.clear();
+        for (const Surfels::Piece& piece : pieces_) {
+            for (std::size_t k = 0; k < piece.outline.count; ++k) {
+                const Eigen::Vector2d& corner = piece.outline.corner[k];
+                corners_.push_back(scene_.mesh.at(piece.triangle, corner[0], corner[1]).position);
+            }
+        }
+        return light_.narrow_beams().narrowest(corners_);
     }
 
     /// So many points of the surfel that about SurfelSamples::edge of them are in a beam.
@@ -150,6 +155,7 @@ class Averages {
     DirectLight::Worker worker_;
     std::vector<Surfels::Piece> pieces_;
     std::vector<SurfacePoint> points_;
+    std::vector<Vec3> corners_;
     std::vector<Rgb> at_points_, outside_at_points_, H_;
     std::vector<double> all_, outside_all_; ///< sums of the channels at each point
     Rgb outside_ = Rgb::Zero();             ///< from suns and point lights

@@ -31,12 +31,12 @@ void spread_points(const Surfels& surfels, const std::vector<Surfels::Piece>& pi
                    const std::array<double, 2>& shift, std::vector<SurfacePoint>& points);
 
 /// How many points of a surfel direct light is sampled at. A pilot decides how many follow, and is the result itself if
-/// it is even and no shadow ray was needed. Otherwise it does not count, because the mean
-/// would be biased: `even` points follow where the pilot's differ by at most a tenth of the brightest, and `edge` in
-/// penumbrae and at the edges of shadows; fewer where each of them takes many shadow rays. Values of area lights that
-/// are chosen roughly (DirectLight::chooses_roughly) differ by chance: there the pilot never counts, and all of its
-/// shadow rays, or none, being blocked is what is called even. Nor does it count where a beam is as narrow as the
-/// surfel (NarrowBeams), which its points may all miss: `edge` follow.
+/// it is even and no shadow ray was needed. Otherwise it does not count, because the mean would be biased: `even`
+/// points follow where the pilot's differ by at most a tenth of the brightest, and `edge` in penumbrae and at the edges
+/// of shadows; fewer where each of them takes many shadow rays. Values of area lights that are chosen roughly
+/// (DirectLight::chooses_roughly) differ by chance: there the pilot never counts, and all of its shadow rays, or none,
+/// being blocked is what is called even. Nor does it count where a beam is as narrow as the surfel (NarrowBeams), which
+/// its points may all miss: as many follow, up to 4096, as bring about `edge` of them into the beam.
 struct SurfelSamples {
     std::size_t pilot = 4, even = 12, edge = 96;
 
