@@ -1,8 +1,9 @@
 // Solver `krylov`: restarted GMRES (Saad and Schultz 1986) on A h = g, A = I - T. Each column has its own Krylov space;
 // all unfinished columns advance together, so that T is read once for all of them. The residual never grows, and far
 // fewer applications of T are needed than by `jacobi` if the reflectance is near 1. Spaces may be built with products
-// of operands in single precision (LinearOperator::prefers_single; Simoncini and Szyld 2003): what ends the iteration
-// is the true residual, with exact products, which also begins another space if there is more to correct.
+// of operands in single precision (LinearOperator::prefers_single; Simoncini and Szyld 2003), also of few columns, so
+// that the bits of one do not depend on others: what ends the iteration is the true residual, with exact products,
+// which also begins another space if there is more to correct.
 #include <difusa/algebra/solver.h>
 #include <difusa/algebra/vector_blocks.h>
 #include <difusa/core/parallel.h>
@@ -11,7 +12,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -217,6 +217,96 @@ class Column {
     bool done_ = false;
 };
 
+/// Advances columns together: applies A to the operands of several with one product.
+class Products {
+  public:
+    /// `by_column`: how columns are handled side by side. Keeps references.
+    Products(const difusa::SolveProblem& problem, std::vector<Column>& columns, const difusa::Execution& by_column,
+             const difusa::Execution& execution)
+        : problem_(problem), columns_(columns), by_column_(by_column), execution_(execution), Ax_(columns.size()),
+          unit_(columns.size(), 1.0) {}
+
+    /// Of those columns that take part, and with operands in single precision if these are `rounded`. Returns how many
+    /// matrix entries were multiplied.
+    template <class TakesPart> std::size_t advance(const TakesPart& takes_part, bool rounded) {
+        choose(takes_part);
+        for_each([&](std::size_t c) { // constant operands stay exact
+            unit_[c] = rounded ? largest_or_one(columns_[c].operand()) : 1.0;
+            Ax_[c].resize(problem_.g.rows());
+        });
+        if (rounded) {
+            multiply(x_single_);
+        } else {
+            multiply(x_);
+        }
+        for_rows([&](std::size_t c, Eigen::Index at, const auto& rows) {
+            Ax_[c](rows) = columns_[c].operand()(rows) - unit_[c] * Tx_(rows, at);
+        });
+        for_each([&](std::size_t c) {
+            if (takes_part(columns_[c])) {
+                columns_[c].take(std::move(Ax_[c]), rounded);
+            }
+        });
+        return problem_.T->entry_count() * applied_.size();
+    }
+
+  private:
+    /// The columns of those sets of LinearOperator::column_period of which one or more takes part; if there are no
+    /// sets, all columns.
+    template <class TakesPart> void choose(const TakesPart& takes_part) {
+        const Eigen::Index period = problem_.T->column_period();
+        const std::size_t size = period > 0 ? static_cast<std::size_t>(period) : columns_.size();
+        applied_.clear();
+        for (std::size_t first = 0; first < columns_.size(); first += size) {
+            const std::size_t end = std::min(columns_.size(), first + size);
+            if (std::any_of(columns_.begin() + static_cast<std::ptrdiff_t>(first),
+                            columns_.begin() + static_cast<std::ptrdiff_t>(end), takes_part)) {
+                for (std::size_t c = first; c < end; ++c) {
+                    applied_.push_back(c);
+                }
+            }
+        }
+    }
+
+    template <class Operands> void multiply(Operands& operands) {
+        operands.resize(problem_.g.rows(), static_cast<Eigen::Index>(applied_.size()));
+        for_rows([&](std::size_t c, Eigen::Index at, const auto& rows) {
+            operands(rows, at) = (columns_[c].operand()(rows) / unit_[c]).template cast<typename Operands::Scalar>();
+        });
+        problem_.T->apply_to(operands, Tx_, execution_);
+    }
+
+    /// Calls `act(c)` for each column that T is applied to.
+    template <class Act> void for_each(const Act& act) {
+        difusa::parallel_for(applied_.size(), 1, by_column_, [&](std::size_t begin, std::size_t end, unsigned) {
+            for (std::size_t k = begin; k < end; ++k) {
+                act(applied_[k]);
+            }
+        });
+    }
+
+    /// Calls `act(c, place among those applied, rows)` for some rows of all of them at a time: these fit in a cache.
+    template <class Act> void for_rows(const Act& act) {
+        difusa::parallel_for(
+            static_cast<std::size_t>(problem_.g.rows()), 256, execution_.silent(),
+            [&](std::size_t begin, std::size_t end, unsigned) {
+                for (std::size_t k = 0; k < applied_.size(); ++k) {
+                    act(applied_[k], static_cast<Eigen::Index>(k),
+                        Eigen::seqN(static_cast<Eigen::Index>(begin), static_cast<Eigen::Index>(end - begin)));
+                }
+            });
+    }
+
+    const difusa::SolveProblem& problem_;
+    std::vector<Column>& columns_;
+    const difusa::Execution &by_column_, &execution_;
+    std::vector<std::size_t> applied_; ///< columns that T is applied to
+    Values x_, Tx_;
+    difusa::SingleValues x_single_;
+    std::vector<Vector> Ax_;
+    std::vector<double> unit_; ///< of the operands
+};
+
 class Krylov final : public difusa::Solver {
   public:
     explicit Krylov(const difusa::Parameters& parameters)
@@ -236,25 +326,7 @@ class Krylov final : public difusa::Solver {
         for (Eigen::Index c = 0; c < problem.g.cols(); ++c) {
             columns.emplace_back(problem.g.col(c), options, restart_, of_column);
         }
-        Values x, Tx;
-        difusa::SingleValues x_single;
-        std::vector<Vector> Ax(columns.size());
-        std::vector<double> unit(columns.size()); // of the operands
-        std::vector<std::size_t> applied;         // columns that T is applied to
-        // For each of these that takes part, and its place among them, some rows of all at a time: these fit in a
-        // cache.
-        const auto for_columns = [&](const auto& takes_part, const auto& act) {
-            difusa::parallel_for(
-                static_cast<std::size_t>(problem.g.rows()), 256, execution.silent(),
-                [&](std::size_t begin, std::size_t end, unsigned) {
-                    for (std::size_t k = 0; k < applied.size(); ++k) {
-                        if (takes_part(columns[applied[k]])) {
-                            act(applied[k], static_cast<Eigen::Index>(k),
-                                Eigen::seqN(static_cast<Eigen::Index>(begin), static_cast<Eigen::Index>(end - begin)));
-                        }
-                    }
-                });
-        };
+        Products products(problem, columns, by_column, execution);
         difusa::Showing showing(options);
         SolveSummary summary;
         bool first = true;
@@ -268,40 +340,9 @@ class Krylov final : public difusa::Solver {
             const auto takes_part = [&](const Column& column) {
                 return !column.done() && column.awaits_residual() == residuals;
             };
-            applied = those(columns, problem.T->column_period(), takes_part);
-            const auto multiply = [&](auto& operands) {
-                using Operands = std::remove_reference_t<decltype(operands)>;
-                using Number = typename Operands::Scalar;
-                operands = Operands::Zero(problem.g.rows(), static_cast<Eigen::Index>(applied.size()));
-                for_columns(takes_part, [&](std::size_t c, Eigen::Index at, const auto& rows) {
-                    operands(rows, at) = (columns[c].operand()(rows) / unit[c]).template cast<Number>();
-                });
-                problem.T->apply_to(operands, Tx, execution);
-            };
-            const bool rounded = problem.T->prefers_single() && (first || !residuals);
-            for (std::size_t c = 0; c < columns.size(); ++c) { // constant operands stay exact
-                unit[c] = rounded && takes_part(columns[c]) ? largest_or_one(columns[c].operand()) : 1.0;
-            }
-            if (rounded) {
-                multiply(x_single);
-            } else {
-                multiply(x);
-            }
+            summary.entries_touched +=
+                products.advance(takes_part, problem.T->prefers_single() && (first || !residuals));
             first = false;
-            summary.entries_touched += problem.T->entry_count() * applied.size();
-            for (const std::size_t c : applied) {
-                Ax[c].resize(problem.g.rows());
-            }
-            for_columns(takes_part, [&](std::size_t c, Eigen::Index at, const auto& rows) {
-                Ax[c](rows) = columns[c].operand()(rows) - unit[c] * Tx(rows, at);
-            });
-            difusa::parallel_for(applied.size(), 1, by_column, [&](std::size_t begin, std::size_t end, unsigned) {
-                for (std::size_t k = begin; k < end; ++k) {
-                    if (takes_part(columns[applied[k]])) {
-                        columns[applied[k]].take(std::move(Ax[applied[k]]), rounded);
-                    }
-                }
-            });
             show(columns, summary.entries_touched, showing);
         }
         summary.h.resize(problem.g.rows(), problem.g.cols());
@@ -325,24 +366,6 @@ class Krylov final : public difusa::Solver {
     }
 
   private:
-    /// The columns of those sets of `period` of which one or more takes part; if it is 0, all columns.
-    template <class TakesPart>
-    static std::vector<std::size_t> those(const std::vector<Column>& columns, Eigen::Index period,
-                                          const TakesPart& takes_part) {
-        const std::size_t size = period > 0 ? static_cast<std::size_t>(period) : columns.size();
-        std::vector<std::size_t> wanted;
-        for (std::size_t first = 0; first < columns.size(); first += size) {
-            const std::size_t end = std::min(columns.size(), first + size);
-            if (std::any_of(columns.begin() + static_cast<std::ptrdiff_t>(first),
-                            columns.begin() + static_cast<std::ptrdiff_t>(end), takes_part)) {
-                for (std::size_t c = first; c < end; ++c) {
-                    wanted.push_back(c);
-                }
-            }
-        }
-        return wanted;
-    }
-
     /// The estimates of all columns, if that is due.
     static void show(const std::vector<Column>& columns, std::size_t entries, difusa::Showing& showing) {
         std::size_t relaxations = 0;

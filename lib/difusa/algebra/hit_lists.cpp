@@ -478,13 +478,13 @@ void HitLists::apply(const Values& x, Values& y, const Execution& execution) con
     DIFUSA_REQUIRE(static_cast<std::size_t>(x.rows()) == columns_);
     const Eigen::Index width = x.cols();
     y.resize(static_cast<Eigen::Index>(rows_), width);
-    const double* const from = x.data();
-    const double share = 1.0 / static_cast<double>(rays_);
-    const auto codes = [this](std::size_t j) { return codes_of(j); };
     if (width >= least_columns) {
         multiply_by_blocks(x, y, execution);
         return;
     }
+    const double* const from = x.data();
+    const double share = 1.0 / static_cast<double>(rays_);
+    const auto codes = [this](std::size_t j) { return codes_of(j); };
     parallel_for(rows_, 16, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
         if (width == 1) {
             sum_rows<1>(codes, begin, end, from, share, y.data());

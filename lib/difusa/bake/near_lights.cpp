@@ -1,11 +1,11 @@
 #include <difusa/bake/near_lights.h>
 
 #include <difusa/core/text.h>
+#include <difusa/lighting/narrow_beams.h>
 #include <difusa/mesh/surface_finder.h>
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 
 namespace difusa {
@@ -20,7 +20,7 @@ void note_beams(const Scene& scene, const Tracer& tracer, double width, const Ex
     std::string first;
     for (const PointLight& light : scene.point_lights) {
         const double angle = light.beyond_beam();
-        if (!(light.intensity > 0.0).any() || !(angle < 0.25 * std::numbers::pi)) {
+        if (!(light.intensity > 0.0).any() || !(angle < NarrowBeams::widest)) {
             continue;
         }
         const Ray axis{light.position, light.direction, none};

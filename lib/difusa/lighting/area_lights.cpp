@@ -278,8 +278,9 @@ void AreaLights::cast_rays(const SurfacePoint& from, std::size_t samples, Random
     const ShadowBatches plan = shadow_batches(samples);
     shares.divide(worker.parts, ShadowBatches::batches * plan.rays_of_pilot());
     cast(plan.rays_of_pilot());
-    const double unblocked = shares.unblocked_strength();
-    cast(plan.rays_after(shares.noise_of_visible_part(), unblocked / (shares.known_strength() + unblocked)));
+    const double unblocked = shares.strength(&LightShares::Share::unblocked);
+    cast(plan.rays_after(shares.noise_of_visible_part(),
+                         unblocked / (shares.strength(&LightShares::Share::known) + unblocked)));
 }
 
 void AreaLights::irradiance(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker,

@@ -12,25 +12,17 @@ std::size_t LightShares::of(Index material) {
     return number;
 }
 
-double LightShares::known_strength() const {
+double LightShares::strength(Rgb Share::*of) const {
     double sum = 0.0;
     for (const Share& share : shares_) {
-        sum += share.known.abs().sum();
+        sum += (share.*of).abs().sum();
     }
     return sum;
 }
 
-double LightShares::unblocked_strength() const {
-    double sum = 0.0;
-    for (const Share& share : shares_) {
-        sum += share.unblocked.abs().sum();
-    }
-    return sum;
-}
-
-LightShares::Sampled LightShares::sum(const std::vector<Share>& shares, Sampled Share::*of) {
+LightShares::Sampled LightShares::sum(Sampled Share::*of) const {
     Sampled sum;
-    for (const Share& share : shares) {
+    for (const Share& share : shares_) {
         sum.add({(share.*of).seen.abs(), (share.*of).all.abs()});
     }
     return sum;
@@ -45,9 +37,9 @@ void LightShares::begin_batches() {
 }
 
 void LightShares::end_batch() {
-    const Sampled all = sum(shares_, &Share::batch);
+    const Sampled all = sum(&Share::batch);
     noise_.add(LightSeen{all.seen.sum(), all.all.sum()});
-    const Rgb mean = mean_part(&Share::batch);
+    const Rgb mean = part(all, Rgb::Ones());
     Rgb light = Rgb::Zero();
     for (Share& share : shares_) {
         light += share.unblocked * part(share.batch, mean);

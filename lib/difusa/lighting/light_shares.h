@@ -72,17 +72,16 @@ class LightShares {
         }
     }
 
-    bool sees_some() const { return (sum(shares_, &Share::total).seen > 0.0).any(); }
+    bool sees_some() const { return (sum(&Share::total).seen > 0.0).any(); }
     const BatchNoise& noise_of_visible_part() const { return noise_; }
 
-    double known_strength() const;
-    double unblocked_strength() const;
+    double strength(Rgb Share::*of) const; ///< of all materials and channels
 
     /// Irradiance, with what is known, and the part of the rest that the samples of the last batches got through. If
     /// no sample of a material is above the horizon, which happens where it grazes, it is taken for as visible as the
     /// others.
     template <class Add> void for_each_visible(const Add& add) const { // add(material, irradiance)
-        const Rgb mean = mean_part(&Share::total);
+        const Rgb mean = part(sum(&Share::total), Rgb::Ones());
         for (const Share& share : shares_) {
             add(share.material, share.known + share.unblocked * part(share.total, mean));
         }
@@ -92,19 +91,13 @@ class LightShares {
     Rgb variance() const { return noise_of_light_.variance_of_mean(); }
 
   private:
-    static constexpr double least_ = std::numeric_limits<double>::min();
-
     void begin_batches();
     void end_batch();
-    static Sampled sum(const std::vector<Share>& shares, Sampled Share::*of);
-    Rgb mean_part(Sampled Share::*of) const {
-        const Sampled all = sum(shares_, of);
-        return (all.all > 0.0).select(all.seen / all.all.max(least_), Rgb::Ones());
-    }
-    /// All samples of a material have the same sign.
-    static Rgb part(const Sampled& sampled, const Rgb& otherwise) {
+    Sampled sum(Sampled Share::*of) const;
+    /// What got through. All samples of a material have the same sign.
+    static Rgb part(const Sampled& sampled, const Rgb& without_samples) {
         const Rgb all = sampled.all.abs();
-        return (all > 0.0).select(sampled.seen.abs() / all.max(least_), otherwise);
+        return (all > 0.0).select(sampled.seen.abs() / all.max(std::numeric_limits<double>::min()), without_samples);
     }
 
     std::vector<Share> shares_;

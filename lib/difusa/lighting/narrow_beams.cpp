@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace difusa {
 
 void NarrowBeams::add(const PointLight& light) {
-    if (const double angle = light.beyond_beam(); angle < 0.25 * std::numbers::pi) {
+    if (const double angle = light.beyond_beam(); angle < widest) {
         beams_.push_back({light.position, light.direction, angle, light.radius(), std::tan(angle)});
     }
 }

@@ -4,6 +4,7 @@
 #include <difusa/core/types.h>
 #include <difusa/scene/lights.h>
 
+#include <numbers>
 #include <optional>
 #include <span>
 #include <vector>
@@ -12,6 +13,9 @@ namespace difusa {
 
 class NarrowBeams {
   public:
+    /// Of PointLight::beyond_beam: what is wider is no beam.
+    static constexpr double widest = 0.25 * std::numbers::pi;
+
     void add(const PointLight& light);
     bool any() const { return !beams_.empty(); }
 
