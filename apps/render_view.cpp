@@ -233,6 +233,19 @@ void declare(CLI::App& app, Arguments& a) {
     add_run_arguments(app, a.run, a.bake.options.seed, "the result does not depend");
 }
 
+/// Throws UsageError for what a Radiance picture cannot hold: it has no negative values.
+void check_linear(const Picture& picture) {
+    const difusa::Quantity shown = picture.show.quantity;
+    const std::string show = "--show " + picture.name + " in " + picture.file.string() + ": ";
+    if (shown == difusa::Quantity::sites) {
+        throw UsageError(show + "the dots are drawn in .png pictures only");
+    }
+    if (shown == difusa::Quantity::net_flux || shown == difusa::Quantity::basis) {
+        throw UsageError(show + "there are negative values, which .hdr pictures cannot hold: give a .png" +
+                         (shown == difusa::Quantity::net_flux ? ", or read them with sensors (--grid, --at)" : ""));
+    }
+}
+
 /// All pictures, the first one first. Rejects contradictory options.
 std::vector<Picture> pictures_of(const Arguments& a) {
     if (a.mesh.empty()) {
@@ -247,6 +260,9 @@ std::vector<Picture> pictures_of(const Arguments& a) {
     std::vector<difusa::OutputName> outputs;
     for (const Picture& picture : pictures) {
         const bool linear = difusa::is_radiance_hdr(picture.file); // or rejects its name
+        if (linear) {
+            check_linear(picture);
+        }
         exposed = exposed || (!linear && colouring_of(picture.show.quantity) == difusa::Colouring::light);
         outputs.push_back({picture.file, false});
         mapped = mapped || colouring_of(picture.show.quantity) == difusa::Colouring::map;

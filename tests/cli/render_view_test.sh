@@ -30,6 +30,8 @@ refuse 1 "--up 0,0,0: must be a nonzero direction" "$box" out.png --up 0,0,0
 refuse 1 "--exposure 0: must be a positive number" "$box" out.png --exposure 0
 refuse 1 "--background 2,0,0: must be from 0 to 1 in each channel" "$box" out.png --background 2,0,0
 refuse 1 "--exposure: no picture is exposed" "$box" out.hdr --exposure 2
+refuse 1 "--show basis in out.hdr: there are negative values" "$box" out.hdr --show basis
+refuse 1 "--show sites in b.hdr: the dots are drawn in .png" "$box" out.png --also sites=b.hdr
 refuse 1 "--tone: no picture is exposed" "$box" out.png --show illuminance --tone linear
 refuse 1 "--tone flimic: must be linear or filmic" "$box" out.png --tone flimic
 refuse 1 "--range 2,1: takes LOW,HIGH" "$box" out.png --show luminance --range 2,1

@@ -1,5 +1,6 @@
 // Pictures show what the bake knows, pixel by pixel.
 #include <difusa/core/colour.h>
+#include <difusa/core/photometry.h>
 #include <difusa/render/colour_map.h>
 #include <difusa/render/draw.h>
 #include <difusa/render/picture.h>
@@ -9,6 +10,7 @@
 #include <support/plugins.h>
 #include <support/rooms.h>
 #include <support/sited.h>
+#include <support/thermal.h>
 
 #include <gtest/gtest.h>
 
@@ -226,6 +228,57 @@ TEST(Picture, WhereNothingIsMetThereIsTheSkyOrTheBackground) {
     how.sky = true;
     EXPECT_EQ(develop(result, view, 0, how, one).at(0, 0), (std::array{0.1F, 0.2F, 0.4F}));
     EXPECT_EQ(develop(result, view, 1, how, one).at(0, 0), (std::array{0.18F, 0.18F, 0.18F}));
+}
+
+/// The left half of a square is a mirror or glossy, the right half matt.
+Scene half_shiny(const Material& shiny, const Material& matt) {
+    Scene scene;
+    scene.mesh = grid(2, 1);
+    scene.materials = {shiny, matt};
+    for (Index face = 0; face < scene.mesh.triangles.size(); ++face) {
+        scene.mesh.material[face] = scene.mesh.at(face, 1.0 / 3.0, 1.0 / 3.0).position.x() < 0.5 ? 0 : 1;
+    }
+    return scene;
+}
+
+TEST(Picture, TheLuminanceIsThatOfTheRadianceAlsoOfTheSkyInMirrors) {
+    Material mirror, glossy, matt;
+    mirror.reflectance = glossy.reflectance = Rgb::Constant(0.1);
+    mirror.mirror = Rgb(0.8, 0.6, 0.4);
+    glossy.gloss.emplace();
+    glossy.gloss->reflectance = Rgb(0.2, 0.4, 0.6);
+    glossy.gloss->shape = {LobeShape::Model::ggx, 0.5};
+    for (const Material& shiny : {mirror, glossy}) {
+        Scene scene = half_shiny(shiny, matt);
+        scene.sky = Rgb(1.0, 2.0, 4.0);
+        scene.suns.push_back({Vec3(0.3, 0.2, 1.0).normalized(), Rgb(3.0, 2.0, 1.0)});
+        const BakeResult result = bake(registry(), scene, "square", few(), one);
+        const View view = look(result, view_of(from_above(1.5), 24, 24, 1),
+                               {{}, parse_show("luminance"), parse_show("radiosity-weighted")}, one);
+        for (std::size_t s = 0; s < view.values[0].size(); ++s) {
+            // Sums of the same terms in single precision, of which there are at most a few dozen.
+            const double weighted = luminance(rgb_of(view.values[0][s])), slack = 1e-5 * weighted;
+            EXPECT_GT(weighted, 0.1) << s;
+            EXPECT_NEAR(view.values[1][s][0], lumens_per_watt / std::numbers::pi * weighted,
+                        lumens_per_watt / std::numbers::pi * slack);
+            EXPECT_NEAR(view.values[2][s][0], weighted, slack);
+        }
+    }
+}
+
+TEST(Picture, MirrorsShowTheSurroundingsOfAThermalScene) {
+    const auto warm = [](double kelvins) { return stefan_boltzmann * std::pow(kelvins, 4); };
+    Material mirror = test::at_temperature(300.0, 0.1, "mirror");
+    mirror.reflectance = Rgb::Zero();
+    mirror.mirror = Rgb::Constant(0.9);
+    Scene scene = half_shiny(mirror, test::at_temperature(300.0, 0.1, "matt"));
+    scene.thermal = ThermalSetting{400.0};
+    const BakeResult result = bake(registry(), scene, "square", few(), one);
+    const View view = look(result, view_of(from_above(1.5), 24, 24, 1), {parse_show("radiosity-weighted")}, one);
+    const double reflected = 0.1 * warm(300.0) + 0.9 * warm(400.0); // by either half: all that arrives is from outside
+    for (std::size_t s = 0; s < view.seen.size(); ++s) {
+        EXPECT_NEAR(view.values[0][s][0], view.seen[s] == CameraHit::nothing ? warm(400.0) : reflected, 1e-3) << s;
+    }
 }
 
 TEST(Picture, TheColourBarStandsBesideIt) {

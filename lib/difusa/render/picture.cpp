@@ -201,7 +201,7 @@ class Look {
                     add_to(values[offset_ + numbers_[p]], value_of(show, light, p));
                 }
             }
-            if (meets_the_eye(show.quantity)) {
+            if (shows_sky(show.quantity)) {
                 add_sky(show, values);
             }
         }
@@ -236,29 +236,26 @@ class Look {
         });
     }
 
-    /// Radiosity, in a direction.
+    /// What a picture shows of light from outside the surface, given as π times its radiance, of a set of lights.
+    Rgb shown_of(const Show& show, Index set, const Rgb& light) const {
+        switch (show.quantity) {
+        case Quantity::radiosity:
+        case Quantity::direct:
+            return light;
+        case Quantity::group:
+            return parts_.direct->sets().names[set] == show.group ? light : Rgb(Rgb::Zero());
+        case Quantity::luminance:
+            return Rgb::Constant(lumens_per_watt * std::numbers::inv_pi * luminance(light));
+        case Quantity::radiosity_weighted:
+            return Rgb::Constant(luminance(light));
+        default:
+            return Rgb::Zero();
+        }
+    }
+
     void add_highlight(std::size_t sample, Index set, const Rgb& light) {
         for (std::size_t k = 0; k < view_.shows.size(); ++k) {
-            Pixel& pixel = view_.values[k][offset_ + sample];
-            switch (view_.shows[k].quantity) {
-            case Quantity::radiosity:
-            case Quantity::direct:
-                add_to(pixel, light);
-                break;
-            case Quantity::group:
-                if (parts_.direct->sets().names[set] == view_.shows[k].group) {
-                    add_to(pixel, light);
-                }
-                break;
-            case Quantity::luminance:
-                add_to(pixel, Rgb::Constant(lumens_per_watt * std::numbers::inv_pi * luminance(light)));
-                break;
-            case Quantity::radiosity_weighted:
-                add_to(pixel, Rgb::Constant(luminance(light)));
-                break;
-            default:
-                break;
-            }
+            add_to(view_.values[k][offset_ + sample], shown_of(view_.shows[k], set, light));
         }
     }
 
@@ -342,20 +339,28 @@ class Look {
         }
     }
 
+    /// The sky, or the surroundings of a thermal scene, where rays leave it.
     void add_sky(const Show& show, std::vector<Pixel>& values) const {
-        bool shines = scene_.has_sky();
-        const LightSets& sets = parts_.direct->sets();
-        shines = shines && (show.quantity != Quantity::group || sets.names[sets.sky] == show.group);
-        for (std::size_t i = 0; i < batch_.size() && shines; ++i) {
+        const bool surrounded = scene_.thermal && scene_.thermal->surroundings;
+        if (!surrounded && !scene_.has_sky()) {
+            return;
+        }
+        const double from_surroundings = surrounded ? excess_power(*scene_.thermal->surroundings, 0.0) : 0.0;
+        const Index set = parts_.direct->sets().sky;
+        const auto from = [&](const Vec3& direction, const Rgb& share) {
+            return shown_of(show, set,
+                            share * (surrounded ? Rgb(Rgb::Constant(from_surroundings))
+                                                : Rgb(std::numbers::pi * scene_.sky_radiance(direction))));
+        };
+        for (std::size_t i = 0; i < batch_.size(); ++i) {
             if (view_.seen[offset_ + i] == CameraHit::nothing) {
-                values[offset_ + i] = pixel_of(std::numbers::pi * scene_.sky_radiance(directions_[i]));
+                values[offset_ + i] = pixel_of(from(directions_[i], Rgb::Ones()));
             }
         }
-        for (std::size_t i = 0; i < in_mirrors_.size() && shines; ++i) {
+        for (std::size_t i = 0; i < in_mirrors_.size(); ++i) {
             for (const SeenInMirror& sight : in_mirrors_[i]) {
                 if (sight.hit.face == none) {
-                    add_to(values[offset_ + i],
-                           sight.colour * (std::numbers::pi * scene_.sky_radiance(sight.direction)));
+                    add_to(values[offset_ + i], from(sight.direction, sight.colour));
                 }
             }
         }
@@ -514,7 +519,7 @@ Image develop(const BakeResult& result, const View& view, std::size_t show, cons
     const Show& what = view.shows[show];
     const Colouring colouring = colouring_of(what.quantity);
     const bool light_around = colouring == Colouring::map || colouring == Colouring::dots;
-    const bool sky = how.sky && !how.background && meets_the_eye(what.quantity);
+    const bool sky = how.sky && !how.background && shows_sky(what.quantity);
     Image image = averaged(view, execution, [&](std::size_t s) -> Rgb {
         const Rgb value = rgb_of(view.values[show][s]);
         if (view.seen[s] == CameraHit::back) {
@@ -545,7 +550,9 @@ Image develop(const BakeResult& result, const View& view, std::size_t show, cons
 Image linear_picture(const View& view, std::size_t show, const std::optional<Rgb>& background,
                      const Execution& execution) {
     const Quantity quantity = view.shows[show].quantity;
-    const bool radiance = meets_the_eye(quantity) || quantity == Quantity::indirect || quantity == Quantity::emission;
+    const bool radiance = quantity == Quantity::radiosity || quantity == Quantity::direct ||
+                          quantity == Quantity::indirect || quantity == Quantity::group ||
+                          quantity == Quantity::emission;
     return averaged(view, execution, [&](std::size_t s) -> Rgb {
         if (view.seen[s] == CameraHit::nothing && background) {
             return *background;

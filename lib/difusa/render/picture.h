@@ -41,8 +41,9 @@ struct View {
 /// Throws UsageError for an invalid size or number of samples.
 void check_view(const ViewOptions& options);
 
-/// Renders a bake. Light that reaches the eye (radiosity, direct, group) is that of the sky where rays hit nothing, as
-/// radiosity, pi times the radiance; everything else is 0 there, and on backs. Bit-identical for any number of threads.
+/// Renders a bake. Where rays hit nothing, light that reaches the eye (radiosity, direct, group, luminance, weighted
+/// radiosity) is that of the sky, as radiosity, pi times the radiance, or of the surroundings of a thermal scene;
+/// everything else is 0 there, and on backs. Bit-identical for any number of threads.
 /// Throws UsageError for a missing element, group or error estimate, ResourceError.
 View look(const BakeResult& result, const ViewOptions& options, const std::vector<Show>& shows,
           const Execution& execution);

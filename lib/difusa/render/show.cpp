@@ -59,8 +59,8 @@ bool shows_in_mirrors(Quantity quantity) {
     }
 }
 
-bool meets_the_eye(Quantity quantity) {
-    return quantity == Quantity::radiosity || quantity == Quantity::direct || quantity == Quantity::group;
+bool shows_sky(Quantity quantity) {
+    return shows_in_mirrors(quantity) && quantity != Quantity::indirect;
 }
 
 Colouring colouring_of(Quantity quantity) {

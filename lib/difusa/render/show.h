@@ -51,8 +51,8 @@ Show parse_show(const std::string& text);
 /// True for the light that leaves surfaces, which mirrors show.
 bool shows_in_mirrors(Quantity quantity);
 
-/// True for quantities defined for the sky as well as for surfaces.
-bool meets_the_eye(Quantity quantity);
+/// True for those that are also defined of the sky, and of the surroundings of a thermal scene.
+bool shows_sky(Quantity quantity);
 
 /// Throws UsageError for light of a thermal scene, and for temperatures of another. The weighted radiosity and
 /// irradiance are those of the radiation.
