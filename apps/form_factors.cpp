@@ -278,7 +278,7 @@ difusa::FormFactors by_rays(const Arguments& a, const difusa::Registry& registry
     engine->build(input.scene.mesh);
     const difusa::DirectionPool pool(*directions, a.rays.value_or(1024), a.seed);
     return difusa::form_factors_by_rays(difusa::Tracer(input.scene.mesh, *engine), surfaces, pool, a.points.value_or(4),
-                                        execution);
+                                        a.seed, execution);
 }
 
 /// "1 - 3.8e-08" near 1, "0.561437" elsewhere.

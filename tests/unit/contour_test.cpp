@@ -1,10 +1,12 @@
 #include <difusa/core/random.h>
+#include <difusa/form_factors/blocked.h>
 #include <difusa/form_factors/contour.h>
 #include <difusa/form_factors/unblocked.h>
 #include <difusa/study/references/form_factors.h>
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <initializer_list>
 #include <numbers>
@@ -174,6 +176,44 @@ TEST(Unblocked, KeepsItsTolerance) {
         ++compared;
     }
     EXPECT_GT(compared, 200);
+}
+
+/// A square parallel to both triangles, so near to the lower one that all it hides from the upper one is hidden from
+/// within the lower one: the exchange lacks that of the square with the upper one. No point of the rules need be in its
+/// shadow.
+TEST(BlockedExchange, SmallShadowsBetweenThePointsAreFound) {
+    const PolygonEnd floor(polygon({Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)}), Vec3::UnitZ()),
+        ceiling(polygon({Vec3(0, 0, 1), Vec3(0, 1, 1), Vec3(1, 0, 1)}), -Vec3::UnitZ());
+    for (const Vec3& centre : {Vec3(0.25, 0.25, 0), Vec3(0.3, 0.15, 0), Vec3(0.45, 0.1, 0), Vec3(0.2, 0.5, 0)}) {
+        for (const double half : {0.04, 0.02, 0.01}) {
+            for (const double height : {0.01, 0.003}) {
+                FlatPolygon square;
+                for (const auto& [x, y] : {std::pair(-1, -1), {1, -1}, {1, 1}, {-1, 1}}) {
+                    square.add(centre + Vec3(half * x, half * y, height));
+                }
+                FlatPolygon other_side;
+                for (const std::size_t k : {3U, 2U, 1U, 0U}) {
+                    other_side.add(square[k]);
+                }
+                const std::array<Blocker, 2> sides{Blocker(square), Blocker(other_side)};
+                const std::array<Obstacle, 2> obstacles{Obstacle(std::span(sides).first(1)),
+                                                        Obstacle(std::span(sides).last(1))};
+                const std::array<const Obstacle*, 2> both{&obstacles[0], &obstacles[1]};
+                const double exact = unblocked_exchange(floor, ceiling, 1e-12).value -
+                                     unblocked_exchange(PolygonEnd(square, Vec3::UnitZ()), ceiling, 1e-12).value;
+                for (const double tolerance : {1e-4, 1e-5, 1e-6}) {
+                    for (const std::size_t count : {1U, 2U}) { // one side of the sheet, or both
+                        BlockedView view;
+                        const Estimate found = blocked_exchange(floor, ceiling, std::span(both).first(count), 1e-12,
+                                                                tolerance, view, Execution{});
+                        EXPECT_LE(found.error, tolerance);
+                        EXPECT_NEAR(found.value, exact, tolerance)
+                            << centre.transpose() << " " << half << " " << height;
+                    }
+                }
+            }
+        }
+    }
 }
 
 } // namespace

@@ -171,8 +171,8 @@ TEST(FormFactorMatrix, AgreesWithRays) {
     engine.build(mesh);
     const DirectionPool pool(CosineLattice(), 256, 1);
     const Surfaces surfaces = surfaces_by_face(mesh);
-    const FormFactors rays = form_factors_by_rays(Tracer(mesh, engine), surfaces, pool, 64, Execution{1});
-    EXPECT_THROW(form_factors_by_rays(Tracer(mesh, engine), surfaces, pool, 1, Execution{1}), UsageError);
+    const FormFactors rays = form_factors_by_rays(Tracer(mesh, engine), surfaces, pool, 64, 1, Execution{1});
+    EXPECT_THROW(form_factors_by_rays(Tracer(mesh, engine), surfaces, pool, 1, 1, Execution{1}), UsageError);
     const FormFactors F = compute(mesh, surfaces, 1e-3);
     double squares = 0.0;
     for (std::size_t i = 0; i < F.size(); ++i) {

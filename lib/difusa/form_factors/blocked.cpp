@@ -18,6 +18,13 @@ namespace {
 /// triangle that a straight line cuts off beyond the points of the 7-point rule.
 constexpr double corner_share = 1.0 / 6.0;
 
+/// Shadow regions that are a smaller share of a triangle fall between the points of a rule, or on one that stands for
+/// more than is in the shadow.
+constexpr double resolved_share = 0.25;
+
+/// Shadows that hide less than this share of the tolerance are not looked for.
+constexpr double negligible_share = 0.1;
+
 constexpr std::size_t no_body = std::numeric_limits<std::size_t>::max();
 
 /// A polygon is divided along this many lines at most, the longest: further ones are found as the rules disagree.
@@ -90,28 +97,44 @@ bool unanimous(unsigned seen) {
     return seen == static_cast<unsigned>(Seen::everything) || seen == static_cast<unsigned>(Seen::nothing);
 }
 
+/// What no point of the rules has noticed adds to the error; `negligible`: an area.
+double missed(const OuterTriangle& triangle, unsigned seen, double negligible, BlockedView& view) {
+    view.end_noticing();
+    return seen == static_cast<unsigned>(Seen::nothing)
+               ? 0.0
+               : view.unnoticed(triangle.corner, triangle.first, triangle.second, negligible);
+}
+
 /// 7 points against 3 and the corners.
-void integrate(OuterTriangle& triangle, const MeanView& three, const MeanView& corners, BlockedView& view) {
+void integrate(OuterTriangle& triangle, const MeanView& three, const MeanView& corners, double negligible,
+               BlockedView& view) {
     const MeanView seven = mean_view(triangle, triangle_rule(7), view);
     double difference = std::abs(seven.mean - three.mean);
     if ((three.seen | seven.seen | corners.seen) != static_cast<unsigned>(Seen::part) &&
         !unanimous(three.seen | seven.seen | corners.seen)) {
         difference = std::max(difference, corner_share * std::abs(corners.mean - seven.mean));
     }
-    triangle.estimate = {triangle.area * seven.mean, triangle.area * difference};
+    triangle.estimate = {triangle.area * seven.mean,
+                         triangle.area * difference + missed(triangle, three.seen | seven.seen, negligible, view)};
 }
 
 /// The first estimate of a triangle.
 void start(OuterTriangle& triangle, double tolerance, BlockedView& view) {
+    const double negligible = negligible_share * tolerance;
+    const MeanView corners = mean_view(triangle, corner_rule(), view);
+    view.begin_noticing();
     const MeanView one = mean_view(triangle, triangle_rule(1), view),
-                   three = mean_view(triangle, triangle_rule(3), view),
-                   corners = mean_view(triangle, corner_rule(), view);
+                   three = mean_view(triangle, triangle_rule(3), view);
     const double difference = std::abs(three.mean - one.mean);
     if (difference * triangle.area <= tolerance && unanimous(one.seen | three.seen | corners.seen)) {
-        triangle.estimate = {triangle.area * three.mean, triangle.area * difference};
-    } else {
-        integrate(triangle, three, corners, view);
+        const double unseen = missed(triangle, one.seen, negligible, view);
+        if (difference * triangle.area + unseen <= tolerance) {
+            triangle.estimate = {triangle.area * three.mean, triangle.area * difference + unseen};
+            return;
+        }
+        view.begin_noticing();
     }
+    integrate(triangle, three, corners, negligible, view);
 }
 
 std::array<OuterTriangle, 4> quarters(const OuterTriangle& whole) {
@@ -132,6 +155,7 @@ void BlockedView::set(const PolygonEnd& from, const PolygonEnd& to, std::span<co
     wholes_.clear();
     pieces_.clear();
     cuts_.clear();
+    shadows_.clear();
     for (const Obstacle* obstacle : obstacles) {
         if (obstacle->body() == nullptr) {
             add(obstacle->pieces()[0]);
@@ -217,10 +241,10 @@ std::size_t BlockedView::number_of(const ClosedBody& body) {
     return bodies_.size() - 1;
 }
 
-void BlockedView::hide(const Vec3& x, const FlatPolygon& blocker, const Plane& plane) {
-    if (visible_.hide(x, blocker, plane, rounding_)) {
-        seen_ = Seen::part;
-    }
+bool BlockedView::hide(const Vec3& x, const FlatPolygon& blocker, const Plane& plane) {
+    const bool hides = visible_.hide(x, blocker, plane, rounding_);
+    seen_ = hides ? Seen::part : seen_;
+    return hides;
 }
 
 std::size_t BlockedView::SightHash::operator()(const Sight& sight) const {
@@ -244,12 +268,13 @@ const std::vector<Index>* BlockedView::outline_of(const ClosedBody& body, const 
     return place->second.empty() ? nullptr : &place->second;
 }
 
-/// False if no outline is found.
-bool BlockedView::hide_behind(const Vec3& x, const ClosedBody& body) {
+/// Whether it hides something; nothing if no outline is found.
+std::optional<bool> BlockedView::hide_behind(const Vec3& x, const ClosedBody& body) {
     const std::vector<Index>* const outline = outline_of(body, x);
     if (outline == nullptr) {
-        return false;
+        return std::nullopt;
     }
+    bool hides = false;
     const std::span<const Vec3> corners = body.corners();
     // A fan of polygons from one corner of the outline. They need not be flat: what they hide is the same.
     constexpr std::size_t more = Blocker::most_corners - 2;
@@ -259,9 +284,22 @@ bool BlockedView::hide_behind(const Vec3& x, const ClosedBody& body) {
         for (std::size_t k = first; k <= std::min(first + more, outline->size() - 1); ++k) {
             part.add(corners[(*outline)[k]]);
         }
-        hide(x, part, {Vec3::Zero(), -1.0}); // seen from its front
+        hides = hide(x, part, {Vec3::Zero(), -1.0}) || hides; // seen from its front
     }
-    return true;
+    return hides;
+}
+
+bool BlockedView::hide_behind(const Vec3& x, const Obstacle& whole) {
+    if (const std::optional<bool> hides = hide_behind(x, *whole.body())) {
+        return *hides;
+    }
+    bool hides = false;
+    for (const Blocker& front : whole.pieces()) {
+        if (front.plane.height(x) > rounding_) {
+            hides = hide(x, front.polygon, front.plane) || hides;
+        }
+    }
+    return hides;
 }
 
 /// The form factor past a single convex body: that to the whole polygon less that to what the body hides, which is
@@ -310,25 +348,30 @@ double BlockedView::factor_of(const Vec3& x, const FlatPolygon& polygon) const {
 
 double BlockedView::form_factor(const Vec3& x) {
     seen_ = Seen::everything;
-    if (wholes_.size() == 1 && pieces_.empty()) {
+    if (wholes_.size() == 1 && pieces_.empty() && !leaves_out_) {
         if (const std::optional<double> factor = factor_past(x, *wholes_[0]->body())) {
+            if (seen_ != Seen::everything) {
+                note(0);
+            }
             return *factor;
         }
     }
     visible_.set(to_->polygon);
-    for (const Obstacle* whole : wholes_) {
-        if (!visible_.empty() && !hide_behind(x, *whole->body())) {
-            for (const Blocker& front : whole->pieces()) {
-                if (front.plane.height(x) > rounding_) {
-                    hide(x, front.polygon, front.plane);
-                }
-            }
+    const std::size_t blockers = blocker_count();
+    for (std::size_t b = 0; b < blockers && !visible_.empty(); ++b) {
+        if (leaves_out_ && left_out_[b] != 0) {
+            continue;
         }
-    }
-    for (std::size_t k = 0; k < pieces_.size() && !visible_.empty(); ++k) {
-        const Piece& piece = pieces_[k];
-        if (piece.body == no_body || !bodies_[piece.body].outside || piece.plane.height(x) > rounding_) {
-            hide(x, piece.polygon, piece.plane);
+        bool hides = false;
+        if (b < wholes_.size()) {
+            hides = hide_behind(x, *wholes_[b]);
+        } else {
+            const Piece& piece = pieces_[b - wholes_.size()];
+            hides = (piece.body == no_body || !bodies_[piece.body].outside || piece.plane.height(x) > rounding_) &&
+                    hide(x, piece.polygon, piece.plane);
+        }
+        if (hides) {
+            note(b);
         }
     }
     if (visible_.empty()) {
@@ -336,6 +379,47 @@ double BlockedView::form_factor(const Vec3& x) {
     }
     double sum = 0.0;
     visible_.for_pieces([&](const FlatPolygon& piece) { sum += factor_of(x, piece); });
+    return sum;
+}
+
+void BlockedView::begin_noticing() {
+    notices_ = true;
+    noticed_.assign(blocker_count(), 0);
+}
+
+const ShadowRegion& BlockedView::shadow_of(std::size_t blocker) {
+    shadows_.resize(blocker_count());
+    std::optional<ShadowRegion>& shadow = shadows_[blocker];
+    if (!shadow) {
+        shadow.emplace(*from_, *to_,
+                       blocker < wholes_.size() ? wholes_[blocker]->corners()
+                                                : pieces_[blocker - wholes_.size()].polygon.corners());
+    }
+    return *shadow;
+}
+
+double BlockedView::unnoticed(const Vec3& corner, const Vec3& first, const Vec3& second, double negligible) {
+    const double area = 0.5 * first.cross(second).norm();
+    left_out_.assign(blocker_count(), 0);
+    parts_.clear();
+    for (std::size_t b = 0; b < noticed_.size(); ++b) {
+        const ShadowRegion::Part part = shadow_of(b).within(corner, first, second);
+        if (!(part.area > 0.0) || (noticed_[b] != 0 && part.area >= resolved_share * area)) {
+            continue;
+        }
+        left_out_[b] = 1;
+        const bool again = !parts_.empty() && parts_.back().centre == part.centre; // the other side of a sheet
+        if (!again && part.area * factor_of(part.centre, to_->polygon) > negligible) {
+            parts_.push_back(part);
+        }
+    }
+    double sum = 0.0;
+    for (const ShadowRegion::Part& part : parts_) {
+        const double with = form_factor(part.centre);
+        leaves_out_ = true; // all of them: they may hide the same
+        sum += part.area * std::max(0.0, form_factor(part.centre) - with);
+        leaves_out_ = false;
+    }
     return sum;
 }
 
@@ -369,7 +453,10 @@ Estimate blocked_exchange(const PolygonEnd& P, const PolygonEnd& Q, std::span<co
         sum.value -= whole.estimate.value;
         sum.error -= whole.estimate.error;
         for (OuterTriangle& part : quarters(whole)) {
-            integrate(part, mean_view(part, triangle_rule(3), view), mean_view(part, corner_rule(), view), view);
+            const MeanView corners = mean_view(part, corner_rule(), view);
+            view.begin_noticing();
+            const MeanView three = mean_view(part, triangle_rule(3), view);
+            integrate(part, three, corners, negligible_share * tolerance * part.area / from.area, view);
             sum += part.estimate;
             open.push_back(part);
             std::push_heap(open.begin(), open.end(), less_error);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <difusa/form_factors/blockers.h>
+#include <difusa/form_factors/shadow_region.h>
 #include <difusa/form_factors/unblocked.h>
 #include <difusa/rays/visible_part.h>
 
@@ -35,6 +36,16 @@ class BlockedView {
     /// What the last point saw.
     Seen seen() const { return seen_; }
 
+    /// From here on, up to `end_noticing`, it is remembered which blockers hide something from a point.
+    void begin_noticing();
+    void end_noticing() { notices_ = false; }
+
+    /// What may be hidden from a triangle in the plane of `from` (a corner, and the others relative to it) by blockers
+    /// that no point has noticed, or whose shadow regions are so small a part of the triangle that few points can: for
+    /// each of them, the area of its region within the triangle times what all of them hide from the middle of that, an
+    /// exchange area. What cannot be more than `negligible` for one of them is left out.
+    double unnoticed(const Vec3& corner, const Vec3& first, const Vec3& second, double negligible);
+
     /// `from`, divided along the lines in which blockers end on its plane or pass through it: from points on either
     /// side of such a line they hide different parts of `to`, so that the form factor jumps across it.
     std::vector<FlatPolygon> smooth_parts() const;
@@ -57,13 +68,23 @@ class BlockedView {
         double length; ///< of what of it is in `from`
         Plane plane;   ///< of the blocker
     };
+    /// The blockers: `wholes_`, then `pieces_`.
+    std::size_t blocker_count() const { return wholes_.size() + pieces_.size(); }
+    const ShadowRegion& shadow_of(std::size_t blocker);
+    /// `blocker` hides something from the point.
+    void note(std::size_t blocker) {
+        if (notices_) {
+            noticed_[blocker] = 1;
+        }
+    }
     bool hides_as_a_whole(const ClosedBody& body) const;
     void add(const Blocker& blocker);
     void add_cut(const FlatPolygon& piece, const Plane& plane);
     std::size_t number_of(const ClosedBody& body);
-    void hide(const Vec3& x, const FlatPolygon& blocker, const Plane& plane);
+    bool hide(const Vec3& x, const FlatPolygon& blocker, const Plane& plane);
     const std::vector<Index>* outline_of(const ClosedBody& body, const Vec3& x);
-    bool hide_behind(const Vec3& x, const ClosedBody& body);
+    std::optional<bool> hide_behind(const Vec3& x, const ClosedBody& body);
+    bool hide_behind(const Vec3& x, const Obstacle& whole);
     std::optional<double> factor_past(const Vec3& x, const ClosedBody& body);
     double factor_of(const Vec3& x, const FlatPolygon& polygon) const;
 
@@ -85,6 +106,12 @@ class BlockedView {
     std::vector<const Obstacle*> wholes_; ///< convex bodies in front of `to`, with `from` outside of them
     std::vector<Piece> pieces_;           ///< of all others
     std::vector<Cut> cuts_;               ///< the longest first
+    std::vector<char> noticed_;           ///< #blockers
+    bool notices_ = false;
+    std::vector<char> left_out_; ///< #blockers: those that hide nothing if `leaves_out_`
+    bool leaves_out_ = false;
+    std::vector<ShadowRegion::Part> parts_;
+    std::vector<std::optional<ShadowRegion>> shadows_; ///< #blockers, made when they are first needed
     ClosedBody::View view_;
     std::unordered_map<Sight, std::vector<Index>, SightHash> outlines_; ///< found before: pairs have points in common
     VisiblePart visible_;                                               ///< of `to`

@@ -3,6 +3,7 @@
 #include <difusa/core/error.h>
 #include <difusa/core/even_sequence.h>
 #include <difusa/core/parallel.h>
+#include <difusa/core/random.h>
 #include <difusa/mesh/surface_sampling.h>
 
 #include <algorithm>
@@ -16,15 +17,18 @@ namespace {
 /// Hits of the rays of one surface. Scratch of one thread.
 class RayCount {
   public:
-    RayCount(const Tracer& tracer, const Surfaces& surfaces, const DirectionPool& pool)
-        : tracer_(tracer), surfaces_(surfaces), hemisphere_(tracer, pool), now_(surfaces.size(), 0.0),
+    RayCount(const Tracer& tracer, const Surfaces& surfaces, const DirectionPool& pool, std::uint64_t seed)
+        : tracer_(tracer), surfaces_(surfaces), seed_(seed), hemisphere_(tracer, pool), now_(surfaces.size(), 0.0),
           sum_(surfaces.size(), 0.0), squares_(surfaces.size(), 0.0), seen_(surfaces.size(), 0) {}
 
     /// Adds triangle t, which is `share` of its surface.
     void add(Index t, std::size_t points, double share) {
         const Mesh& mesh = tracer_.mesh();
+        // Shifted at random for each triangle: the errors of those of one surface average out.
+        RandomStream stream(seed_, "form factor points", t);
+        const double shift_u = stream.uniform(), shift_v = stream.uniform();
         for (std::size_t k = 0; k < points; ++k) {
-            const auto [u, v] = even_point<2>(k, {0.5, 0.5});
+            const auto [u, v] = even_point<2>(k, {shift_u, shift_v});
             hemisphere_.look(uniform_point(mesh, t, u, v), t * points + k);
             std::vector<Index> met;
             hemisphere_.for_each(
@@ -77,6 +81,7 @@ class RayCount {
   private:
     const Tracer tracer_;
     const Surfaces& surfaces_;
+    std::uint64_t seed_;
     Hemisphere hemisphere_;
     std::vector<double> now_, sum_, squares_; ///< #surfaces
     std::vector<char> seen_;                  ///< #surfaces
@@ -87,7 +92,7 @@ class RayCount {
 } // namespace
 
 FormFactors form_factors_by_rays(const Tracer& tracer, const Surfaces& surfaces, const DirectionPool& pool,
-                                 std::size_t points, const Execution& execution) {
+                                 std::size_t points, std::uint64_t seed, const Execution& execution) {
     if (points < 2) {
         throw UsageError("form factors by rays: at least two points on each triangle are needed, as their errors are "
                          "estimated from the differences between them");
@@ -101,7 +106,7 @@ FormFactors form_factors_by_rays(const Tracer& tracer, const Surfaces& surfaces,
     for (Index t = 0; t < surfaces.of.size(); ++t) {
         members[surfaces.of[t]].push_back(t);
     }
-    std::vector<RayCount> workers(execution.threads, RayCount(tracer, surfaces, pool));
+    std::vector<RayCount> workers(execution.threads, RayCount(tracer, surfaces, pool, seed));
     parallel_for(F.size(), 1, execution, [&](std::size_t begin, std::size_t end, unsigned worker) {
         for (std::size_t i = begin; i < end; ++i) {
             for (const Index t : members[i]) {
