@@ -228,6 +228,9 @@ void check_studies(const StudyArguments& a, const BakeArguments& bake, bool path
     if (!a.daylight.empty()) {
         check_daylight_file(a.daylight);
     }
+    if (!a.sky.empty()) { // before the coefficients, which take a while
+        (void)sky_in_parts(a.sky, SkyDivision(1, Vec3::UnitZ(), Vec3::UnitY()));
+    }
     check_needless(a, bake);
 }
 

@@ -55,6 +55,7 @@ usage() { # usage TEXT ARGUMENT...
 }
 usage "no field is written: omit it" office.difusa out.vtp --daylight c2.mtx
 usage "must end in .mtx (Radiance) or .npz" office.difusa --daylight c2.csv
+usage "must be one of cie, perez" office.difusa --daylight c2.mtx --daylight-sky bogus:1 --daylight-output x.csv
 usage "go together" office.difusa --daylight c2.mtx --daylight-sky $overcast
 usage "needs a sky" --daylight-from c.mtx
 usage "needs no transport" office.difusa --daylight-from c.mtx --daylight-sky $overcast --daylight-output x.csv

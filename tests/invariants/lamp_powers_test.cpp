@@ -57,6 +57,18 @@ class Lamps : public testing::Test {
         read_places(result, nullptr, Execution{2, nullptr, nullptr});
         return result;
     }
+    /// What the places receive.
+    Eigen::VectorXd reached(RelightOptions own) const {
+        own.bake.light_groups = true;
+        own.evaluate = false;
+        BakeResult relit = relight(test::registry(), saved, with_lamps(), "scene", own, Execution{2, nullptr, nullptr});
+        read_places(relit, nullptr, Execution{2, nullptr, nullptr});
+        return relit.readings.H * luminance_weights;
+    }
+
+    /// Where shadow rays go, and the samples on bright surfels, depend on the powers.
+    static constexpr double of_samples = 0.05;
+
     SavedTransport saved;
     RelightOptions how;
 };
@@ -86,14 +98,23 @@ TEST_F(Lamps, AreScaledInTheRelitScene) {
     EXPECT_LT(powers.rms(), (powers.before.array() - 5.0).matrix().norm() / std::sqrt(6.0)) << "better than before";
     EXPECT_THAT(powers.text(), HasSubstr("left x "));
     RelightOptions own = how;
-    own.change.scale = powers.factors;
-    own.bake.light_groups = true;
-    own.evaluate = false;
-    BakeResult relit = relight(test::registry(), saved, with_lamps(), "scene", own, Execution{2, nullptr, nullptr});
-    read_places(relit, nullptr, Execution{2, nullptr, nullptr});
-    const Eigen::VectorXd reached = relit.readings.H * luminance_weights;
-    // Where shadow rays go, and the samples on bright surfels, depend on the powers.
-    EXPECT_LE((reached - powers.after).norm(), 0.05 * powers.after.norm());
+    own.factors = powers.factors;
+    EXPECT_LE((reached(own) - powers.after).norm(), of_samples * powers.after.norm());
+}
+
+TEST_F(Lamps, FactorsAreOnTheLightsInTheEnd) {
+    how.change.scale = {{"left", 0.5}};
+    how.change.emission = {{"lamp", Rgb::Constant(20.0)}};
+    how.bake.point_lights.push_back({Vec3(0.5, 0.5, 0.6), Rgb::Constant(0.5)});
+    const LampPowers powers = lamp_powers(grouped(with_lamps()), Eigen::VectorXd::Constant(6, 5.0));
+    ASSERT_EQ(powers.factors.size(), 4U);
+    EXPECT_EQ(powers.factors.back().first, "point");
+    RelightOptions own = how;
+    own.factors = powers.factors;
+    EXPECT_LE((reached(own) - powers.after).norm(), of_samples * powers.after.norm());
+    own.bake.sky = Rgb::Ones();
+    own.change.scale = {{"sky", 2.0}};
+    EXPECT_THAT([&] { reached(own); }, ThrowsMessage<UsageError>(HasSubstr("--sky replaces the sky")));
 }
 
 TEST_F(Lamps, AreRefusedWithoutPlacesOrLamps) {

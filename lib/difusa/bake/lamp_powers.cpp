@@ -119,7 +119,7 @@ BakeResult relight_lamps(const Registry& registry, const SavedTransport& saved, 
     const auto places = static_cast<Eigen::Index>(groups.listed.size() + groups.sensors.size());
     powers = lamp_powers(groups, Eigen::VectorXd::Constant(places, wanted));
     RelightOptions solved = options;
-    solved.change.scale.insert(solved.change.scale.end(), powers.factors.begin(), powers.factors.end());
+    solved.factors.insert(solved.factors.end(), powers.factors.begin(), powers.factors.end());
     BakeResult result = relight(registry, saved, solved, execution);
     result.journal.note(powers.text());
     return result;

@@ -90,11 +90,14 @@ void set_reflectance(Material& material, const Rgb& reflectance) {
 
 } // namespace
 
-void change_light(const LightChange& change, Scene& scene) {
-    const LightSets sets = light_groups(scene); // as they were before any change
-    for (const auto& [name, factor] : change.scale) {
+void scale_lights(const LightFactors& factors, Scene& scene) {
+    const LightSets sets = light_groups(scene); // what a factor of 0 turns off keeps its name
+    for (const auto& [name, factor] : factors) {
         scale_group(scene, sets, name, factor);
     }
+}
+
+void change_light(const LightChange& change, Scene& scene) {
     for (const auto& wanted : change.emission) {
         if (!is_light(wanted.second)) {
             throw UsageError("--emission " + wanted.first + ": must be 0, or from 1e-100 to 1e100");
@@ -106,6 +109,7 @@ void change_light(const LightChange& change, Scene& scene) {
         for_materials(scene, "--reflectance", wanted.first,
                       [&](Material& material) { set_reflectance(material, wanted.second); });
     }
+    scale_lights(change.scale, scene);
 }
 
 } // namespace difusa

@@ -77,8 +77,11 @@ class Relighting {
                              "bake the moved scene, or with --transport gather");
         }
         result.options.sites = saved.options.sites;
-        const auto& scale = how.change.scale;
-        turned_off_ = std::any_of(scale.begin(), scale.end(), [](const auto& each) { return each.second == 0.0; });
+        result.light_factors = how.factors;
+        const auto turns_off = [](const LightFactors& factors) {
+            return std::any_of(factors.begin(), factors.end(), [](const auto& each) { return each.second == 0.0; });
+        };
+        turned_off_ = turns_off(how.change.scale) || turns_off(how.factors);
         choices.may_be_dark = path != nullptr || !how.evaluate || turned_off_; // the sun may be behind a wall
         result.transport_file = saved.file.string();
         BakeOptions& all = result.requested; // in case it is saved again
@@ -103,6 +106,7 @@ class Relighting {
                 result_.sky_assumed = !replaced;
             }
             const bool lit = has_light(scene);
+            refuse_scaled_sky(scene);
             change_light(how_.change, scene);
             if (path_ != nullptr) {
                 SunPath path = *path_;
@@ -116,6 +120,19 @@ class Relighting {
             const bool others = options.sky || !options.suns.empty() || !options.point_lights.empty();
             result_.turned_off = lit && !others && !has_light(scene);
         };
+    }
+
+    /// A factor on a sky that another one replaces would have no effect.
+    void refuse_scaled_sky(const Scene& scene) const {
+        const LightSets sets = light_groups(scene);
+        for (const auto& [name, factor] : how_.change.scale) {
+            const bool sky_alone =
+                name == sets.names[sets.sky] && scene.has_sky() &&
+                std::none_of(sets.material.begin(), sets.material.end(), [&](Index set) { return set == sets.sky; });
+            if (result_.options.sky && sky_alone) {
+                throw UsageError("--scale " + name + ": --sky replaces the sky that it would scale: give one of them");
+            }
+        }
     }
 
     /// `visit`: of the steps of the path.

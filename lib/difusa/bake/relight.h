@@ -35,6 +35,9 @@ struct RelightOptions {
     /// Objects that are moved, one after the other, before the scene is lit. Rays are cast again that may meet what has
     /// moved, where it was or where it is (transport/recast.h). Lamps that are no surfaces stay where they are.
     std::vector<ObjectMove> moves = {};
+
+    /// On the groups of all lights in the end, those of `bake` included.
+    LightFactors factors = {};
 };
 
 /// The choices of the bake that a relit one may make differently: solver, tolerance, what it limits, iterations,

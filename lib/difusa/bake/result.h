@@ -1,6 +1,7 @@
 // Everything about a finished bake.
 #pragma once
 
+#include <difusa/bake/light_change.h>
 #include <difusa/bake/move_object.h>
 #include <difusa/bake/options.h>
 #include <difusa/core/error.h>
@@ -117,6 +118,7 @@ struct BakeResult {
     Vec3 up = Vec3::UnitZ();         ///< unit, upwards: what the scene file says, or the convention of the mesh format
     int channels = 3;                ///< 1 for a grey scene
     bool sky_assumed = false;        ///< nothing else emits light
+    LightFactors light_factors;      ///< on the light groups of the finished scene
     bool turned_off = false;         ///< all lights of the scene, on purpose: no sky takes their place
     bool photometric = false;        ///< what people read is in lux and cd/m²
     bool photometric_lights = false; ///< the file measures its lights so

@@ -105,6 +105,11 @@ void add_lights(BakeResult& result, bool states_sky, const Execution& execution)
         return;
     }
     add_chosen_lights(scene, options);
+    if (!result.light_factors.empty()) {
+        const bool was_lit = has_light(scene);
+        scale_lights(result.light_factors, scene);
+        result.turned_off = result.turned_off || (was_lit && !has_light(scene));
+    }
     check_levels(scene, result.file);
     const bool lit = has_light(scene) || result.turned_off;
     if (!lit && (options.sky || states_sky || !scene.suns.empty() || !scene.point_lights.empty())) {
