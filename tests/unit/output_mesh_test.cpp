@@ -1,4 +1,6 @@
 #include <difusa/mesh/output_mesh.h>
+#include <difusa/scene/scene.h>
+#include <difusa/scene/texture.h>
 
 #include <meshes.h>
 
@@ -284,6 +286,40 @@ TEST(OutputMesh, ColoursOfCornersPartVerticesWhereTheyJump) {
     mesh.corner_reflectance[0].fill(Rgb(0.25, 0.5, 0.5)); // both triangles of the first cell
     mesh.corner_reflectance[1].fill(Rgb(0.25, 0.5, 0.5));
     EXPECT_EQ(refine(mesh, infinity, no_limit, {}).vertices.size(), 8u);
+}
+
+TEST(OutputMesh, SeamsOfTexturesPartVerticesWhereColoursJump) {
+    Scene scene;
+    scene.mesh = grid(2, 1); // two cells, of two triangles each
+    const auto placed = [&](double left_begins, double right_begins) {
+        scene.mesh.corner_texture.resize(scene.mesh.triangles.size());
+        for (Index t = 0; t < scene.mesh.triangles.size(); ++t) {
+            const bool right = scene.mesh.at(t, 1.0 / 3.0, 1.0 / 3.0).position.x() > 0.5;
+            for (int k = 0; k < 3; ++k) {
+                const Vec3& point = scene.mesh.points[scene.mesh.triangles[t][static_cast<std::size_t>(k)]];
+                const double across = 0.5 * point.x() - (right ? 0.25 - right_begins : -left_begins);
+                scene.mesh.corner_texture[t][static_cast<std::size_t>(k)] = TextureCoordinates(across, point.y());
+            }
+        }
+        return refine(scene.mesh, infinity, no_limit, {}, scene.texture_seams()).vertices.size();
+    };
+    const Rgb dark = Rgb::Constant(0.1), bright = Rgb::Constant(0.9), red(0.9, 0.1, 0.1);
+    Image image{4, 1, {}};
+    for (const Rgb& pixel : {dark, bright, red, red}) {
+        image.pixels.push_back(
+            {static_cast<float>(pixel[0]), static_cast<float>(pixel[1]), static_cast<float>(pixel[2])});
+    }
+    const auto texture = std::make_shared<const Texture>(image);
+    scene.materials.emplace_back();
+    EXPECT_EQ(placed(0.0, 0.5), 6u); // without a texture, no colours
+    for (const bool emits : {false, true}) {
+        (emits ? scene.materials[0].emission_texture : scene.materials[0].reflectance_texture) = texture;
+        EXPECT_EQ(placed(0.0, 0.25), 6u);       // the same colours on both sides
+        EXPECT_EQ(placed(0.0, 0.25 + 3.0), 6u); // repeated
+        EXPECT_EQ(placed(0.0, 0.5), 8u);
+        EXPECT_EQ(placed(0.375, 0.75), 6u); // other places of the texture that look the same
+        scene.materials[0].reflectance_texture = nullptr;
+    }
 }
 
 TEST(OutputMesh, ThePagesOfABookMeetAtTheSpine) {

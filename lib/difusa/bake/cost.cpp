@@ -203,8 +203,8 @@ void count_further_rays(BakeEstimate& estimate, const BakeResult& result, const 
     }
     estimate.further_rays = 2 * error_rays(options) * (points + first + samples);
     if (options.final_gather > 0) {
-        const OutputMesh output =
-            refine(result.scene->mesh, options.output_spacing, most_output_triangles(execution), execution);
+        const OutputMesh output = refine(result.scene->mesh, options.output_spacing, most_output_triangles(execution),
+                                         execution, result.scene->texture_seams());
         estimate.further_rays += 2 * output.vertices.size() * ((options.final_gather + 1) / 2);
     }
 }

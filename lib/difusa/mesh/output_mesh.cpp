@@ -312,10 +312,11 @@ void check_refinement(const Mesh& mesh, double max_edge, std::size_t triangle_li
     }
 }
 
-OutputMesh refine(const Mesh& mesh, double max_edge, std::size_t triangle_limit, const Execution& execution) {
+OutputMesh refine(const Mesh& mesh, double max_edge, std::size_t triangle_limit, const Execution& execution,
+                  const std::vector<char>& seams) {
     DIFUSA_REQUIRE(max_edge > 0.0);
     check_refinement(mesh, max_edge, triangle_limit);
-    Sheets sheets = make_sheets(mesh, part_materials(mesh, join_smooth_sides(mesh, mesh.crease_angle)));
+    Sheets sheets = make_sheets(mesh, part_materials(mesh, join_smooth_sides(mesh, mesh.crease_angle), seams));
     refine(sheets, mesh, max_edge, triangle_limit, execution);
 
     OutputMesh output;

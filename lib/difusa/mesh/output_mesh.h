@@ -23,9 +23,12 @@ struct OutputMesh {
 /// inside of needles are flipped across them instead.
 ///
 /// Neighbouring triangles share vertices exactly where the surface is smooth (the input triangles turn by at most
-/// Mesh::crease_angle across a manifold edge) and of one material; elsewhere each side has its own. Vertices have
-/// shading normals. Throws ResourceError if more than `triangle_limit` triangles would result.
-OutputMesh refine(const Mesh& mesh, double max_edge, std::size_t triangle_limit, const Execution& execution);
+/// Mesh::crease_angle across a manifold edge), of one material and without a seam; elsewhere each side has its own.
+/// `seams`: empty, or of side 3t + k, from corner k of triangle t to the next, whether colours jump across it
+/// (Scene::texture_seams). Vertices have shading normals. Throws ResourceError if more than `triangle_limit` triangles
+/// would result.
+OutputMesh refine(const Mesh& mesh, double max_edge, std::size_t triangle_limit, const Execution& execution,
+                  const std::vector<char>& seams = {});
 
 /// About the number of triangles of the refined mesh; an upper estimate.
 double expected_output_triangles(const Mesh& mesh, double max_edge);

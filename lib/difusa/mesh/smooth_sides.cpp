@@ -23,7 +23,7 @@ Twins join_smooth_sides(const Mesh& mesh, double crease_angle) {
     return twin;
 }
 
-Twins part_materials(const Mesh& mesh, Twins twin) {
+Twins part_materials(const Mesh& mesh, Twins twin, const std::vector<char>& seams) {
     const auto colour = [&](std::size_t corner) -> const Rgb& {
         return mesh.corner_reflectance[corner / 3][corner % 3];
     };
@@ -34,7 +34,8 @@ Twins part_materials(const Mesh& mesh, Twins twin) {
         }
         const bool same_colours = mesh.corner_reflectance.empty() || ((colour(s) == colour(after(other))).all() &&
                                                                       (colour(after(s)) == colour(other)).all());
-        if (mesh.material[triangle_of(s)] != mesh.material[triangle_of(other)] || !same_colours) {
+        const bool seam = !seams.empty() && seams[s] != 0;
+        if (mesh.material[triangle_of(s)] != mesh.material[triangle_of(other)] || !same_colours || seam) {
             twin[s] = twin[other] = none;
         }
     }

@@ -33,8 +33,9 @@ using Twins = std::vector<Index>;
 /// radians.
 Twins join_smooth_sides(const Mesh& mesh, double crease_angle);
 
-/// Separates the sides across which the reflectance may jump: different materials or corner colours.
-Twins part_materials(const Mesh& mesh, Twins twin);
+/// Separates the sides across which the reflectance may jump: different materials or corner colours, and `seams`
+/// (empty, or of each side whether it is one).
+Twins part_materials(const Mesh& mesh, Twins twin, const std::vector<char>& seams);
 
 /// Appends to `open` the triangles beside one, across joined sides, that continue it in one plane, if `enter(other)`
 /// tells that they are new.

@@ -3,6 +3,7 @@
 #include <difusa/core/colour.h>
 #include <difusa/core/error.h>
 #include <difusa/core/text.h>
+#include <difusa/mesh/smooth_sides.h>
 
 #include <algorithm>
 #include <cmath>
@@ -18,6 +19,29 @@ Rgb factor(const Texture* texture, const Mesh& mesh, const SurfacePoint& x) {
     }
     const std::array<TextureCoordinates, 3>& corner = mesh.corner_texture[x.face];
     return texture->at((1.0 - x.u - x.v) * corner[0] + x.u * corner[1] + x.v * corner[2]);
+}
+
+/// Whether the texture differs between two joined sides, somewhere along them.
+bool differs(const Texture* texture, const Mesh& mesh, std::size_t side, std::size_t other) {
+    constexpr int places = 9;
+    constexpr double visible = 1e-6; // more than what rounded coordinates may change
+    if (texture == nullptr) {
+        return false;
+    }
+    const auto corner = [&](std::size_t c) -> const TextureCoordinates& { return mesh.corner_texture[c / 3][c % 3]; };
+    const TextureCoordinates &begin = corner(side), &end = corner(after(side));
+    const TextureCoordinates &other_begin = corner(after(other)), &other_end = corner(other);
+    if (begin == other_begin && end == other_end) {
+        return false;
+    }
+    for (int i = 0; i < places; ++i) {
+        const double t = static_cast<double>(i) / (places - 1);
+        const Rgb colour = texture->at((1.0 - t) * begin + t * end);
+        if (((colour - texture->at((1.0 - t) * other_begin + t * other_end)).abs() > visible).any()) {
+            return true;
+        }
+    }
+    return false;
 }
 
 bool equal_channels(const Texture* texture) {
@@ -52,6 +76,24 @@ Rgb Scene::emission(const SurfacePoint& x) const {
 double Scene::pixels_of_emission(Index triangle) const {
     const Texture* const texture = materials[mesh.material[triangle]].emission_texture.get();
     return texture != nullptr ? texture->pixels(mesh.corner_texture[triangle]) : 0.0;
+}
+
+std::vector<char> Scene::texture_seams() const {
+    std::vector<char> seams;
+    for (std::size_t side = 0; side < mesh.twin.size() && !mesh.corner_texture.empty(); ++side) {
+        const std::size_t other = mesh.twin[side];
+        if (other == none || other < side) {
+            continue;
+        }
+        const Material& material = materials[mesh.material[triangle_of(side)]];
+        if (mesh.material[triangle_of(other)] == mesh.material[triangle_of(side)] &&
+            (differs(material.reflectance_texture.get(), mesh, side, other) ||
+             differs(material.emission_texture.get(), mesh, side, other))) {
+            seams.resize(mesh.twin.size(), 0);
+            seams[side] = seams[other] = 1;
+        }
+    }
+    return seams;
 }
 
 std::vector<char> Scene::used_materials() const {

@@ -40,6 +40,10 @@ struct Scene {
     /// How many pixels of the texture of its emission a triangle shows, repeated ones included; 0 without a texture.
     double pixels_of_emission(Index triangle) const;
 
+    /// Of each side (mesh/smooth_sides.h), 1 if it is joined to one of the same material along which a texture of the
+    /// reflectance or the emission shows something else; empty if there is none.
+    std::vector<char> texture_seams() const;
+
     /// Radiance arriving from the unit direction `towards` where rays hit nothing, W/(m² sr).
     Rgb sky_radiance(const Vec3& towards) const {
         return sky * std::numbers::inv_pi + (dome ? dome->radiance(towards) : Rgb(Rgb::Zero()));
