@@ -212,6 +212,7 @@ class GltfReader final : public Reader {
         soup.file = name.string();
         soup.up = Vec3::UnitY();
         soup.says_up = true;
+        soup.unit = 1.0;
         GltfScene(content, name, soup).read();
         return soup;
     }

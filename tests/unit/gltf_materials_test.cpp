@@ -14,6 +14,7 @@ using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 using namespace gltf_text;
 
 TEST(GltfReader, ColoursOfVerticesAreFactors) {
@@ -37,6 +38,30 @@ TEST(GltfReader, ColoursOfVerticesAreFactors) {
     EXPECT_EQ(soup.face_material[4], none);
     EXPECT_FALSE(soup.painted(4));
     EXPECT_TRUE(soup.painted(6));
+    // Of what the metal half reflects in a lobe, the mean over the corners 0, 1, 2, 0, 2, 3 of the primitive.
+    const Material &painted = soup.materials[soup.face_material[0]], &plain = soup.materials[soup.face_material[2]];
+    ASSERT_TRUE(painted.gloss && plain.gloss);
+    EXPECT_TRUE((plain.gloss->reflectance == 0.25).all());
+    const Rgb mean(4.0 / 6.0, 2.0 / 6.0, (2 * 0.2 + 2.0) / 6.0);
+    EXPECT_LE((painted.gloss->reflectance - 0.25 * mean).abs().maxCoeff(), 1e-15);
+    EXPECT_THAT(notes(soup), HasSubstr("primitives of metal with vertex colours"));
+}
+
+TEST(GltfReader, MetalOfOneVertexColourHasIt) {
+    Arrays arrays = square();
+    arrays.add<std::uint8_t>("VEC4", 5121, 4, {255, 0, 51, 255, 255, 0, 51, 255, 255, 0, 51, 255, 255, 0, 51, 255},
+                             ",\"normalized\":true");
+    for (const std::string roughness : {"0", "0.5"}) {
+        const PolygonSoup soup =
+            gltf("\"nodes\":[{\"mesh\":0}],\"materials\":[{\"pbrMetallicRoughness\":{\"metallicFactor\":1,"
+                 "\"roughnessFactor\":" +
+                 roughness +
+                 "}}],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0,\"COLOR_0\":3},\"indices\":2,"
+                 "\"material\":0}]}]," +
+                 arrays.embedded());
+        EXPECT_TRUE((soup.materials[soup.face_material[0]].specular() == Rgb(1.0, 0.0, 0.2)).all());
+        EXPECT_THAT(notes(soup), Not(HasSubstr("vertex colours")));
+    }
 }
 
 TEST(GltfReader, MaterialsAndLight) {

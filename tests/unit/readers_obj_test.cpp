@@ -358,6 +358,17 @@ TEST(MaterialLibrary, OptionsOfTextures) {
     EXPECT_THROW(parse_material_library("map_Kd x.png\n", "a.mtl"), InputError);
 }
 
+TEST(MaterialLibrary, SaysWhatChangesTheLookAndIsNotRead) {
+    const MaterialLibrary library = parse_material_library(
+        "newmtl a\nKd 0 0 0\nmap_Kd a.png\nmap_d a.png\nd 0.5\nnewmtl b\nKd 1\nPm 0\nPr 0.5\nKa 1 1 1\nNi 1.5\nPm 1\n"
+        "map_Bump -bm 2 b.png\n",
+        "a.mtl");
+    EXPECT_THAT(library.notes,
+                testing::ElementsAre(HasSubstr("whose Kd of 0 makes their map_Kd black: 1 (first at line 1)"),
+                                     HasSubstr("unsupported statements: 2 (first at line 12: 'Pm'); they are ignored"),
+                                     HasSubstr("that are not opaque: 1 (first at line 1)")));
+}
+
 TEST(MaterialLibrary, MirrorsAreThoseOfIllum3) {
     const MaterialLibrary library = parse_material_library(
         "newmtl a\nKd 0.25 0 0\nKs 0.5 0.25 0\nillum 3\nnewmtl b\nKd 0.5\nKs 0.5\nillum 2\nnewmtl c\nillum 3\nKd 0\n"

@@ -3,11 +3,14 @@
 #include <difusa/import/scene_file.h>
 
 #include <gmock/gmock.h>
+#include <readers.h>
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
+#include "gltf_text.h"
 #include "scene_file_fixture.h"
 
 namespace difusa::scene_file_test {
@@ -34,6 +37,32 @@ TEST_F(SceneFile, AMeshStaysAsItIs) {
     EXPECT_EQ(soup.parts[0].file, (folder_ / "square.off").string());
     EXPECT_THAT(soup.notes, IsEmpty());
     EXPECT_FALSE(soup.camera || soup.lights.sky || soup.default_reflectance);
+}
+
+TEST_F(SceneFile, GltfIsInMetresAndItsUpIsTold) {
+    write("square.gltf", gltf_text::file(gltf_text::scene("{\"mesh\":0}")));
+    const auto read_with = [&](const std::string& up, const std::string& more) {
+        return read("{\"difusa_scene\": 1, \"unit\": \"mm\"," + up + "\"meshes\": [{\"file\": \"square.gltf\"" + more +
+                    "}]}");
+    };
+    const PolygonSoup soup = read_with("", "");
+    EXPECT_EQ(soup.points[2], Vec3(1, 1, 0));
+    EXPECT_THAT(soup.notes, ElementsAre(HasSubstr("up is (0, 1, 0) in this file and (0, 0, 1) in the scene")));
+    EXPECT_EQ(read_with("", ", \"unit\": \"cm\"").points[2], Vec3(0.01, 0.01, 0));
+    EXPECT_THAT(read_with("\"up\": \"y\",", "").notes, IsEmpty());
+    EXPECT_THAT(read_with("", ", \"transform\": {\"rotate\": {\"axis\": [1, 0, 0], \"degrees\": 90}}").notes, IsEmpty());
+    EXPECT_THAT(read_with("", ", \"transform\": {\"scale\": 2}").notes, ElementsAre(HasSubstr("turn the mesh")));
+}
+
+TEST_F(SceneFile, CommentsMayStandAmongMaterials) {
+    const PolygonSoup soup =
+        read("{\"difusa_scene\": 1, \"materials\": {\"comment\": \"paint\", \"a\": {\"reflectance\": 0.25}},"
+             "\"meshes\": [{\"file\": \"square.off\", \"material\": \"a\", \"materials\": {\"comment\": 7}}]}");
+    EXPECT_EQ(soup.materials.size(), 1U);
+    EXPECT_EQ(soup.materials[soup.face_material[0]].name, "a");
+    const PolygonSoup of_this_name = read("{\"difusa_scene\": 1, \"materials\": {\"comment\": {}},"
+                                          "\"meshes\": [{\"file\": \"square.off\", \"material\": \"comment\"}]}");
+    EXPECT_EQ(of_this_name.materials[of_this_name.face_material[0]].name, "comment");
 }
 
 TEST_F(SceneFile, OtherFilesAreLeftToTheReaders) {

@@ -63,6 +63,33 @@ TEST(Texture, APlacementMovesItsCoordinates) {
     }
 }
 
+TEST(SettleTextures, TheMeanColourIsAFactorOnVertexColours) {
+    PolygonSoup soup = make_soup({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}, {2, 1, 0}});
+    soup.point_reflectance = {Rgb::Constant(0.5), Rgb::Constant(0.25), Rgb::Ones()};
+    soup.colours_by_material = true;
+    soup.materials.resize(1);
+    soup.materials[0].vertex_colours = true;
+    soup.materials[0].reflectance_texture = std::make_shared<const Texture>(four());
+    soup.face_material = {0, 0};
+    constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+    for (const bool all : {true, false}) {
+        PolygonSoup settled = soup;
+        if (!all) { // the second face has coordinates
+            settled.corner_texture.assign(3, {unknown, unknown});
+            settled.corner_texture.insert(settled.corner_texture.end(), {{0.25, 0.25}, {0.75, 0.25}, {0.25, 0.75}});
+        }
+        settle_textures(settled);
+        ASSERT_EQ(settled.notes.size(), 1U);
+        ASSERT_EQ(settled.corner_texture.size(), 6U);
+        const Material& mean = settled.materials[settled.face_material[0]];
+        ASSERT_TRUE(mean.reflectance_texture);
+        EXPECT_TRUE(is_placed_on(mean, settled.corner_texture[0]));
+        EXPECT_NEAR(mean.reflectance_texture->at(settled.corner_texture[0])[0], 0.25, 1e-7);
+        EXPECT_EQ(settled.face_material[1], all ? settled.face_material[0] : 0U);
+        EXPECT_TRUE(settled.painted(0));
+    }
+}
+
 TEST(SettleTextures, FacesWhoseTextureIsPlacedTooFarAwayHaveTheMeanColour) {
     for (const double scale : {1e9, 1e12, 1e308, std::numeric_limits<double>::infinity()}) {
         for (const bool emission : {false, true}) {

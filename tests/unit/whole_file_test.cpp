@@ -122,6 +122,19 @@ TEST(WholeFile, HasThePermissionsOfAnyNewFile) {
     }
 }
 
+TEST(WholeFile, KeepsThePermissionsOfWhatItReplaces) {
+    const ScratchDirectory scratch;
+    for (const mode_t mode : {0600u, 0640u, 0755u}) {
+        const std::filesystem::path file = scratch / std::to_string(mode);
+        write_whole_file(file, "old");
+        ASSERT_EQ(chmod(file.c_str(), mode), 0);
+        write_whole_file(file, "new");
+        struct stat status {};
+        ASSERT_EQ(stat(file.c_str(), &status), 0);
+        EXPECT_EQ(status.st_mode & 0777u, mode);
+    }
+}
+
 TEST(WholeFile, FollowsSymbolicLinks) {
     const ScratchDirectory scratch, elsewhere;
     write_whole_file(elsewhere / "real", "old");

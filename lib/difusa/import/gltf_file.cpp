@@ -114,7 +114,7 @@ GltfFile::GltfFile(std::string_view content, const std::filesystem::path& name)
     const JsonValue& asset = checks_.required(root_, "a glTF file", "asset");
     checks_.object(asset, "\"asset\"");
     const std::string& version = checks_.text(checks_.required(asset, "\"asset\"", "version"), "\"version\"");
-    if (version.substr(0, 2) != "2.") {
+    if (version != "2" && version.substr(0, 2) != "2.") {
         checks_.fail(asset,
                      "glTF version " + version + " is not supported, only version 2: export the scene as glTF 2.0");
     }

@@ -276,19 +276,24 @@ const GltfMaterials::Surface& GltfMaterials::surface(const JsonValue& index) {
                                     : surfaces_.emplace(number_of, surface(from, number_of)).first->second;
 }
 
-Index GltfMaterials::material(const JsonValue* index, bool painted) {
+Index GltfMaterials::material(const JsonValue* index, bool painted, const Rgb& mean_colour) {
     if (index == nullptr && !painted) {
         return none;
     }
     const std::size_t of_file =
         index == nullptr ? static_cast<std::size_t>(none) : static_cast<std::size_t>(index->number);
     const auto [place, is_new] =
-        numbers_.try_emplace({of_file, painted}, static_cast<Index>(input_.soup().materials.size()));
+        numbers_.try_emplace({of_file, painted, {mean_colour[0], mean_colour[1], mean_colour[2]}},
+                             static_cast<Index>(input_.soup().materials.size()));
     if (is_new) {
         Material made;
         made.name = "vertex colours";
         if (index != nullptr) {
             made = surface(*index).material;
+            made.mirror *= mean_colour;
+            if (made.gloss) {
+                made.gloss->reflectance *= mean_colour;
+            }
         }
         made.vertex_colours = painted;
         input_.soup().materials.push_back(std::move(made));

@@ -4,8 +4,10 @@
 #include <difusa/import/gltf_input.h>
 #include <difusa/import/image_file.h>
 
+#include <array>
 #include <map>
 #include <memory>
+#include <tuple>
 #include <utility>
 
 namespace difusa {
@@ -23,8 +25,9 @@ class GltfMaterials {
     /// Material `index` of the file, read once.
     const Surface& surface(const JsonValue& index);
 
-    /// The soup's number for a material of the file (or for none), with or without vertex colours.
-    Index material(const JsonValue* index, bool painted);
+    /// The soup's number for a material of the file (or for none), with or without vertex colours, whose mean is a
+    /// factor on what a metal reflects in mirrors and glossily.
+    Index material(const JsonValue* index, bool painted, const Rgb& mean_colour);
 
   private:
     /// An image on a material, and which of a vertex' coordinates are used for it.
@@ -62,7 +65,8 @@ class GltfMaterials {
     std::map<std::pair<std::size_t, PixelEncoding>, std::shared_ptr<const Image>> images_;
     std::map<std::size_t, std::vector<std::pair<TexturePlacement, std::shared_ptr<const Texture>>>> textures_;
     std::map<std::size_t, Surface> surfaces_;
-    std::map<std::pair<std::size_t, bool>, Index> numbers_; ///< of materials in the soup
+    using Variant = std::tuple<std::size_t, bool, std::array<double, 3>>; ///< number in the file, painted, mean colour
+    std::map<Variant, Index> numbers_;                                    ///< of materials in the soup
 };
 
 } // namespace difusa

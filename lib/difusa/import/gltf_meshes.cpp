@@ -14,6 +14,10 @@ namespace {
 
 const TextureCoordinates nowhere = TextureCoordinates::Constant(std::numeric_limits<double>::quiet_NaN());
 
+Rgb vertex_colour(const GltfAccessor& colours, std::size_t v) {
+    return Rgb(colours.at(v, 0), colours.at(v, 1), colours.at(v, 2)).max(0.0).min(1.0);
+}
+
 } // namespace
 
 void GltfMeshes::read_mesh(const JsonValue& index, const Placement& place) {
@@ -118,7 +122,9 @@ std::optional<GltfMeshes::Primitive> GltfMeshes::primitive_of(const JsonValue& f
     if (from.find("targets") != nullptr) {
         note_mesh("primitives with morph targets", "their base shape is read", name);
     }
-    result.material = materials_.material(material_index, result.colours.has_value());
+    const bool tinted = look != nullptr && result.colours && (look->material.specular() > 0.0).any();
+    result.material = materials_.material(material_index, result.colours.has_value(),
+                                          tinted ? mean_colour(result, name) : Rgb(Rgb::Ones()));
     if (result.material == none) {
         note_mesh("primitives without a material",
                   "their faces have the default reflectance (--reflectance); give them a material", name);
@@ -156,6 +162,25 @@ void GltfMeshes::read_arrays(const JsonValue& from, const JsonValue& attributes,
     }
 }
 
+Rgb GltfMeshes::mean_colour(const Primitive& primitive, const std::string& name) {
+    const std::size_t corners = primitive.indices ? primitive.indices->count() : primitive.positions.count();
+    Rgb sum = Rgb::Zero(), least = Rgb::Ones(), most = Rgb::Zero();
+    for (std::size_t i = 0; i < corners; ++i) {
+        const auto v = primitive.indices ? static_cast<std::size_t>(primitive.indices->at(i, 0)) : i;
+        if (v < primitive.colours->count()) { // another is refused when its triangle is read
+            const Rgb colour = vertex_colour(*primitive.colours, v);
+            sum += colour;
+            least = least.min(colour);
+            most = most.max(colour);
+        }
+    }
+    if (!(least < most).any()) {
+        return most;
+    }
+    note_mesh("primitives of metal with vertex colours", "their mean is used for what is reflected specularly", name);
+    return sum / static_cast<double>(corners);
+}
+
 void GltfMeshes::add_triangle(Primitive& primitive, const std::array<std::size_t, 3>& corners, const Placement& place) {
     PolygonSoup& soup = input_.soup();
     std::array<Index, 3> face;
@@ -166,8 +191,7 @@ void GltfMeshes::add_triangle(Primitive& primitive, const std::array<std::size_t
             const GltfAccessor& x = primitive.positions;
             soup.points.push_back(place({x.at(v, 0), x.at(v, 1), x.at(v, 2)}));
             if (primitive.colours) {
-                const GltfAccessor& c = *primitive.colours;
-                add_colour(primitive.factor * Rgb(c.at(v, 0), c.at(v, 1), c.at(v, 2)).max(0.0).min(1.0));
+                add_colour(primitive.factor * vertex_colour(*primitive.colours, v));
             }
         }
         face[k] = primitive.vertex[v];

@@ -42,6 +42,8 @@ class GltfMeshes {
     std::optional<Primitive> primitive_of(const JsonValue& from, const std::string& name);
     void read_arrays(const JsonValue& from, const JsonValue& attributes, const std::string& name,
                      std::size_t texture_set, Primitive& to);
+    /// The mean of the vertex colours over the primitive's corners.
+    Rgb mean_colour(const Primitive& primitive, const std::string& name);
     void add_triangle(Primitive& primitive, const std::array<std::size_t, 3>& corners, const Placement& place);
     void add_colour(const Rgb& colour);
     /// A mesh may have many instances: a small file can require more memory than there is.

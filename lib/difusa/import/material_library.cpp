@@ -5,10 +5,12 @@
 #include <difusa/core/tally.h>
 #include <difusa/import/text_scanner.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <string_view>
 #include <unordered_set>
 
 namespace difusa {
@@ -19,6 +21,11 @@ using Reach = TextScanner::Reach;
 
 /// The least Ns of a mirror. Exporters write 900 or 1000 for a surface without any roughness.
 constexpr double polished = 900.0;
+
+/// Statements that would make a surface look different.
+constexpr std::array<std::string_view, 13> unsupported{"map_Ks", "map_Ns",   "map_Pr",   "map_Pm", "map_Ps",
+                                                       "map_Tr", "map_bump", "map_Bump", "bump",   "norm",
+                                                       "disp",   "decal",    "refl"};
 
 class Parser {
   public:
@@ -62,6 +69,16 @@ class Parser {
             texture(word == "map_Ke");
         } else if (word == "d" || word == "Tr") {
             opacity(word);
+        } else if (word == "map_d") {
+            add_translucent();
+        } else if (word == "Pm") {
+            std::string_view token;
+            double metallic = 0.0;
+            if (scanner_.next(token, Reach::line) && parse_real(token, metallic) && metallic > 0.0) {
+                ignored_.add(scanner_.line(), excerpt(word));
+            }
+        } else if (std::find(unsupported.begin(), unsupported.end(), word) != unsupported.end()) {
+            ignored_.add(scanner_.line(), excerpt(word));
         }
     }
 
@@ -93,6 +110,9 @@ class Parser {
             material_.reflectance = Rgb::Zero(); // nothing but a mirror, or gloss
         } else if (!has_kd_) {
             without_kd_.add(line_);
+        }
+        if (has_kd_ && maps_[0] && (material_.reflectance == 0.0).all()) {
+            black_.add(line_);
         }
         if (!has_ke_ && maps_[1]) {
             material_.emission = Rgb::Ones();
@@ -236,9 +256,15 @@ class Parser {
             scanner_.next(token, Reach::line);
         }
         const bool opaque = parse_real(token, value) && value == (word == "d" ? 1.0 : 0.0);
-        if (!opaque && open_ && !translucent_here_) {
+        if (!opaque) {
+            add_translucent();
+        }
+    }
+
+    void add_translucent() {
+        if (open_ && !translucent_here_) {
             translucent_.add(line_);
-            translucent_here_ = true; // exporters write both keywords
+            translucent_here_ = true; // exporters write several of the keywords
         }
     }
 
@@ -246,6 +272,9 @@ class Parser {
         std::vector<std::string>& notes = library_.notes;
         const std::string materials = file_ + ": materials ";
         without_kd_.note(materials + "without Kd", "their reflectance is 0.5", notes);
+        black_.note(materials + "whose Kd of 0 makes their map_Kd black",
+                    "Kd is a factor on the image: write Kd 1 1 1 to have the image as it is", notes);
+        ignored_.note(file_ + ": unsupported statements", "they are ignored", notes);
         unread_.note(file_ + ": unsupported texture options", "they are ignored", notes);
         translucent_.note(materials + "that are not opaque", "transparency is ignored, every face is opaque", notes);
         too_bright_.note(materials + "whose Kd and Ks (illum 3) add up to more than 1",
@@ -270,7 +299,7 @@ class Parser {
     double exponent_ = 0.0;                         ///< Ns; infinite if not given
     Rgb specular_ = Rgb::Zero();                    ///< Ks
     std::array<std::optional<TextureUse>, 2> maps_; ///< map_Kd, map_Ke
-    Tally without_kd_, unread_, too_bright_, specular_unused_, translucent_, foreign_, repeated_;
+    Tally without_kd_, black_, ignored_, unread_, too_bright_, specular_unused_, translucent_, foreign_, repeated_;
 };
 
 } // namespace

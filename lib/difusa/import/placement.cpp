@@ -67,6 +67,7 @@ void place(PolygonSoup& soup, const Placement& placement) {
         turn_over(soup);
     }
     const auto turn = [&](Vec3& direction) { direction = (placement.linear * direction).stableNormalized(); };
+    turn(soup.up);
     for (Sun& sun : soup.lights.suns) {
         turn(sun.towards);
     }

@@ -108,6 +108,9 @@ class SceneFile {
         checks_.object(materials, quoted("materials"));
         for (std::size_t i = 0; i < materials.names.size(); ++i) {
             const JsonValue& from = materials.items[i];
+            if (materials.names[i] == "comment" && from.kind != JsonValue::Kind::object) {
+                continue;
+            }
             std::vector<std::string> known{"reflectance", "reflectance_texture", "mirror",           "gloss",
                                            "emission",    "luminance",           "emission_texture", "double_sided",
                                            "light_group"};
@@ -226,7 +229,8 @@ class SceneFile {
         checks_.file_beside(named, quoted("file")); // throws, naming this line, if it cannot be read
         mesh = read_mesh_(path);
         check_indices(mesh);
-        place(mesh, placement(from));
+        place(mesh, placement(from, mesh.unit.value_or(checks_.unit())));
+        note_other_up(from, mesh);
         if (const JsonValue* flip = from.find("flip"); flip != nullptr && checks_.truth(*flip, quoted("flip"))) {
             turn_over(mesh);
         }
@@ -244,9 +248,23 @@ class SceneFile {
         }
     }
 
-    Placement placement(const JsonValue& from) const {
+    /// A file that says which way is up is expected to stand upright.
+    void note_other_up(const JsonValue& from, const PolygonSoup& mesh) {
+        const JsonValue* const transform = from.find("transform");
+        const bool turned =
+            transform != nullptr && (transform->find("rotate") != nullptr || transform->find("matrix") != nullptr);
+        if (mesh.says_up && !turned && mesh.up.dot(soup_.up) < 1.0 - 1e-6) {
+            soup_.notes.push_back(mesh.file + ": up is " + coordinates(mesh.up) + " in this file and " +
+                                  coordinates(soup_.up) +
+                                  " in the scene: turn the mesh (\"rotate\" in \"transform\"), "
+                                  "or say \"up\" in the scene");
+        }
+    }
+
+    /// `unit`: metres per unit of length of the mesh, unless `from` says otherwise.
+    Placement placement(const JsonValue& from, double unit) const {
         Placement result;
-        const double scale_to_metres = checks_.unit_of(from, checks_.unit());
+        const double scale_to_metres = checks_.unit_of(from, unit);
         if (const JsonValue* transform = from.find("transform")) {
             checks_.members(*transform, quoted("transform"), {"scale", "rotate", "translate", "matrix"});
             if (const JsonValue* matrix = transform->find("matrix")) {
@@ -404,15 +422,17 @@ class SceneFile {
         std::vector<Index> by(mesh.materials.size(), none);
         for (std::size_t i = 0; i < replaced.names.size(); ++i) {
             const std::string& name = replaced.names[i];
-            const Index number = material(replaced.items[i]);
-            bool found = false;
             std::vector<std::string> known;
-            for (std::size_t m = 0; m < mesh.materials.size(); ++m) {
-                known.push_back(mesh.materials[m].name);
-                if (known.back() == name) {
-                    by[m] = number;
-                    found = true;
-                }
+            for (const Material& each : mesh.materials) {
+                known.push_back(each.name);
+            }
+            const bool found = std::find(known.begin(), known.end(), name) != known.end();
+            if (!found && name == "comment") {
+                continue;
+            }
+            const Index number = material(replaced.items[i]);
+            for (std::size_t m = 0; m < known.size(); ++m) {
+                by[m] = known[m] == name ? number : by[m];
             }
             if (!found) {
                 checks_.refuse_name(replaced.items[i], name, mesh.file + " has no material " + excerpt(name), known);

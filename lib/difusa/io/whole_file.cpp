@@ -97,6 +97,9 @@ WholeFile::WholeFile(const fs::path& target) : target_(target), resolved_(follow
     if (descriptor_ < 0) {
         fail(explain(errno, directory));
     }
+    if (fs::exists(status)) { // whoever may not read the old file may not read the new one
+        fchmod(descriptor_, static_cast<mode_t>(status.permissions() & fs::perms::all));
+    }
 }
 
 WholeFile::~WholeFile() {

@@ -53,6 +53,7 @@ struct PolygonSoup {
     std::optional<Camera> camera;
     Vec3 up = Vec3::UnitZ();                ///< unit, upwards: as the file says, or as most files of its format
     bool says_up = false;                   ///< the file or the standard of its format says so
+    std::optional<double> unit;             ///< metres per unit of length, if the standard of the format says so
     bool photometric = false;               ///< lights are measured in lumens, candelas, lux, or cd/m²
     std::optional<Rgb> default_reflectance; ///< for faces without a material; absent: the caller's
     std::optional<double> surroundings;     ///< temperature in K of what a thermal scene is in

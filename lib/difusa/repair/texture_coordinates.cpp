@@ -3,8 +3,34 @@
 #include <difusa/repair/findings.h>
 
 #include <algorithm>
+#include <array>
+#include <limits>
+#include <memory>
 
 namespace difusa {
+
+namespace {
+
+/// The material with its textures' mean colours. The reflectance of one that takes it from vertex colours stays a
+/// factor on these: a texture of one pixel.
+Material without_textures(Material material) {
+    if (material.reflectance_texture && material.vertex_colours) {
+        const Rgb mean = material.reflectance_texture->mean();
+        const std::array<float, 3> pixel{static_cast<float>(mean[0]), static_cast<float>(mean[1]),
+                                         static_cast<float>(mean[2])};
+        material.reflectance_texture = std::make_shared<const Texture>(Image{1, 1, {pixel}});
+    } else if (material.reflectance_texture) {
+        material.reflectance *= material.reflectance_texture->mean();
+        material.reflectance_texture = nullptr;
+    }
+    if (material.emission_texture) {
+        material.emission *= material.emission_texture->mean();
+        material.emission_texture = nullptr;
+    }
+    return material;
+}
+
+} // namespace
 
 void settle_textures(PolygonSoup& soup) {
     const std::size_t materials = soup.materials.size();
@@ -30,18 +56,15 @@ void settle_textures(PolygonSoup& soup) {
         }
         if (plain[m] == none) {
             plain[m] = static_cast<Index>(soup.materials.size());
-            Material material = soup.materials[m];
-            if (material.reflectance_texture) {
-                material.reflectance *= material.reflectance_texture->mean();
-                material.reflectance_texture = nullptr;
-            }
-            if (material.emission_texture) {
-                material.emission *= material.emission_texture->mean();
-                material.emission_texture = nullptr;
-            }
-            soup.materials.push_back(std::move(material));
+            soup.materials.push_back(without_textures(soup.materials[m]));
         }
         soup.face_material[f] = plain[m];
+        if (is_textured(soup.materials[plain[m]])) { // anywhere on its one pixel
+            constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+            soup.corner_texture.resize(soup.corners.size(), TextureCoordinates(unknown, unknown));
+            std::fill(soup.corner_texture.begin() + begin, soup.corner_texture.begin() + end,
+                      TextureCoordinates(TextureCoordinates::Zero()));
+        }
         if (has_coordinates) {
             first_far = far++ == 0 ? f : first_far;
         } else {
