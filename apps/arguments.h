@@ -125,7 +125,7 @@ inline constexpr const char* run_group = "Running";
 int run_command(CLI::App& app, int count, char** words, const std::string& expected, const bool& version,
                 const std::function<void()>& action);
 
-/// An output file, and whether it is a field (.vtp, .ply).
+/// An output file, and whether it is a field (.vtp, .ply, .glb).
 struct OutputName {
     std::filesystem::path file; ///< empty: not written
     bool is_field = true;

@@ -397,7 +397,7 @@ void add_result_arguments(CLI::App& app, BakeArguments& arguments, const std::st
         ->group(output)
         ->type_name("N")
         ->default_str(shown(options.goal_samples));
-    app.add_option("--sites-output", arguments.files.sites, "write the sites as points, .vtp or .ply")
+    app.add_option("--sites-output", arguments.files.sites, "write the sites as points, .vtp, .ply or .glb")
         ->group(output)
         ->type_name("FILE");
     add_name(app, "--units", options.units,
@@ -416,7 +416,8 @@ void require_target(const BakeResult& result) {
 
 void add_mesh_output_arguments(CLI::App& app, BakeArguments& arguments) {
     app.add_option("out", arguments.files.field,
-                   "baked field: .vtp (everything) or .ply (colours, and the radiosity or luminance)")
+                   "baked field: .vtp (everything), .ply (colours, and the radiosity or luminance) or .glb (glTF: colours, "
+                   "and all values at vertices)")
         ->type_name("OUT");
     add_parsed(app, "--output-spacing", arguments.options.output_spacing,
                "longest edge of the output mesh (default: the site spacing)", parse_positive)
@@ -485,13 +486,14 @@ void check_bake_outputs(const BakeArguments& arguments, std::vector<OutputName> 
         throw UsageError("--snap: there are no places to move to the surface; give --at");
     }
     const std::string field = arguments.files.field.string();
-    if (lower_case(arguments.files.field.extension().string()) == ".ply") {
-        if (arguments.options.light_groups && arguments.at.empty()) {
+    if (const std::string extension = lower_case(arguments.files.field.extension().string());
+        extension == ".ply" || extension == ".glb") {
+        if (extension == ".ply" && arguments.options.light_groups && arguments.at.empty()) {
             throw UsageError("--light-groups: a .ply cannot hold the light of each group; write " + field +
-                             " as a .vtp, which can, or name points, --at FILE");
+                             " as a .vtp or .glb, which can, or name points, --at FILE");
         }
         if (arguments.options.face_centres) {
-            throw UsageError("--face-centres: a .ply cannot hold the light at the centres of faces; write " + field +
+            throw UsageError("--face-centres: a " + extension + " cannot hold the light at the centres of faces; write " + field +
                              " as a .vtp, which can");
         }
     }

@@ -85,7 +85,7 @@ void add_result_arguments(CLI::App& app, BakeArguments& arguments, const std::st
 void add_mesh_output_arguments(CLI::App& app, BakeArguments& arguments);
 
 /// `check_outputs` with the files of the bake added. Throws UsageError for --at without --at-output, for options of
-/// places without any, and for what a .ply cannot hold.
+/// places without any, and for what a .ply or .glb cannot hold.
 void check_bake_outputs(const BakeArguments& arguments, std::vector<OutputName> outputs,
                         std::vector<std::pair<std::filesystem::path, std::string>> inputs);
 

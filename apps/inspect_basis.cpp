@@ -45,7 +45,7 @@ struct Arguments {
 
 void declare(CLI::App& app, Arguments& a) {
     app.add_option("mesh", a.mesh, difusa::mesh_help)->type_name("MESH");
-    app.add_option("out", a.field, "fields on a fine mesh: .vtp (everything) or .ply (element as quality)")
+    app.add_option("out", a.field, "fields on a fine mesh: .vtp (everything), .ply (element as quality) or .glb")
         ->type_name("OUT");
 
     const std::string what = "Elements";
@@ -73,7 +73,7 @@ void declare(CLI::App& app, Arguments& a) {
                "longest edge of the output mesh (default: a sixth of the site spacing)", parse_positive)
         ->group(output)
         ->type_name("D");
-    app.add_option("--sites-output", a.sites, "write the sites with their elements' measures, .vtp or .ply")
+    app.add_option("--sites-output", a.sites, "write the sites with their elements' measures, .vtp, .ply or .glb")
         ->group(output)
         ->type_name("FILE");
 

@@ -279,7 +279,7 @@ void check_series(const Arguments& a) {
     const std::string out = a.bake.files.field.string();
     if (a.path.has_value() != is_series(a.bake.files.field)) {
         throw UsageError(a.path ? out + ": the output of --sun-path must end in .pvd (a series that ParaView plays)"
-                                : out + ": a series needs --sun-path; for one lighting, write a .vtp or .ply");
+                                : out + ": a series needs --sun-path; for one lighting, write a .vtp, .ply or .glb");
     }
     const bool north_of_sky = a.north && !a.studies.daylight.empty();
     if (!a.path && (a.hours || a.time_zone || (a.north && !north_of_sky) || a.strength)) {

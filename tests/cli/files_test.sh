@@ -1,7 +1,7 @@
 # Outputs: refused names, nothing over the mesh, all files or none.
 . "$(dirname "$0")/lib.sh"
 
-expect_refusal 1 "must end in .vtp (ParaView, everything) or .ply" "$bake" "$box" out.vtk
+expect_refusal 1 "must end in .vtp (ParaView, everything), .ply" "$bake" "$box" out.vtk
 expect_refusal 1 "must end in .vtp" "$bake" "$box" out
 expect_refusal 1 "must end in .vtp" "$bake" "$box" -
 expect_refusal 1 "must end in .vtp" "$bake" "$box" out.vtp --sites-output sites.txt
@@ -61,3 +61,10 @@ expect_exit 0 "$bake" "$box" to_real.ply $small --quiet
 mkdir "a folder"
 expect_exit 0 "$bake" "$box" "a folder/of ours.VTP" $small --quiet
 expect_text "a folder/of ours.VTP" "PolyData"
+
+# glTF holds the light groups, too, and is a mesh as large as that of the scene.
+expect_exit 0 "$bake" "$box" out.glb $small --light-groups --quiet
+expect_text out.glb '"COLOR_0"' '"_RADIOSITY_OF_LAMP"' '"KHR_materials_unlit"'
+expect_exit 0 "$bake" out.glb again.vtp --dry-run
+expect_text stdout "area 1.9207"
+expect_refusal 1 "--face-centres: a .glb cannot hold" "$bake" "$box" faces.glb --face-centres

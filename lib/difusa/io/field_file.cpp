@@ -25,8 +25,13 @@ Writer writer_for(const fs::path& file) {
     if (extension == ".ply") {
         return write_ply;
     }
-    throw UsageError("cannot write a field to `" + file.string() +
-                     "`: the name must end in .vtp (ParaView, everything) or .ply (MeshLab, colours and quality)");
+    if (extension == ".glb") {
+        return write_glb;
+    }
+    throw UsageError(
+        "cannot write a field to `" + file.string() +
+        "`: the name must end in .vtp (ParaView, everything), .ply (MeshLab, colours and quality) or .glb (glTF, "
+        "colours and values)");
 }
 
 void require_array(const FieldArray& array, std::size_t rows) {

@@ -46,13 +46,15 @@ struct FieldFile {
     std::vector<FieldArray> point_arrays;
     std::vector<FieldArray> cell_arrays;
     std::vector<FieldNote> notes;
-    std::string
-        active_colours;  ///< name of the 3-component uint8 point array that viewers should show (PLY: red green blue)
-    std::string quality; ///< name of the scalar point array that PLY stores as `quality`
+    std::string active_colours; ///< name of the 3-component uint8 point array that viewers should show (PLY: red green
+                                ///< blue; glTF: COLOR_0)
+    std::string quality;        ///< name of the scalar point array that PLY stores as `quality`
+    Vec3 up = Vec3::UnitZ();    ///< unit: glTF has its own
 };
 
-/// Writes VTK XML PolyData (`.vtp`: everything; a point cloud gets one vertex cell per point) or PLY (`.ply`,
-/// binary little-endian: geometry, normals, colours, quality, and the notes as comments), chosen by the file name.
+/// Writes VTK XML PolyData (`.vtp`: everything; a point cloud gets one vertex cell per point), PLY (`.ply`, binary
+/// little-endian: geometry, normals, colours, quality, and the notes as comments) or glTF (`.glb`: geometry, normals,
+/// colours, real numbers at the points, and the notes as extras), chosen by the file name.
 ///
 /// The file appears under its name only once it is complete: it is written next to it under a temporary name, and
 /// renamed. Throws UsageError for another extension or a name that is not a file's ("-", a directory, a device),

@@ -1,46 +1,18 @@
 // Positions are doubles, which MeshLab, ParaView and Blender all read: a small detail far from the origin would
 // collapse in floats. Normals and quality are floats because MeshLab stores them so, and colours are bytes because it
 // shows float colours as white.
+#include <difusa/io/byte_stream.h>
 #include <difusa/io/field_writers.h>
 
 #include <difusa/core/error.h>
 #include <difusa/core/text.h>
 
 #include <algorithm>
-#include <bit>
-#include <cstring>
 #include <limits>
 
 namespace difusa {
 
 namespace {
-
-/// Buffers bytes for the file, little-endian on every machine.
-class ByteStream {
-  public:
-    explicit ByteStream(WholeFile& file) : file_(file) {}
-
-    template <typename T> void put(T value) {
-        char bytes[sizeof(T)];
-        std::memcpy(bytes, &value, sizeof(T));
-        if constexpr (std::endian::native == std::endian::big) {
-            std::reverse(bytes, bytes + sizeof(T));
-        }
-        buffer_.append(bytes, sizeof(T));
-        if (buffer_.size() >= std::size_t{1} << 20) {
-            flush();
-        }
-    }
-
-    void flush() {
-        file_.write(buffer_);
-        buffer_.clear();
-    }
-
-  private:
-    WholeFile& file_;
-    std::string buffer_;
-};
 
 /// A note as header lines. Readers hold a line in a fixed-size buffer, so long ones continue in the next; and a line
 /// break inside a note would end the comment.

@@ -257,6 +257,7 @@ FieldFile field_of(const BakeResult& result, std::optional<double> chosen_exposu
         field.normals.push_back(vertex.normal);
     }
     field.triangles = result.mesh.triangles;
+    field.up = result.up;
 
     field.notes = notes_of(result);
     if (result.thermal) {
@@ -359,6 +360,7 @@ FieldFile sites_of(const BakeResult& result) {
         numbers("original_face_id", std::move(face)),
         numbers("region", std::move(region))};
     add_scalars(result, B, H, field.point_arrays);
+    field.up = result.up;
     field.notes = notes_of(result);
     field.notes.push_back({"display_exposure", std::vector<double>{exposure}});
     field.active_colours = "display_rgb";
