@@ -76,7 +76,8 @@ class Space {
         g_.push_back(-sin_k * g_.back());
         g_[static_cast<std::size_t>(k)] *= cos_k;
         if (rest > 0.0) {
-            V_.emplace_back(w / rest);
+            w /= rest;
+            V_.push_back(std::move(w));
             // r_k = s_k² r_{k-1} + c_k g_{k+1} v_{k+1} (Saad, "Iterative Methods", 6.5.3)
             difusa::for_blocks(residual_.size(), execution_, [&](Eigen::Index first, Eigen::Index count, Eigen::Index) {
                 residual_.segment(first, count) = sin_k * sin_k * residual_.segment(first, count) +

@@ -53,7 +53,8 @@ Goal side(const Scene& scene, Index material) {
 /// In a closed furnace whose field is too bright by the constant d in irradiance, the residual is -d (1 - rho)
 /// everywhere, and ∫ z = 1 + rho ∫ z: the correction is -d (1 - rho) (1 + rho / (1 - rho)) = -d. Only the columns of D,
 /// which rays make, leave doubt about z: a side of the box is met by half of the 5 · 64 rays for each of its own 16
-/// sites, by how many of them varies by a few per cent.
+/// sites, by how many of them varies by a few per cent, about 5 % with what bounces add. Of the mean over 16 seeds that
+/// is 1.2 %.
 TEST(GoalEstimate, CorrectsAConstantError) {
     for (const double rho : {0.0, 0.5, 0.9}) {
         BakeOptions options = coarse(0.25, 64);
@@ -67,9 +68,14 @@ TEST(GoalEstimate, CorrectsAConstantError) {
         Goal places{"places", {}, {}};
         places.places = {result.scene->mesh.at(0, 0.3, 0.3), result.scene->mesh.at(5, 0.2, 0.6)};
         for (const Goal& goal : {side(*result.scene, 2), places}) {
+            constexpr std::uint64_t seeds = 16;
+            double mean = 0.0;
+            for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+                mean += estimate_of(solution, goal, 256, seed).mean[0] / seeds;
+            }
             const GoalEstimate estimate = estimate_of(solution, goal, 256, 1);
             EXPECT_NEAR(estimate.field[0], H + d, 1e-9 * H);
-            EXPECT_NEAR(estimate.mean[0], H, 0.1 * rho * d + 1e-9 * H) << rho << " " << goal.name;
+            EXPECT_NEAR(mean, H, 0.05 * rho * d + 1e-9 * H) << rho << " " << goal.name;
             EXPECT_LE(estimate.low[0], estimate.mean[0]);
             EXPECT_EQ(estimate.area > 0.0, goal.places.empty());
             EXPECT_EQ(estimate.places, goal.places.size());

@@ -7,6 +7,7 @@
 #include <difusa/core/parallel.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
 #include <limits>
@@ -298,25 +299,30 @@ template <class Number> class BlockProduct {
     struct Entry {
         Index bin, row;
     };
+    static constexpr std::size_t line = 64 / sizeof(double);
+    struct alignas(64) Line { ///< of a cache: vectors that lie across two of them take longer
+        std::array<double, line> number;
+    };
 
     /// Columns 0 ... count - 1; best if the count is a constant.
     template <class Count>
     void multiply_part(const Count& count, const Number* from, Eigen::Index width, double share, double* to) {
         constexpr std::size_t ahead = 16;
         const auto size = static_cast<std::size_t>(count);
-        sums_.assign(rows_ * size, 0.0);
+        sums_.assign((rows_ * size + line - 1) / line, {});
+        double* const sums = sums_.front().number.data();
         for (std::size_t h = 0; h < sorted_.size(); ++h) {
             if (h + ahead < sorted_.size()) {
                 fetch(count, from + static_cast<Eigen::Index>(sorted_[h + ahead].bin) * width);
             }
             const Number* const source = from + static_cast<Eigen::Index>(sorted_[h].bin) * width;
-            double* const sum = sums_.data() + static_cast<std::size_t>(sorted_[h].row) * size;
+            double* const sum = sums + static_cast<std::size_t>(sorted_[h].row) * size;
             for (Eigen::Index c = 0; c < count; ++c) {
                 sum[c] += static_cast<double>(source[c]);
             }
         }
         for (std::size_t row = 0; row < rows_; ++row) {
-            const double* const sum = sums_.data() + row * size;
+            const double* const sum = sums + row * size;
             double* const out = to + static_cast<Eigen::Index>(row) * width;
             for (Eigen::Index c = 0; c < count; ++c) {
                 out[c] = share * sum[c];
@@ -326,7 +332,7 @@ template <class Number> class BlockProduct {
 
     std::size_t rows_;
     std::vector<Entry> sorted_;
-    std::vector<double> sums_;
+    std::vector<Line> sums_;
 };
 
 } // namespace

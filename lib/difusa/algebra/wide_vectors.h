@@ -1,6 +1,8 @@
 // Loops over many columns with the widest vectors that the processor has.
 #pragma once
 
+#include <atomic>
+
 namespace difusa {
 
 #if defined(__x86_64__) && defined(__GNUC__)
@@ -21,6 +23,12 @@ template <class Work> void with_wide_vectors(const Work& work) {
     }
 #endif
     work();
+}
+
+/// To be called for each term of a sum over which columns are accumulated one beside the other: else GCC takes two terms
+/// at a time, and no vectors.
+inline void one_term_at_a_time() {
+    std::atomic_signal_fence(std::memory_order_seq_cst); // of the compiler alone
 }
 
 } // namespace difusa

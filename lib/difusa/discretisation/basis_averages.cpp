@@ -47,19 +47,21 @@ void round_to_one(std::vector<std::pair<Index, std::int32_t>>& row) {
     largest->second += missing;
 }
 
-/// `count` columns of a row of P x from the entries of P; x has `width` columns. Sums have double precision.
+/// `count` columns of a row of P x from the entries of P; x has `width` columns. Weights, of 21 bits, are exact in
+/// single precision, too.
 template <int count, class Entry, class Number>
 void average_columns(std::span<const Entry> entries, const Number* from, Eigen::Index width, Number* out) {
-    double sum[count] = {};
+    Number sum[count] = {};
     for (const Entry& entry : entries) {
-        const double weight = entry.weight();
+        one_term_at_a_time();
+        const auto weight = static_cast<Number>(entry.weight());
         const Number* const source = from + static_cast<Eigen::Index>(entry.site()) * width;
         for (int c = 0; c < count; ++c) {
-            sum[c] += weight * static_cast<double>(source[c]);
+            sum[c] += weight * source[c];
         }
     }
     for (int c = 0; c < count; ++c) {
-        out[c] = static_cast<Number>(sum[c]);
+        out[c] = sum[c];
     }
 }
 

@@ -1,5 +1,7 @@
 #include <difusa/discretisation/projection.h>
 
+#include <difusa/algebra/column_panels.h>
+#include <difusa/algebra/wide_vectors.h>
 #include <difusa/core/error.h>
 #include <difusa/core/parallel.h>
 #include <difusa/core/text.h>
@@ -22,6 +24,10 @@ namespace difusa {
 struct Projection::Map {
     virtual ~Map() = default;
     virtual Values apply(const Values& values, const Execution& execution) const = 0;
+    virtual void apply_single(const SingleValues& values, SingleValues& result, SingleValues& /*scratch*/,
+                              const Execution& execution) const {
+        result = apply(Values(values.cast<double>()), execution).cast<float>();
+    }
     virtual Values transposed(const Values& coefficients) const = 0;
     virtual bool is_identity() const { return false; }
     virtual bool is_mean() const { return false; }
@@ -279,12 +285,61 @@ struct Projection::Map::Correction final : Map {
         }
         return b;
     }
+    void apply_single(const SingleValues& values, SingleValues& result, SingleValues& scratch,
+                      const Execution& execution) const override {
+        result.resize(values.rows(), values.cols());
+        scratch.resize(sweeps > 1 ? values.rows() : 0, values.cols());
+        const SingleValues* b = &values;
+        for (int k = 0; k < sweeps; ++k) {
+            SingleValues& next = (sweeps - k) % 2 == 1 ? result : scratch; // the last sweep is into the result
+            sweep(*b, values, next, execution);
+            b = &next;
+        }
+        if (sweeps == 0) {
+            result = values;
+        }
+    }
     Values transposed(const Values& coefficients) const override {
         Values w = coefficients;
         for (int k = 0; k < sweeps; ++k) {
             w += coefficients - Z.transpose() * w;
         }
         return w;
+    }
+    /// next = b + values - Z b, with sums of double precision.
+    void sweep(const SingleValues& b, const SingleValues& values, SingleValues& next,
+               const Execution& execution) const {
+        const Eigen::Index width = values.cols();
+        parallel_for(static_cast<std::size_t>(Z.rows()), 256, execution.silent(),
+                     [&](std::size_t begin, std::size_t end, unsigned) {
+                         with_wide_vectors([&] {
+                             for (auto i = static_cast<Eigen::Index>(begin); i < static_cast<Eigen::Index>(end); ++i) {
+                                 for_panels<96, 24, 21, 8, 7, 3, 1>(width, [&](auto count, Eigen::Index c) {
+                                     sweep_columns<count>(i, b.data() + c, values.row(i).data() + c, width,
+                                                          next.row(i).data() + c);
+                                 });
+                             }
+                         });
+                     });
+    }
+    /// `count` columns of row i.
+    template <int count>
+    void sweep_columns(Eigen::Index i, const float* b, const float* values, Eigen::Index width, float* to) const {
+        double sum[count];
+        for (int c = 0; c < count; ++c) {
+            sum[c] = static_cast<double>(b[i * width + c]) + static_cast<double>(values[c]);
+        }
+        for (RowMatrix::InnerIterator entry(Z, i); entry; ++entry) {
+            one_term_at_a_time();
+            const double weight = entry.value();
+            const float* const source = b + entry.col() * width;
+            for (int c = 0; c < count; ++c) {
+                sum[c] -= weight * static_cast<double>(source[c]);
+            }
+        }
+        for (int c = 0; c < count; ++c) {
+            to[c] = static_cast<float>(sum[c]);
+        }
     }
     std::optional<SparseRows> matrix() const override {
         RowMatrix one(Z.rows(), Z.cols());
@@ -465,6 +520,11 @@ bool Projection::is_mean() const {
 
 Values Projection::coefficients(const Values& values, const Execution& execution) const {
     return map_->apply(values, execution);
+}
+
+void Projection::coefficients(const SingleValues& values, SingleValues& result, SingleValues& scratch,
+                              const Execution& execution) const {
+    map_->apply_single(values, result, scratch, execution);
 }
 
 Values Projection::transposed(const Values& x) const {

@@ -96,6 +96,11 @@ class Projection {
     /// values: #points by #channels; the coefficients: #S by #channels.
     Values coefficients(const Values& values, const Execution& execution = {}) const;
 
+    /// The same in single precision, for products of the operator with operands that have it; each column has the same
+    /// bits whatever columns are beside it. Resizes `result`, and `scratch` if it is needed; both must not be `values`.
+    void coefficients(const SingleValues& values, SingleValues& result, SingleValues& scratch,
+                      const Execution& execution) const;
+
     /// Πᵀ x: #S by any number of columns to #points by the same.
     Values transposed(const Values& x) const;
 

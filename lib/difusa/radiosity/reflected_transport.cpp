@@ -126,34 +126,38 @@ SparseColumns distributed(const SparseColumns& M, const SparseColumns& R, const 
 
 } // namespace
 
-template <class Operand>
-void ReflectedTransport::apply_any(const Operand& h, Values& y, const Execution& execution) const {
-    const Projection& projection = *discretisation_.projection;
-    Operand on_bins; // those of the sky reflect nothing
-    {
-        const std::lock_guard lock(guard_);
-        on_bins.swap(std::get<Operand>(scratch_));
-    }
-    const auto reflect = [&](const Operand& coefficients) {
-        discretisation_.averages->reflect(coefficients, reflectance_, transport_.W->columns(), on_bins, execution);
-    };
-    if (projection.is_identity()) {
-        reflect(h);
-    } else {
-        reflect(
-            projection.coefficients(h.template cast<double>(), execution).template cast<typename Operand::Scalar>());
-    }
-    transport_.W->apply_to(on_bins, y, execution);
+ReflectedTransport::Scratch ReflectedTransport::take_scratch() const {
     const std::lock_guard lock(guard_);
-    std::get<Operand>(scratch_).swap(on_bins);
+    return std::exchange(scratch_, {});
+}
+
+void ReflectedTransport::give_back(Scratch scratch) const {
+    const std::lock_guard lock(guard_);
+    scratch_ = std::move(scratch);
 }
 
 void ReflectedTransport::apply(const Values& h, Values& y, const Execution& execution) const {
-    apply_any(h, y, execution);
+    const Projection& projection = *discretisation_.projection;
+    Scratch scratch = take_scratch();
+    Values& on_bins = scratch.on_bins; // those of the sky reflect nothing
+    discretisation_.averages->reflect(projection.is_identity() ? h : projection.coefficients(h, execution),
+                                      reflectance_, transport_.W->columns(), on_bins, execution);
+    transport_.W->apply(on_bins, y, execution);
+    give_back(std::move(scratch));
 }
 
 void ReflectedTransport::apply_single(const SingleValues& h, Values& y, const Execution& execution) const {
-    apply_any(h, y, execution);
+    const Projection& projection = *discretisation_.projection;
+    Scratch scratch = take_scratch();
+    const SingleValues* coefficients = &h;
+    if (!projection.is_identity()) {
+        projection.coefficients(h, scratch.single_coefficients, scratch.single_between, execution);
+        coefficients = &scratch.single_coefficients;
+    }
+    SingleValues& on_bins = scratch.single_on_bins;
+    discretisation_.averages->reflect(*coefficients, reflectance_, transport_.W->columns(), on_bins, execution);
+    transport_.W->apply_single(on_bins, y, execution);
+    give_back(std::move(scratch));
 }
 
 void ReflectedTransport::apply_transpose(const Values& x, Values& y, const Execution& execution) const {

@@ -7,7 +7,6 @@
 #include <difusa/transport/light_transport.h>
 
 #include <mutex>
-#include <tuple>
 
 namespace difusa {
 
@@ -32,14 +31,20 @@ class ReflectedTransport final : public LinearOperator {
     std::shared_ptr<const Factors> factors(const Execution& execution) const override;
 
   private:
-    template <class Operand> void apply_any(const Operand& h, Values& y, const Execution& execution) const;
+    /// What a product needs besides its operands: the radiosity of the bins, and coefficients.
+    struct Scratch {
+        Values on_bins;
+        SingleValues single_on_bins, single_coefficients, single_between;
+    };
+    /// That of the last product, unless another thread has it.
+    Scratch take_scratch() const;
+    void give_back(Scratch scratch) const;
 
     const Discretisation& discretisation_;
     const LightTransport& transport_;
     const Values& reflectance_;
     mutable std::mutex guard_; ///< of `scratch_`
-    /// Of the last products: their memory serves the next ones.
-    mutable std::tuple<Values, SingleValues> scratch_;
+    mutable Scratch scratch_;  ///< the memory of the last product serves the next one
 };
 
 } // namespace difusa
