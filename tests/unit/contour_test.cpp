@@ -1,6 +1,7 @@
 #include <difusa/core/random.h>
 #include <difusa/form_factors/blocked.h>
 #include <difusa/form_factors/contour.h>
+#include <difusa/form_factors/shadow_region.h>
 #include <difusa/form_factors/unblocked.h>
 #include <difusa/study/references/form_factors.h>
 
@@ -176,6 +177,49 @@ TEST(Unblocked, KeepsItsTolerance) {
         ++compared;
     }
     EXPECT_GT(compared, 200);
+}
+
+/// A naive twin: points that look at random points of a polygon, some of them through a triangle. Polygons that meet
+/// the plane, and obstacles that are higher than some of their corners, or reach below the plane, have regions without
+/// end.
+TEST(ShadowRegion, HoldsThePointsThatAreInTheShadow) {
+    RandomStream stream(1, "shadow");
+    const auto random = [&](double low, double high) { return low + (high - low) * stream.uniform(); };
+    const PolygonEnd floor(polygon({Vec3(0, 0, 0), Vec3(3, 0, 0), Vec3(0, 3, 0)}), Vec3::UnitZ());
+    const PlaneFrame frame(floor);
+    int in_shadow = 0;
+    for (int k = 0; k < 400; ++k) {
+        const double foot = k % 2 == 0 ? 0.0 : random(0.0, 0.5), top = foot + random(0.2, 1.0);
+        const std::vector<Vec3> wall{Vec3(0, 0, foot), Vec3(random(0.5, 2.0), 0, foot), Vec3(1, 0, top),
+                                     Vec3(0, 0, top)};
+        std::vector<Vec3> obstacle;
+        for (int corner = 0; corner < 3; ++corner) {
+            obstacle.emplace_back(random(0.2, 1.5), random(0.2, 1.5), random(-0.2, 1.5));
+        }
+        const ShadowRegion region(frame, floor, wall, obstacle);
+        const Vec3 normal = (obstacle[1] - obstacle[0]).cross(obstacle[2] - obstacle[0]);
+        for (int trial = 0; trial < 40; ++trial) {
+            const double u = stream.uniform(), v = stream.uniform() * (1.0 - u);
+            const Vec3 seen = wall[0] + u * (wall[1] - wall[0]) + v * (wall[2] - wall[0]);
+            const double s = stream.uniform(), t = stream.uniform() * (1.0 - s);
+            const Vec3 met = obstacle[0] + s * (obstacle[1] - obstacle[0]) + t * (obstacle[2] - obstacle[0]);
+            const double above = seen.z() - met.z();
+            if (!(met.z() > 0.0) || !(above > 1e-3) || !(std::abs(normal.dot(seen - met)) > 0.0)) {
+                continue; // the segment does not come from the floor
+            }
+            const Vec3 x = seen + seen.z() / above * (met - seen);
+            if (x.head<2>().norm() > 20.0) {
+                continue; // the region is cut off
+            }
+            constexpr double half = 1e-6;
+            const std::array<PlaneFrame::Point, 3> around{frame.flat(x + Vec3(-half, -half, 0)),
+                                                          frame.flat(x + Vec3(half, -half, 0)),
+                                                          frame.flat(x + Vec3(0, half, 0))};
+            EXPECT_GT(region.within(around).area, 0.0) << k;
+            ++in_shadow;
+        }
+    }
+    EXPECT_GT(in_shadow, 1000);
 }
 
 /// A square parallel to both triangles, so near to the lower one that all it hides from the upper one is hidden from

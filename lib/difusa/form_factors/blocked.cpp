@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 namespace difusa {
@@ -21,6 +22,18 @@ constexpr double corner_share = 1.0 / 6.0;
 /// Shadow regions that are a smaller share of a triangle fall between the points of a rule, or on one that stands for
 /// more than is in the shadow.
 constexpr double resolved_share = 0.25;
+
+/// Exact integrals over triangles that no shadow meets are computed to this share of the tolerance.
+constexpr double clear_share = 1e-2;
+
+/// A body with more corners is taken for its bounding box where its shadow may fall.
+constexpr std::size_t most_corners_of_shadow = 16;
+
+/// So many parts of a triangle are looked at, the largest.
+constexpr std::size_t most_parts = 8;
+
+/// Shadow regions that have less than this share of a triangle in common with it only touch it.
+constexpr double least_touch = 0x1p-40;
 
 /// Shadows that hide less than this share of the tolerance are not looked for.
 constexpr double negligible_share = 0.1;
@@ -58,9 +71,9 @@ double length_inside(const FlatPolygon& polygon, const Vec3& normal, const Vec3&
     return std::max(0.0, last - first) * (q - p).norm();
 }
 
-/// The mean of the form factor by some rule, and what its points saw.
+/// The form factor by some rule, and what its points saw.
 struct MeanView {
-    double mean = 0.0;
+    double mean = 0.0, first = 0.0; ///< of the first point
     unsigned seen = 0;
 };
 
@@ -69,6 +82,8 @@ struct OuterTriangle {
     Vec3 corner, first, second; ///< the other corners relative to the first
     double area;
     Estimate estimate;
+
+    std::array<Vec3, 3> corners() const { return {corner, corner + first, corner + second}; }
 };
 
 bool less_error(const OuterTriangle& a, const OuterTriangle& b) {
@@ -78,7 +93,9 @@ bool less_error(const OuterTriangle& a, const OuterTriangle& b) {
 MeanView mean_view(const OuterTriangle& triangle, std::span<const TrianglePoint> rule, BlockedView& view) {
     MeanView result;
     for (const TrianglePoint& p : rule) {
-        result.mean += p.weight * view.form_factor(triangle.corner + p.u * triangle.first + p.v * triangle.second);
+        const double factor = view.form_factor(triangle.corner + p.u * triangle.first + p.v * triangle.second);
+        result.first = result.seen == 0 ? factor : result.first;
+        result.mean += p.weight * factor;
         result.seen |= static_cast<unsigned>(view.seen());
     }
     return result;
@@ -98,43 +115,58 @@ bool unanimous(unsigned seen) {
 }
 
 /// What no point of the rules has noticed adds to the error; `negligible`: an area.
-double missed(const OuterTriangle& triangle, unsigned seen, double negligible, BlockedView& view) {
-    view.end_noticing();
-    return seen == static_cast<unsigned>(Seen::nothing)
-               ? 0.0
-               : view.unnoticed(triangle.corner, triangle.first, triangle.second, negligible);
+double missed(unsigned seen, double negligible, BlockedView& view) {
+    view.notice(false);
+    return seen == static_cast<unsigned>(Seen::nothing) ? 0.0 : view.unnoticed(negligible);
 }
 
-/// 7 points against 3 and the corners.
+/// 7 points against 3, and against the centre and the corners, for two rules may agree by accident.
 void integrate(OuterTriangle& triangle, const MeanView& three, const MeanView& corners, double negligible,
                BlockedView& view) {
+    view.notice(true);
     const MeanView seven = mean_view(triangle, triangle_rule(7), view);
-    double difference = std::abs(seven.mean - three.mean);
+    const double quadratic = 0.75 * seven.first + 0.25 * corners.mean; // exact for polynomials of degree 2
+    double difference = std::max(std::abs(seven.mean - three.mean), 0.25 * std::abs(seven.mean - quadratic));
     if ((three.seen | seven.seen | corners.seen) != static_cast<unsigned>(Seen::part) &&
         !unanimous(three.seen | seven.seen | corners.seen)) {
         difference = std::max(difference, corner_share * std::abs(corners.mean - seven.mean));
     }
     triangle.estimate = {triangle.area * seven.mean,
-                         triangle.area * difference + missed(triangle, three.seen | seven.seen, negligible, view)};
+                         triangle.area * difference + missed(three.seen | seven.seen, negligible, view)};
 }
 
 /// The first estimate of a triangle.
 void start(OuterTriangle& triangle, double tolerance, BlockedView& view) {
+    if (!view.begin(triangle.corners())) {
+        triangle.estimate = view.unobstructed(triangle.corners(), clear_share * tolerance);
+        return;
+    }
     const double negligible = negligible_share * tolerance;
     const MeanView corners = mean_view(triangle, corner_rule(), view);
-    view.begin_noticing();
+    view.notice(true);
     const MeanView one = mean_view(triangle, triangle_rule(1), view),
                    three = mean_view(triangle, triangle_rule(3), view);
-    const double difference = std::abs(three.mean - one.mean);
+    const double difference = std::max(std::abs(three.mean - one.mean), std::abs(corners.mean - three.mean) / 3.0);
     if (difference * triangle.area <= tolerance && unanimous(one.seen | three.seen | corners.seen)) {
-        const double unseen = missed(triangle, one.seen, negligible, view);
+        const double unseen = missed(one.seen, negligible, view);
         if (difference * triangle.area + unseen <= tolerance) {
             triangle.estimate = {triangle.area * three.mean, triangle.area * difference + unseen};
             return;
         }
-        view.begin_noticing();
     }
     integrate(triangle, three, corners, negligible, view);
+}
+
+/// A later estimate, of a part of a triangle.
+void refine(OuterTriangle& triangle, double tolerance, BlockedView& view) {
+    if (!view.begin(triangle.corners())) {
+        triangle.estimate = view.unobstructed(triangle.corners(), clear_share * tolerance);
+        return;
+    }
+    const MeanView corners = mean_view(triangle, corner_rule(), view);
+    view.notice(true);
+    const MeanView three = mean_view(triangle, triangle_rule(3), view);
+    integrate(triangle, three, corners, negligible_share * tolerance, view);
 }
 
 std::array<OuterTriangle, 4> quarters(const OuterTriangle& whole) {
@@ -156,6 +188,9 @@ void BlockedView::set(const PolygonEnd& from, const PolygonEnd& to, std::span<co
     pieces_.clear();
     cuts_.clear();
     shadows_.clear();
+    cores_.clear();
+    notices_ = false;
+    frame_ = PlaneFrame(from);
     for (const Obstacle* obstacle : obstacles) {
         if (obstacle->body() == nullptr) {
             add(obstacle->pieces()[0]);
@@ -171,6 +206,8 @@ void BlockedView::set(const PolygonEnd& from, const PolygonEnd& to, std::span<co
     }
     std::stable_sort(cuts_.begin(), cuts_.end(), [](const Cut& a, const Cut& b) { return a.length > b.length; });
     cuts_.resize(std::min(cuts_.size(), most_cuts), {0.0, {}});
+    active_.resize(blocker_count());
+    std::iota(active_.begin(), active_.end(), std::size_t{0});
     for (Body& body : bodies_) {
         // Where it stands on the plane, points of that may be inside of it, or of a room whose outside it is.
         body.outside = body.listed > 1 && is_above(*body.body, from.plane, rounding); // else nothing is gained
@@ -302,6 +339,15 @@ bool BlockedView::hide_behind(const Vec3& x, const Obstacle& whole) {
     return hides;
 }
 
+bool BlockedView::hide_behind(const Vec3& x, std::size_t blocker) {
+    if (blocker < wholes_.size()) {
+        return hide_behind(x, *wholes_[blocker]);
+    }
+    const Piece& piece = pieces_[blocker - wholes_.size()];
+    return (piece.body == no_body || !bodies_[piece.body].outside || piece.plane.height(x) > rounding_) &&
+           hide(x, piece.polygon, piece.plane);
+}
+
 /// The form factor past a single convex body: that to the whole polygon less that to what the body hides, which is
 /// convex, too. Nothing if no outline is found, or if what it hides has too many corners.
 std::optional<double> BlockedView::factor_past(const Vec3& x, const ClosedBody& body) {
@@ -348,30 +394,21 @@ double BlockedView::factor_of(const Vec3& x, const FlatPolygon& polygon) const {
 
 double BlockedView::form_factor(const Vec3& x) {
     seen_ = Seen::everything;
-    if (wholes_.size() == 1 && pieces_.empty() && !leaves_out_) {
-        if (const std::optional<double> factor = factor_past(x, *wholes_[0]->body())) {
-            if (seen_ != Seen::everything) {
-                note(0);
+    if (active_.size() == 1 && active_[0] < wholes_.size() && !leaves_out_) {
+        if (const std::optional<double> factor = factor_past(x, *wholes_[active_[0]]->body())) {
+            if (notices_ && seen_ != Seen::everything) {
+                noticed_[0] = 1;
             }
             return *factor;
         }
     }
     visible_.set(to_->polygon);
-    const std::size_t blockers = blocker_count();
-    for (std::size_t b = 0; b < blockers && !visible_.empty(); ++b) {
-        if (leaves_out_ && left_out_[b] != 0) {
-            continue;
-        }
-        bool hides = false;
-        if (b < wholes_.size()) {
-            hides = hide_behind(x, *wholes_[b]);
-        } else {
-            const Piece& piece = pieces_[b - wholes_.size()];
-            hides = (piece.body == no_body || !bodies_[piece.body].outside || piece.plane.height(x) > rounding_) &&
-                    hide(x, piece.polygon, piece.plane);
-        }
-        if (hides) {
-            note(b);
+    for (std::size_t k = 0; k < active_.size() && !visible_.empty(); ++k) {
+        if ((!leaves_out_ || left_out_[k] == 0) && hide_behind(x, active_[k]) && notices_) {
+            noticed_[k] = 1;
+            if (Body* const body = body_of(active_[k])) {
+                body->noticed = true;
+            }
         }
     }
     if (visible_.empty()) {
@@ -382,45 +419,137 @@ double BlockedView::form_factor(const Vec3& x) {
     return sum;
 }
 
-void BlockedView::begin_noticing() {
-    notices_ = true;
-    noticed_.assign(blocker_count(), 0);
+BlockedView::Body* BlockedView::body_of(std::size_t blocker) {
+    const std::size_t body = blocker < wholes_.size() ? no_body : pieces_[blocker - wholes_.size()].body;
+    return body == no_body ? nullptr : &bodies_[body];
 }
 
-const ShadowRegion& BlockedView::shadow_of(std::size_t blocker) {
-    shadows_.resize(blocker_count());
-    std::optional<ShadowRegion>& shadow = shadows_[blocker];
-    if (!shadow) {
-        shadow.emplace(*from_, *to_,
-                       blocker < wholes_.size() ? wholes_[blocker]->corners()
-                                                : pieces_[blocker - wholes_.size()].polygon.corners());
+std::span<const Vec3> BlockedView::few_corners(std::span<const Vec3> corners) {
+    if (corners.size() <= most_corners_of_shadow) {
+        return corners;
     }
-    return *shadow;
+    Vec3 low = corners[0], high = low;
+    for (const Vec3& corner : corners) {
+        low = low.cwiseMin(corner);
+        high = high.cwiseMax(corner);
+    }
+    for (std::size_t k = 0; k < box_.size(); ++k) {
+        for (Eigen::Index axis = 0; axis < 3; ++axis) {
+            box_[k][axis] = ((k >> static_cast<unsigned>(axis)) & 1U) != 0 ? high[axis] : low[axis];
+        }
+    }
+    return box_;
 }
 
-double BlockedView::unnoticed(const Vec3& corner, const Vec3& first, const Vec3& second, double negligible) {
-    const double area = 0.5 * first.cross(second).norm();
-    left_out_.assign(blocker_count(), 0);
-    parts_.clear();
-    for (std::size_t b = 0; b < noticed_.size(); ++b) {
-        const ShadowRegion::Part part = shadow_of(b).within(corner, first, second);
-        if (!(part.area > 0.0) || (noticed_[b] != 0 && part.area >= resolved_share * area)) {
-            continue;
+const ShadowRegion& BlockedView::shadow_of(std::size_t blocker, bool core) {
+    Body* const body = body_of(blocker);
+    std::vector<std::optional<ShadowRegion>>& own = core ? cores_ : shadows_;
+    own.resize(blocker_count());
+    std::optional<ShadowRegion>& region = body == nullptr ? own[blocker] : core ? body->core : body->shadow;
+    if (!region) {
+        const std::span<const Vec3> corners = body != nullptr ? body->body->corners()
+                                              : blocker < wholes_.size()
+                                                  ? wholes_[blocker]->corners()
+                                                  : pieces_[blocker - wholes_.size()].polygon.corners();
+        region.emplace(frame_, *from_, core ? std::span(&to_->centre, 1) : to_->polygon.corners(),
+                       few_corners(corners));
+    }
+    return *region;
+}
+
+bool BlockedView::begin(const std::array<Vec3, 3>& corners) {
+    for (std::size_t k = 0; k < 3; ++k) {
+        triangle_[k] = frame_.flat(corners[k]);
+    }
+    triangle_area_ = 0.5 * (corners[1] - corners[0]).cross(corners[2] - corners[0]).norm();
+    active_.clear();
+    touched_.clear();
+    for (Body& body : bodies_) {
+        body.noticed = false;
+        body.touched.area = -1.0; // not known yet
+    }
+    for (std::size_t b = 0; b < blocker_count(); ++b) {
+        Body* const body = body_of(b);
+        if (body != nullptr && body->touched.area < 0.0) {
+            body->touched = shadow_of(b).within(triangle_);
         }
-        left_out_[b] = 1;
-        const bool again = !parts_.empty() && parts_.back().centre == part.centre; // the other side of a sheet
-        if (!again && part.area * factor_of(part.centre, to_->polygon) > negligible) {
-            parts_.push_back(part);
+        const ShadowRegion::Part part = body != nullptr ? body->touched : shadow_of(b).within(triangle_);
+        if (part.area > least_touch * triangle_area_) {
+            active_.push_back(b);
+            touched_.push_back(part);
         }
     }
-    double sum = 0.0;
-    for (const ShadowRegion::Part& part : parts_) {
-        const double with = form_factor(part.centre);
+    noticed_.assign(active_.size(), 0);
+    notices_ = false;
+    return !active_.empty();
+}
+
+Estimate BlockedView::unobstructed(const std::array<Vec3, 3>& corners, double tolerance) const {
+    FlatPolygon triangle;
+    for (const Vec3& corner : corners) {
+        triangle.add(corner);
+    }
+    return unblocked_exchange(PolygonEnd(triangle, from_->plane.normal), *to_, tolerance);
+}
+
+bool BlockedView::is_noticed(std::size_t active) {
+    const Body* const body = body_of(active_[active]);
+    return body != nullptr ? body->noticed : noticed_[active] != 0;
+}
+
+ShadowRegion::Part BlockedView::unresolved(std::size_t active) {
+    ShadowRegion::Part part = touched_[active];
+    if (!is_noticed(active) || part.area < resolved_share * triangle_area_) {
+        return part;
+    }
+    part = shadow_of(active_[active], true).within(triangle_); // the outskirts are, but perhaps not where it hides most
+    return part.area < resolved_share * triangle_area_ ? part : ShadowRegion::Part();
+}
+
+double BlockedView::most_hidden(const ShadowRegion::Part& part) {
+    double most = 0.0;
+    for (const PlaneFrame::Point& place : {part.centre, part.aside[0], part.aside[1], part.aside[2]}) {
+        const Vec3 x = frame_.lifted(place);
+        const double with = form_factor(x);
         leaves_out_ = true; // all of them: they may hide the same
-        sum += part.area * std::max(0.0, form_factor(part.centre) - with);
+        most = std::max(most, form_factor(x) - with);
         leaves_out_ = false;
     }
-    return sum;
+    return most;
+}
+
+double BlockedView::unnoticed(double negligible) {
+    left_out_.assign(active_.size(), 0);
+    parts_.clear();
+    double together = 0.0;
+    bool noticed = false;
+    for (std::size_t k = 0; k < active_.size(); ++k) {
+        const ShadowRegion::Part part = unresolved(k);
+        if (!(part.area > 0.0)) {
+            continue;
+        }
+        left_out_[k] = 1;
+        const bool again = std::any_of(parts_.begin(), parts_.end(), [&](const ShadowRegion::Part& other) {
+            return other.centre == part.centre; // another piece of a body, or the other side of a sheet
+        });
+        if (!again && part.area * factor_of(frame_.lifted(part.centre), to_->polygon) > negligible) {
+            parts_.push_back(part);
+            together += part.area;
+            noticed = noticed || is_noticed(k);
+        }
+    }
+    if (parts_.size() > 1 && noticed && together >= resolved_share * triangle_area_) {
+        return 0.0;
+    }
+    std::stable_sort(parts_.begin(), parts_.end(), [](const auto& a, const auto& b) { return a.area > b.area; });
+    double sum = 0.0, most = 0.0, looked_at = 0.0;
+    for (std::size_t k = 0; k < std::min(parts_.size(), most_parts); ++k) {
+        const double hidden = most_hidden(parts_[k]);
+        sum += parts_[k].area * hidden;
+        most = std::max(most, hidden);
+        looked_at += parts_[k].area;
+    }
+    return std::min(sum + (together - looked_at) * most, std::min(together, triangle_area_) * most);
 }
 
 Estimate blocked_exchange(const PolygonEnd& P, const PolygonEnd& Q, std::span<const Obstacle* const> obstacles,
@@ -453,10 +582,7 @@ Estimate blocked_exchange(const PolygonEnd& P, const PolygonEnd& Q, std::span<co
         sum.value -= whole.estimate.value;
         sum.error -= whole.estimate.error;
         for (OuterTriangle& part : quarters(whole)) {
-            const MeanView corners = mean_view(part, corner_rule(), view);
-            view.begin_noticing();
-            const MeanView three = mean_view(part, triangle_rule(3), view);
-            integrate(part, three, corners, negligible_share * tolerance * part.area / from.area, view);
+            refine(part, tolerance * part.area / from.area, view);
             sum += part.estimate;
             open.push_back(part);
             std::push_heap(open.begin(), open.end(), less_error);

@@ -3,14 +3,17 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
-#include <array>
+#include <cmath>
 
 namespace difusa {
 
 namespace {
 
-/// A region without end is cut off at so many times the distance of the obstacle from `to`.
-constexpr double far = 1e3;
+/// A region without end is cut off at so many times the radius of `from`.
+constexpr double far_away = 100.0;
+
+/// Heights that differ by less than this share of them are the same: what is projected is at infinity.
+constexpr double same_height = 1e-9;
 
 double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
     return a.x() * b.y() - a.y() * b.x();
@@ -18,19 +21,56 @@ double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
 
 } // namespace
 
-ShadowRegion::ShadowRegion(const PolygonEnd& from, const PolygonEnd& to, std::span<const Vec3> obstacle)
-    : origin_(from.centre), across_(from.plane.normal.unitOrthogonal()), along_(from.plane.normal.cross(across_)) {
+PlaneFrame::PlaneFrame(const PolygonEnd& polygon)
+    : origin_(polygon.centre), across_(polygon.plane.normal.unitOrthogonal()),
+      along_(polygon.plane.normal.cross(across_)) {}
+
+/// The segment from t at height h_t through p at height h_p reaches the plane at t + h_t / (h_t - h_p) (p - t): before
+/// the plane if p is lower than t, else behind t, or never. The points that p, and obstacle corners that are not lower,
+/// have between them in projective space are those beyond the former, away from the latter.
+ShadowRegion::ShadowRegion(const PlaneFrame& frame, const PolygonEnd& from, std::span<const Vec3> to,
+                           std::span<const Vec3> obstacle) {
+    std::vector<Point> behind, directions;
     for (const Vec3& p : obstacle) {
-        const Point foot = flat(p);
+        const Point foot = frame.flat(p);
         const double low = from.plane.height(p);
-        for (const Vec3& t : to.polygon.corners()) {
-            const Point end = flat(t);
-            const double high = from.plane.height(t);
-            const double times = high - low > high / far ? high / (high - low) : far;
-            outline_.emplace_back(end + times * (foot - end));
+        for (const Vec3& t : to) {
+            const Point end = frame.flat(t), way = foot - end;
+            const double high = from.plane.height(t), above = high - low;
+            const double rounding = same_height * std::max(std::abs(high), std::abs(low));
+            if (above > rounding) {
+                outline_.emplace_back(end + high / above * way);
+            } else if (above < -rounding) {
+                behind.emplace_back(end + high / above * way);
+            } else {
+                directions.push_back(way);
+            }
         }
     }
-    take_hull();
+    extend(behind, directions, far_away * from.radius);
+    if (!outline_.empty()) {
+        take_hull();
+    }
+}
+
+/// Adds points far away in the directions in which the region has no end.
+void ShadowRegion::extend(const std::vector<Point>& behind, const std::vector<Point>& directions, double far) {
+    const std::size_t finite = outline_.size();
+    for (std::size_t k = 0; k < finite; ++k) {
+        const Point x = outline_[k];
+        const auto add = [&](const Point& direction) {
+            const double length = direction.norm();
+            if (length > 0.0) {
+                outline_.emplace_back(x + far / length * direction);
+            }
+        };
+        for (const Point& other : behind) {
+            add(x - other);
+        }
+        for (const Point& direction : directions) {
+            add(direction);
+        }
+    }
 }
 
 /// The convex hull of the points that are in `outline_` (A. M. Andrew 1979).
@@ -54,6 +94,9 @@ void ShadowRegion::take_hull() {
     }
     hull.pop_back(); // the first point again
     points.swap(hull);
+    if (points.empty()) { // they were all the same
+        return;
+    }
     low_ = high_ = points.front();
     for (const Point& point : points) {
         low_ = low_.cwiseMin(point);
@@ -61,11 +104,10 @@ void ShadowRegion::take_hull() {
     }
 }
 
-ShadowRegion::Part ShadowRegion::within(const Vec3& corner, const Vec3& first, const Vec3& second) const {
-    const std::array<Point, 3> triangle{flat(corner), flat(corner + first), flat(corner + second)};
+ShadowRegion::Part ShadowRegion::within(const std::array<Point, 3>& triangle) const {
     const Point low = triangle[0].cwiseMin(triangle[1]).cwiseMin(triangle[2]),
                 high = triangle[0].cwiseMax(triangle[1]).cwiseMax(triangle[2]);
-    if ((low.array() >= high_.array()).any() || (high.array() <= low_.array()).any()) {
+    if (outline_.size() < 3 || (low.array() >= high_.array()).any() || (high.array() <= low_.array()).any()) {
         return {};
     }
     inside_ = outline_;
@@ -95,8 +137,11 @@ ShadowRegion::Part ShadowRegion::within(const Vec3& corner, const Vec3& first, c
     if (!(twice > 0.0)) {
         return {};
     }
-    const Point centre = moment / twice;
-    return {0.5 * twice, origin_ + centre.x() * across_ + centre.y() * along_};
+    Part part{0.5 * twice, moment / twice, {}};
+    for (std::size_t k = 0; k < part.aside.size(); ++k) {
+        part.aside[k] = 0.5 * (part.centre + inside_[k * inside_.size() / part.aside.size()]);
+    }
+    return part;
 }
 
 } // namespace difusa
