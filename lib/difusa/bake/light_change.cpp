@@ -98,6 +98,7 @@ void scale_lights(const LightFactors& factors, Scene& scene) {
 }
 
 void change_light(const LightChange& change, Scene& scene) {
+    const LightSets before = light_groups(scene);
     for (const auto& wanted : change.emission) {
         if (!is_light(wanted.second)) {
             throw UsageError("--emission " + wanted.first + ": must be 0, or from 1e-100 to 1e100");
@@ -109,7 +110,15 @@ void change_light(const LightChange& change, Scene& scene) {
         for_materials(scene, "--reflectance", wanted.first,
                       [&](Material& material) { set_reflectance(material, wanted.second); });
     }
-    scale_lights(change.scale, scene);
+    const LightSets after = light_groups(scene);
+    const auto has = [](const LightSets& sets, const std::string& name) {
+        return std::find(sets.names.begin(), sets.names.end(), name) != sets.names.end();
+    };
+    LightFactors factors = change.scale;
+    std::erase_if(factors, [&](const auto& factor) { // of what has just been turned off, nothing is left to scale
+        return has(before, factor.first) && !has(after, factor.first);
+    });
+    scale_lights(factors, scene);
 }
 
 } // namespace difusa

@@ -126,9 +126,10 @@ class Relighting {
     void refuse_scaled_sky(const Scene& scene) const {
         const LightSets sets = light_groups(scene);
         for (const auto& [name, factor] : how_.change.scale) {
-            const bool sky_alone =
-                name == sets.names[sets.sky] && scene.has_sky() &&
-                std::none_of(sets.material.begin(), sets.material.end(), [&](Index set) { return set == sets.sky; });
+            bool sky_alone = name == sets.names[sets.sky] && scene.has_sky();
+            for (const std::vector<Index>& others : {sets.material, sets.sun, sets.point}) {
+                sky_alone = sky_alone && std::find(others.begin(), others.end(), sets.sky) == others.end();
+            }
             if (result_.options.sky && sky_alone) {
                 throw UsageError("--scale " + name + ": --sky replaces the sky that it would scale: give one of them");
             }

@@ -97,8 +97,20 @@ WholeFile::WholeFile(const fs::path& target) : target_(target), resolved_(follow
     if (descriptor_ < 0) {
         fail(explain(errno, directory));
     }
-    if (fs::exists(status)) { // whoever may not read the old file may not read the new one
-        fchmod(descriptor_, static_cast<mode_t>(status.permissions() & fs::perms::all));
+    keep_permissions();
+}
+
+/// Whoever may not read the file that is replaced may not read the new one: of another group that this process is not
+/// in, no member may.
+void WholeFile::keep_permissions() const {
+    struct stat old {};
+    if (stat(resolved_.c_str(), &old) != 0) {
+        return; // there is none
+    }
+    const bool same_group = fchown(descriptor_, static_cast<uid_t>(-1), old.st_gid) == 0;
+    const mode_t mode = old.st_mode & (same_group ? 0777U : 0707U);
+    if (fchmod(descriptor_, mode) != 0 && errno != EPERM) { // some file systems have no permissions
+        fail(explain(errno, directory_of(resolved_)));
     }
 }
 

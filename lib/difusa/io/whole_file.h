@@ -36,6 +36,7 @@ class WholeFile {
 
   private:
     [[noreturn]] void fail(const std::string& reason) const;
+    void keep_permissions() const;
 
     std::filesystem::path target_;    ///< as the user named it, for messages
     std::filesystem::path resolved_;  ///< with all symbolic links resolved

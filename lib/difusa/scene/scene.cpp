@@ -24,7 +24,7 @@ Rgb factor(const Texture* texture, const Mesh& mesh, const SurfacePoint& x) {
 /// Whether the texture differs between two joined sides, somewhere along them.
 bool differs(const Texture* texture, const Mesh& mesh, std::size_t side, std::size_t other) {
     constexpr int places = 9;
-    constexpr double visible = 1e-6; // more than what rounded coordinates may change
+    constexpr double visible = 1e-3; // of the brightest pixel: more than rounded coordinates change, and less than a bit
     if (texture == nullptr) {
         return false;
     }
@@ -34,10 +34,11 @@ bool differs(const Texture* texture, const Mesh& mesh, std::size_t side, std::si
     if (begin == other_begin && end == other_end) {
         return false;
     }
+    const double least = visible * texture->brightest().maxCoeff();
     for (int i = 0; i < places; ++i) {
         const double t = static_cast<double>(i) / (places - 1);
         const Rgb colour = texture->at((1.0 - t) * begin + t * end);
-        if (((colour - texture->at((1.0 - t) * other_begin + t * other_end)).abs() > visible).any()) {
+        if (((colour - texture->at((1.0 - t) * other_begin + t * other_end)).abs() > least).any()) {
             return true;
         }
     }
