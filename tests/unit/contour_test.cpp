@@ -185,8 +185,11 @@ TEST(Unblocked, KeepsItsTolerance) {
 TEST(ShadowRegion, HoldsThePointsThatAreInTheShadow) {
     RandomStream stream(1, "shadow");
     const auto random = [&](double low, double high) { return low + (high - low) * stream.uniform(); };
-    const PolygonEnd floor(polygon({Vec3(0, 0, 0), Vec3(3, 0, 0), Vec3(0, 3, 0)}), Vec3::UnitZ());
-    const PlaneFrame frame(floor);
+    const auto floor_at = [](const Vec3& x, double size) {
+        return PolygonEnd(
+            polygon({x - Vec3(size, size, 0), x + Vec3(2 * size, -size, 0), x + Vec3(-size, 2 * size, 0)}),
+            Vec3::UnitZ());
+    };
     int in_shadow = 0;
     for (int k = 0; k < 400; ++k) {
         const double foot = k % 2 == 0 ? 0.0 : random(0.0, 0.5), top = foot + random(0.2, 1.0);
@@ -196,7 +199,6 @@ TEST(ShadowRegion, HoldsThePointsThatAreInTheShadow) {
         for (int corner = 0; corner < 3; ++corner) {
             obstacle.emplace_back(random(0.2, 1.5), random(0.2, 1.5), random(-0.2, 1.5));
         }
-        const ShadowRegion region(frame, floor, wall, obstacle);
         const Vec3 normal = (obstacle[1] - obstacle[0]).cross(obstacle[2] - obstacle[0]);
         for (int trial = 0; trial < 40; ++trial) {
             const double u = stream.uniform(), v = stream.uniform() * (1.0 - u);
@@ -208,9 +210,12 @@ TEST(ShadowRegion, HoldsThePointsThatAreInTheShadow) {
                 continue; // the segment does not come from the floor
             }
             const Vec3 x = seen + seen.z() / above * (met - seen);
-            if (x.head<2>().norm() > 20.0) {
-                continue; // the region is cut off
+            const PolygonEnd floor = trial % 2 == 0 ? floor_at(x, 1e-3) : floor_at(Vec3(1, 1, 0), 3.0);
+            if (x.head<2>().norm() > (trial % 2 == 0 ? 1e3 : 20.0)) {
+                continue; // the region is cut off, or rounding decides
             }
+            const PlaneFrame frame(floor);
+            const ShadowRegion region(frame, floor, wall, obstacle);
             constexpr double half = 1e-6;
             const std::array<PlaneFrame::Point, 3> around{frame.flat(x + Vec3(-half, -half, 0)),
                                                           frame.flat(x + Vec3(half, -half, 0)),

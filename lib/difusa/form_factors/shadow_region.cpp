@@ -9,7 +9,7 @@ namespace difusa {
 
 namespace {
 
-/// A region without end is cut off at so many times the radius of `from`.
+/// A region without end is cut off at least so many times the radius of `from` beyond it.
 constexpr double far_away = 100.0;
 
 /// Heights that differ by less than this share of them are the same: what is projected is at infinity.
@@ -58,10 +58,11 @@ void ShadowRegion::extend(const std::vector<Point>& behind, const std::vector<Po
     const std::size_t finite = outline_.size();
     for (std::size_t k = 0; k < finite; ++k) {
         const Point x = outline_[k];
+        const double beyond = far + 2.0 * x.norm(); // also from the other side of `from`
         const auto add = [&](const Point& direction) {
             const double length = direction.norm();
             if (length > 0.0) {
-                outline_.emplace_back(x + far / length * direction);
+                outline_.emplace_back(x + beyond / length * direction);
             }
         };
         for (const Point& other : behind) {
