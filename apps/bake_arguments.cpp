@@ -415,9 +415,10 @@ void require_target(const BakeResult& result) {
 }
 
 void add_mesh_output_arguments(CLI::App& app, BakeArguments& arguments) {
-    app.add_option("out", arguments.files.field,
-                   "baked field: .vtp (everything), .ply (colours, and the radiosity or luminance) or .glb (glTF: colours, "
-                   "and all values at vertices)")
+    app.add_option(
+           "out", arguments.files.field,
+           "baked field: .vtp (everything), .ply (colours, and the radiosity or luminance) or .glb (glTF: colours, "
+           "and all values at vertices)")
         ->type_name("OUT");
     add_parsed(app, "--output-spacing", arguments.options.output_spacing,
                "longest edge of the output mesh (default: the site spacing)", parse_positive)
@@ -493,7 +494,8 @@ void check_bake_outputs(const BakeArguments& arguments, std::vector<OutputName> 
                              " as a .vtp or .glb, which can, or name points, --at FILE");
         }
         if (arguments.options.face_centres) {
-            throw UsageError("--face-centres: a " + extension + " cannot hold the light at the centres of faces; write " + field +
+            throw UsageError("--face-centres: a " + extension +
+                             " cannot hold the light at the centres of faces; write " + field +
                              " as a .vtp, which can");
         }
     }

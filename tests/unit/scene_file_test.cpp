@@ -50,7 +50,8 @@ TEST_F(SceneFile, GltfIsInMetresAndItsUpIsTold) {
     EXPECT_THAT(soup.notes, ElementsAre(HasSubstr("up is (0, 1, 0) in this file and (0, 0, 1) in the scene")));
     EXPECT_EQ(read_with("", ", \"unit\": \"cm\"").points[2], Vec3(0.01, 0.01, 0));
     EXPECT_THAT(read_with("\"up\": \"y\",", "").notes, IsEmpty());
-    EXPECT_THAT(read_with("", ", \"transform\": {\"rotate\": {\"axis\": [1, 0, 0], \"degrees\": 90}}").notes, IsEmpty());
+    EXPECT_THAT(read_with("", ", \"transform\": {\"rotate\": {\"axis\": [1, 0, 0], \"degrees\": 90}}").notes,
+                IsEmpty());
     EXPECT_THAT(read_with("", ", \"transform\": {\"scale\": 2}").notes, ElementsAre(HasSubstr("turn the mesh")));
 }
 

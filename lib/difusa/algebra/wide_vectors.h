@@ -25,8 +25,8 @@ template <class Work> void with_wide_vectors(const Work& work) {
     work();
 }
 
-/// To be called for each term of a sum over which columns are accumulated one beside the other: else GCC takes two terms
-/// at a time, and no vectors.
+/// To be called for each term of a sum over which columns are accumulated one beside the other: else GCC takes two
+/// terms at a time, and no vectors.
 inline void one_term_at_a_time() {
     std::atomic_signal_fence(std::memory_order_seq_cst); // of the compiler alone
 }

@@ -24,7 +24,7 @@ constexpr double corner_share = 1.0 / 6.0;
 constexpr double resolved_share = 0.25;
 
 /// Exact integrals over triangles that no shadow meets are computed to this share of the tolerance.
-constexpr double clear_share = 1e-2;
+constexpr double exact_share = 1e-2;
 
 /// A body with more corners is taken for its bounding box where its shadow may fall.
 constexpr std::size_t most_corners_of_shadow = 16;
@@ -138,7 +138,7 @@ void integrate(OuterTriangle& triangle, const MeanView& three, const MeanView& c
 /// The first estimate of a triangle.
 void start(OuterTriangle& triangle, double tolerance, BlockedView& view) {
     if (!view.begin(triangle.corners())) {
-        triangle.estimate = view.unobstructed(triangle.corners(), clear_share * tolerance);
+        triangle.estimate = view.unobstructed(triangle.corners(), exact_share * tolerance);
         return;
     }
     const double negligible = negligible_share * tolerance;
@@ -160,7 +160,7 @@ void start(OuterTriangle& triangle, double tolerance, BlockedView& view) {
 /// A later estimate, of a part of a triangle.
 void refine(OuterTriangle& triangle, double tolerance, BlockedView& view) {
     if (!view.begin(triangle.corners())) {
-        triangle.estimate = view.unobstructed(triangle.corners(), clear_share * tolerance);
+        triangle.estimate = view.unobstructed(triangle.corners(), exact_share * tolerance);
         return;
     }
     const MeanView corners = mean_view(triangle, corner_rule(), view);

@@ -140,12 +140,13 @@ class BlockedView {
 
 /// A_P F_PQ through blockers, with an estimated error of at most `tolerance` (an area) if `most_triangles` suffice: the
 /// form factor from points of the one with the smaller radius is integrated over its smooth parts. Triangles that no
-/// shadow region meets see everything: the contour integral is exact. Of others, where all of 1 + 3 inner points and the
-/// corners see everything, or all of them nothing, and the rules of 1 and 3 points and of the corners agree, that is the
-/// result. Else the 7-point rule is compared with the 3-point rule and with that of the centre and the corners, and what
-/// the corners see with both if not all points see alike. What blockers may hide that the points do not notice is added
-/// to the difference. The triangle with the largest one is divided into four until their sum is below the tolerance: the
-/// kinks at which the outline of one polygon enters the shadow of another end up in small triangles. Throws Interrupted.
+/// shadow region meets see everything: the contour integral is exact. Of others, where all of 1 + 3 inner points and
+/// the corners see everything, or all of them nothing, and the rules of 1 and 3 points and of the corners agree, that
+/// is the result. Else the 7-point rule is compared with the 3-point rule and with that of the centre and the corners,
+/// and what the corners see with both if not all points see alike. What blockers may hide that the points do not notice
+/// is added to the difference. The triangle with the largest one is divided into four until their sum is below the
+/// tolerance: the kinks at which the outline of one polygon enters the shadow of another end up in small triangles.
+/// Throws Interrupted.
 Estimate blocked_exchange(const PolygonEnd& P, const PolygonEnd& Q, std::span<const Obstacle* const> obstacles,
                           double rounding, double tolerance, BlockedView& view, const Execution& execution,
                           std::size_t most_triangles = 20000);

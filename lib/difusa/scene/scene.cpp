@@ -24,7 +24,8 @@ Rgb factor(const Texture* texture, const Mesh& mesh, const SurfacePoint& x) {
 /// Whether the texture differs between two joined sides, somewhere along them.
 bool differs(const Texture* texture, const Mesh& mesh, std::size_t side, std::size_t other) {
     constexpr int places = 9;
-    constexpr double visible = 1e-3; // of the brightest pixel: more than rounded coordinates change, and less than a bit
+    constexpr double visible =
+        1e-3; // of the brightest pixel: more than rounded coordinates change, and less than a bit
     if (texture == nullptr) {
         return false;
     }
