@@ -286,7 +286,6 @@ class ObjFile {
         if (coordinates_.empty()) {
             return;
         }
-        const TextureCoordinates nowhere = TextureCoordinates::Constant(std::numeric_limits<double>::quiet_NaN());
         soup_.corner_texture.reserve(texture_indices_.size());
         for (std::size_t f = 0; f < soup_.face_count(); ++f) {
             for (std::size_t c = soup_.first_corner[f]; c < soup_.first_corner[f + 1]; ++c) {
@@ -297,7 +296,7 @@ class ObjFile {
                                      "has " +
                                          std::to_string(coordinates_.size()) + "): correct the number, or remove it");
                 }
-                soup_.corner_texture.push_back(index == none ? nowhere : coordinates_[index]);
+                soup_.corner_texture.push_back(index == none ? unplaced : coordinates_[index]);
             }
         }
     }

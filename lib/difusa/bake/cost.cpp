@@ -135,6 +135,11 @@ std::size_t most_output_triangles(const Execution& execution) {
     return static_cast<std::size_t>(static_cast<double>(execution.memory_left()) / bytes_per_output_triangle);
 }
 
+OutputMesh output_mesh(const BakeResult& result, const Execution& execution) {
+    return refine(result.scene->mesh, result.options.output_spacing, most_output_triangles(execution), execution,
+                  result.scene->texture_seams());
+}
+
 std::size_t error_points(const BakeOptions& options, std::size_t sites) {
     const std::size_t wanted = options.error_points.value_or(std::clamp<std::size_t>(sites / 8, 400, 4096));
     return (wanted + ErrorPoints::groups - 1) / ErrorPoints::groups * ErrorPoints::groups;
@@ -203,9 +208,7 @@ void count_further_rays(BakeEstimate& estimate, const BakeResult& result, const 
     }
     estimate.further_rays = 2 * error_rays(options) * (points + first + samples);
     if (options.final_gather > 0) {
-        const OutputMesh output = refine(result.scene->mesh, options.output_spacing, most_output_triangles(execution),
-                                         execution, result.scene->texture_seams());
-        estimate.further_rays += 2 * output.vertices.size() * ((options.final_gather + 1) / 2);
+        estimate.further_rays += 2 * output_mesh(result, execution).vertices.size() * ((options.final_gather + 1) / 2);
     }
 }
 

@@ -20,6 +20,9 @@ std::size_t error_rays(const BakeOptions& options);
 /// Triangles of an output mesh that memory suffices for.
 std::size_t most_output_triangles(const Execution& execution);
 
+/// The mesh that fields are evaluated on.
+OutputMesh output_mesh(const BakeResult& result, const Execution& execution);
+
 /// Numbers of rays and bytes for this many sites. Throws ResourceError, with the remedy, if memory would not suffice.
 BakeEstimate estimate_cost(const BakeResult& result, const Choices& choices, const DirectLight& lights,
                            std::size_t sites, const Execution& execution);

@@ -133,9 +133,7 @@ void estimate_goals_of(BakeResult& result, const Execution& execution) {
 
 void refine_output(BakeResult& result, const Execution& execution) {
     execution.phase("refine output");
-    const BakeOptions& options = result.options;
-    result.mesh = refine(result.scene->mesh, options.output_spacing, most_output_triangles(execution), execution,
-                         result.scene->texture_seams());
+    result.mesh = output_mesh(result, execution);
 }
 
 void evaluate_output(BakeResult& result, const Execution& execution) {

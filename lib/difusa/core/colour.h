@@ -37,4 +37,9 @@ inline double srgb(double linear) {
     return c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1.0 / 2.4) - 0.055;
 }
 
+/// Its inverse, [0,1] to [0,1].
+inline double linear_of_srgb(double v) {
+    return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+}
+
 } // namespace difusa

@@ -3,6 +3,8 @@
 #include <difusa/core/fingerprint.h>
 #include <difusa/rays/lambert.h>
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -206,6 +208,8 @@ void BlockedView::set(const PolygonEnd& from, const PolygonEnd& to, std::span<co
     }
     std::stable_sort(cuts_.begin(), cuts_.end(), [](const Cut& a, const Cut& b) { return a.length > b.length; });
     cuts_.resize(std::min(cuts_.size(), most_cuts), {0.0, {}});
+    shadows_.resize(blocker_count());
+    cores_.resize(blocker_count());
     active_.resize(blocker_count());
     std::iota(active_.begin(), active_.end(), std::size_t{0});
     for (Body& body : bodies_) {
@@ -428,15 +432,12 @@ std::span<const Vec3> BlockedView::few_corners(std::span<const Vec3> corners) {
     if (corners.size() <= most_corners_of_shadow) {
         return corners;
     }
-    Vec3 low = corners[0], high = low;
+    Eigen::AlignedBox3d box;
     for (const Vec3& corner : corners) {
-        low = low.cwiseMin(corner);
-        high = high.cwiseMax(corner);
+        box.extend(corner);
     }
     for (std::size_t k = 0; k < box_.size(); ++k) {
-        for (Eigen::Index axis = 0; axis < 3; ++axis) {
-            box_[k][axis] = ((k >> static_cast<unsigned>(axis)) & 1U) != 0 ? high[axis] : low[axis];
-        }
+        box_[k] = box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(k));
     }
     return box_;
 }
@@ -444,7 +445,6 @@ std::span<const Vec3> BlockedView::few_corners(std::span<const Vec3> corners) {
 const ShadowRegion& BlockedView::shadow_of(std::size_t blocker, bool core) {
     Body* const body = body_of(blocker);
     std::vector<std::optional<ShadowRegion>>& own = core ? cores_ : shadows_;
-    own.resize(blocker_count());
     std::optional<ShadowRegion>& region = body == nullptr ? own[blocker] : core ? body->core : body->shadow;
     if (!region) {
         const std::span<const Vec3> corners = body != nullptr ? body->body->corners()

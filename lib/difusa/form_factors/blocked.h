@@ -84,7 +84,7 @@ class BlockedView {
     Body* body_of(std::size_t blocker);
     /// Some corners, or, if they are many, those of their bounding box.
     std::span<const Vec3> few_corners(std::span<const Vec3> corners);
-    /// The place of what becomes a shadow region (`core`: of what hides `to.centre`), made when it is first needed.
+    /// Where a blocker, or the body that it is a piece of, may hide something of `to` (`core`: its centre).
     const ShadowRegion& shadow_of(std::size_t blocker, bool core = false);
     bool is_noticed(std::size_t active);
     /// What of the current triangle is in the shadow region of an active blocker; nothing if that is resolved.

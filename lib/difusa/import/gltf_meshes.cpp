@@ -5,14 +5,11 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <optional>
 
 namespace difusa {
 
 namespace {
-
-const TextureCoordinates nowhere = TextureCoordinates::Constant(std::numeric_limits<double>::quiet_NaN());
 
 Rgb vertex_colour(const GltfAccessor& colours, std::size_t v) {
     return Rgb(colours.at(v, 0), colours.at(v, 1), colours.at(v, 2)).max(0.0).min(1.0);
@@ -87,7 +84,7 @@ void GltfMeshes::read_primitive(const JsonValue& from, const std::string& name, 
         soup.point_reflectance.resize(soup.points.size(), Rgb::Constant(0.5));
     }
     if (!soup.corner_texture.empty()) {
-        soup.corner_texture.resize(soup.corners.size(), nowhere);
+        soup.corner_texture.resize(soup.corners.size(), unplaced);
     }
 }
 
@@ -198,7 +195,7 @@ void GltfMeshes::add_triangle(Primitive& primitive, const std::array<std::size_t
     }
     soup.add_face(face, primitive.material, 0);
     if (primitive.textures) {
-        soup.corner_texture.resize(soup.corners.size() - 3, nowhere);
+        soup.corner_texture.resize(soup.corners.size() - 3, unplaced);
         for (const std::size_t v : corners) {
             soup.corner_texture.emplace_back(primitive.textures->at(v, 0), 1.0 - primitive.textures->at(v, 1));
         }

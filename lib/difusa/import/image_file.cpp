@@ -1,5 +1,6 @@
 #include <difusa/import/image_file.h>
 
+#include <difusa/core/colour.h>
 #include <difusa/core/error.h>
 #include <difusa/core/memory.h>
 #include <difusa/import/file_content.h>
@@ -11,11 +12,6 @@
 namespace difusa {
 
 namespace {
-
-/// The inverse transfer function of IEC 61966-2-1.
-double linear_of_srgb(double v) {
-    return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
-}
 
 bool begins(std::string_view content, std::string_view with) {
     return content.substr(0, with.size()) == with;

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -117,8 +116,7 @@ void append(PolygonSoup& soup, PolygonSoup part) {
     append_list(soup.point_reflectance, points, part.point_reflectance, part.points.size(), Rgb(Rgb::Constant(0.5)));
     append_list(soup.point_line, points, part.point_line, part.points.size(), std::uint32_t{0});
     append_list(soup.face_line, faces, part.face_line, part.face_count(), std::uint32_t{0});
-    append_list(soup.corner_texture, corners, part.corner_texture, part.corners.size(),
-                TextureCoordinates(TextureCoordinates::Constant(std::numeric_limits<double>::quiet_NaN())));
+    append_list(soup.corner_texture, corners, part.corner_texture, part.corners.size(), unplaced);
     move_to_end(soup.points, part.points);
     for (const Index corner : part.corners) {
         soup.corners.push_back(corner + static_cast<Index>(points));

@@ -1,5 +1,6 @@
 // glTF 2.0 in one binary file (Khronos Group, "glTF 2.0 Specification", 4.4 and 5): for engines and modellers that read
 // neither VTK nor large PLY files. The material is unlit (KHR_materials_unlit): what is seen is the baked light.
+#include <difusa/core/colour.h>
 #include <difusa/core/error.h>
 #include <difusa/io/byte_stream.h>
 #include <difusa/io/field_writers.h>
@@ -34,13 +35,6 @@ std::string attribute_name(const std::string& array) {
         name += std::isalnum(byte) != 0 ? static_cast<char>(std::toupper(byte)) : '_';
     }
     return name;
-}
-
-/// The inverse of sRGB's transfer function, of a byte, in 65535ths.
-std::uint16_t linear_of(std::uint8_t byte) {
-    const double s = byte / 255.0;
-    const double linear = s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
-    return static_cast<std::uint16_t>(std::lround(65535.0 * linear));
 }
 
 /// The arrays of the buffer, one after the other, and what describes them. Sizes are multiples of four bytes.
@@ -112,7 +106,8 @@ std::size_t add_colours(const std::vector<std::uint8_t>& bytes, Arrays& arrays) 
     const std::size_t number = arrays.add("VEC4", as_short, count, 8 * count, vertices, [&bytes](ByteStream& stream) {
         std::array<std::uint16_t, 256> linear{};
         for (std::size_t k = 0; k < linear.size(); ++k) {
-            linear[k] = linear_of(static_cast<std::uint8_t>(k));
+            const double value = static_cast<double>(k) / static_cast<double>(linear.size() - 1);
+            linear[k] = static_cast<std::uint16_t>(std::lround(65535.0 * linear_of_srgb(value)));
         }
         for (std::size_t k = 0; k < bytes.size(); ++k) {
             stream.put(linear[bytes[k]]);
@@ -190,12 +185,11 @@ Json node_of(const FieldFile& field, const Vec3& middle) {
 }
 
 Vec3 middle_of(const std::vector<Vec3>& points) {
-    Vec3 low = points.front(), high = low;
+    Eigen::AlignedBox3d box;
     for (const Vec3& x : points) {
-        low = low.cwiseMin(x);
-        high = high.cwiseMax(x);
+        box.extend(x);
     }
-    return 0.5 * (low + high);
+    return box.center();
 }
 
 } // namespace

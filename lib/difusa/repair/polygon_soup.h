@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -23,6 +24,9 @@ struct SoupPart {
     std::size_t first_face = 0, first_point = 0;
     std::string name = {}; ///< given by the scene file, or empty
 };
+
+/// Of a corner without texture coordinates.
+inline const TextureCoordinates unplaced = TextureCoordinates::Constant(std::numeric_limits<double>::quiet_NaN());
 
 /// A polygon soup. Face f has the corners `corners[first_corner[f]] .. corners[first_corner[f+1]-1]`, point
 /// numbers from 0 in the order of the file; they may be out of range (kept as read, `none` if negative).
@@ -39,7 +43,7 @@ struct PolygonSoup {
     bool colours_by_material =
         false; ///< vertex colours apply to materials that request them, not to faces without a material
 
-    /// Empty, or #C: texture coordinates of the corners; NaN where the file has none.
+    /// Empty, or #C: texture coordinates of the corners; `unplaced` where the file has none.
     std::vector<TextureCoordinates> corner_texture;
 
     Lights lights;

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <memory>
 
 namespace difusa {
@@ -60,8 +59,7 @@ void settle_textures(PolygonSoup& soup) {
         }
         soup.face_material[f] = plain[m];
         if (is_textured(soup.materials[plain[m]])) { // anywhere on its one pixel
-            constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
-            soup.corner_texture.resize(soup.corners.size(), TextureCoordinates(unknown, unknown));
+            soup.corner_texture.resize(soup.corners.size(), unplaced);
             std::fill(soup.corner_texture.begin() + begin, soup.corner_texture.begin() + end,
                       TextureCoordinates(TextureCoordinates::Zero()));
         }
