@@ -171,6 +171,7 @@ class Column {
         if (!more || enough || exhausted || space.size() >= restart_ || iterations_ >= options_.max_iterations) {
             space.add_to(h_);
             space_.clear();
+            done_ = enough && !options_.confirm;
         }
     }
 

@@ -328,7 +328,7 @@ TEST(ErrorTarget, LeavesMemoryForTheOutput) {
         GTEST_SKIP() << "freed memory stays with the sanitizer";
     }
     const ReferenceCase box = reference_case("manufactured-box");
-    BakeOptions options = ordered(0.0005);
+    BakeOptions options = ordered(0.0001); // much more than memory that earlier tests left with the process allows
     options.target->best_effort = true;
     Execution limited{1};
     limited.most_memory = static_cast<double>(held_memory()) + 32e6;

@@ -138,20 +138,38 @@ TEST(HitLists, MultiplyLikeADenseMatrixWithTheSameBitsForAnyThreads) {
     }
 }
 
-/// Sums have double precision: of operands in single precision they have the bits of the same numbers in double.
-TEST(HitLists, SinglePrecisionIsThatOfTheOperandAlone) {
-    constexpr std::size_t count = 301, columns = 777, rays = 50;
+/// Runs of eight hits of a row are added up in single precision: with seven additions, each with a relative error of at
+/// most 2^-24, which makes less than 8 2^-24 times the largest number in the mean over the rays. Neither threads, and
+/// with them blocks, nor other columns change a bit.
+TEST(HitLists, SinglePrecisionIsThatOfShortSums) {
+    constexpr std::size_t count = 301, columns = 7777, rays = 300;
     RandomStream random(6, "single");
     const HitLists W = lists_of(random_rows(count, columns, rays, random), columns, rays, 16);
     EXPECT_TRUE(W.prefers_single());
     for (const Eigen::Index width : {1, 3, 24, 47, 48, 61, 192, 340}) {
         const SingleValues x = random_values(columns, width, random).cast<float>();
-        Values expected, y;
+        Values expected, y, z;
         W.apply(x.cast<double>(), expected, Execution{});
-        for (const unsigned threads : {1U, 3U}) {
-            W.apply_single(x, y, Execution{threads});
-            EXPECT_EQ(y, expected) << width;
+        W.apply_single(x, y, Execution{});
+        EXPECT_LE((y - expected).cwiseAbs().maxCoeff(), 8 * 0x1p-24 * x.cwiseAbs().maxCoeff()) << width;
+        for (const unsigned threads : {2U, 3U, 8U}) {
+            W.apply_single(x, z, Execution{threads});
+            EXPECT_EQ(z, y) << width;
         }
+        W.apply_single(x.col(0), z, Execution{});
+        EXPECT_EQ(z, y.col(0)) << width;
+    }
+}
+
+/// 2^14 times this number needs more digits than single precision has, eight times it does not.
+TEST(HitLists, SinglePrecisionEndsAtRuns) {
+    constexpr std::size_t rays = std::size_t{1} << 14U;
+    const float value = 1.0F + 0x1p-20F;
+    for (const Eigen::Index width : {1, 48}) {
+        Values y;
+        lists_of({std::vector<Index>(rays, Index{5})}, 8, rays)
+            .apply_single(SingleValues::Constant(8, width, value), y, Execution{});
+        EXPECT_EQ(y, Values::Constant(1, width, static_cast<double>(value)));
     }
 }
 

@@ -1,5 +1,6 @@
 #include <difusa/algebra/hit_lists.h>
 
+#include <difusa/algebra/block_products.h>
 #include <difusa/algebra/column_panels.h>
 #include <difusa/algebra/transpose_sum.h>
 #include <difusa/algebra/wide_vectors.h>
@@ -11,7 +12,6 @@
 #include <bit>
 #include <cstring>
 #include <limits>
-#include <numeric>
 #include <span>
 #include <string>
 #include <type_traits>
@@ -157,95 +157,93 @@ void decode_both(const std::uint8_t* codes, const std::uint8_t* other_codes, Act
     }
 }
 
-/// Adds up `count` columns, all that there are, of the bins of a row; handed out by reference.
-template <int count> class ColumnSums {
+/// Adds up `count` columns of the bins of a row, with sums of runs as in BlockProduct.
+template <int count, class Number> class ColumnSums {
   public:
-    explicit ColumnSums(const double* from) : from_(from) {}
-    void operator()(Index bin) {
-        const double* const source = from_ + static_cast<std::size_t>(count) * bin;
+    /// The columns of the next bin.
+    void add(const Number* source) {
         for (int c = 0; c < count; ++c) {
-            sum_[c] += source[c];
+            of_run_[c] += source[c];
+        }
+        if (++hits_ % hits_of_run == 0) {
+            for (int c = 0; c < count; ++c) {
+                sum_[c] += static_cast<double>(of_run_[c]);
+                of_run_[c] = 0;
+            }
         }
     }
     void put(double share, double* to) const {
         for (int c = 0; c < count; ++c) {
-            to[c] = share * sum_[c];
+            to[c] = share * (sum_[c] + static_cast<double>(of_run_[c]));
         }
     }
 
   private:
-    const double* from_;
+    std::size_t hits_ = 0;
+    Number of_run_[count] = {};
     double sum_[count] = {};
 };
 
-/// Rows j = begin ... end - 1 of a product with `count` columns; `codes(j)`: those of a row.
-template <int count, class Codes>
-void sum_rows(const Codes& codes, std::size_t begin, std::size_t end, const double* from, double share, double* to) {
+/// Rows j = begin ... end - 1 of a product with `count` columns, all that there are; `codes(j)`: those of a row.
+template <int count, class Codes, class Number>
+void sum_rows(const Codes& codes, std::size_t begin, std::size_t end, const Number* from, double share, double* to) {
+    using Sums = ColumnSums<count, Number>;
+    const auto add_to = [from](Sums& sums) {
+        return [&sums, from](Index bin) { sums.add(from + static_cast<std::size_t>(count) * bin); };
+    };
     std::size_t j = begin;
     for (; j + 2 <= end; j += 2) {
-        ColumnSums<count> sum(from), other(from);
-        decode_both(
-            codes(j), codes(j + 1), [&](Index bin) { sum(bin); }, [&](Index bin) { other(bin); });
-        sum.put(share, to + count * j);
+        Sums sums, other;
+        decode_both(codes(j), codes(j + 1), add_to(sums), add_to(other));
+        sums.put(share, to + count * j);
         other.put(share, to + count * (j + 1));
     }
     if (j < end) {
-        ColumnSums<count> sum(from);
-        decode(codes(j), [&](Index bin) { sum(bin); });
-        sum.put(share, to + count * j);
+        Sums sums;
+        decode(codes(j), add_to(sums));
+        sums.put(share, to + count * j);
     }
 }
 
-/// The bins of some rows, one row after the other.
-struct Rows {
-    std::vector<std::size_t> first{0}; ///< of each row in `bin`, and the end of the last
-    std::vector<Index> bin;
-
-    /// Rows j = begin ... end - 1; `codes(j)`: those of a row.
-    template <class Codes> Rows(const Codes& codes, std::size_t begin, std::size_t end) {
-        for (std::size_t j = begin; j < end; ++j) {
-            first.push_back(first.back() + bin_count(codes(j)));
-        }
-        bin.resize(first.back());
-        const auto put = [this](std::size_t row) {
-            return [to = bin.data() + first[row]](Index next) mutable { *to++ = next; };
-        };
-        std::size_t row = 0;
-        for (; row + 2 <= size(); row += 2) {
-            decode_both(codes(begin + row), codes(begin + row + 1), put(row), put(row + 1));
-        }
-        if (row < size()) {
-            decode(codes(begin + row), put(row));
-        }
+/// The bins of rows j = begin ... end - 1; `codes(j)`: those of a row.
+template <class Codes> BinsOfRows bins_of_rows(const Codes& codes, std::size_t begin, std::size_t end) {
+    BinsOfRows rows;
+    for (std::size_t j = begin; j < end; ++j) {
+        rows.first.push_back(rows.first.back() + bin_count(codes(j)));
     }
-
-    std::size_t size() const { return first.size() - 1; }
-    std::span<const Index> operator[](std::size_t row) const {
-        return std::span(bin).subspan(first[row], first[row + 1] - first[row]);
+    rows.bin.resize(rows.first.back());
+    const auto put = [&rows](std::size_t row) {
+        return [to = rows.bin.data() + rows.first[row]](Index next) mutable { *to++ = next; };
+    };
+    std::size_t row = 0;
+    for (; row + 2 <= rows.size(); row += 2) {
+        decode_both(codes(begin + row), codes(begin + row + 1), put(row), put(row + 1));
     }
-};
-
-/// Asks for `count` numbers.
-template <class Count, class Number> void fetch(const Count& count, const Number* numbers) {
-    constexpr int line = 64 / sizeof(Number); // of a cache
-    for (Eigen::Index c = 0; c < count; c += line) {
-        __builtin_prefetch(numbers + c);
+    if (row < rows.size()) {
+        decode(codes(begin + row), put(row));
     }
+    return rows;
 }
 
 /// `to` = `share` times the sums of `count` columns over the bins. Several columns of all bins are more than fits in a
 /// cache that is near, so they are fetched some bins ahead: with 24 columns that takes a quarter of the time.
-template <int count>
-void sum_columns(std::span<const Index> bins, const double* from, Eigen::Index width, double share, double* to) {
+template <int count, class Number>
+void sum_columns(std::span<const Index> bins, const Number* from, Eigen::Index width, double share, double* to) {
     constexpr std::size_t ahead = 12;
     double sum[count] = {};
-    for (std::size_t i = 0; i < bins.size(); ++i) {
-        if (i + ahead < bins.size()) {
-            fetch(std::integral_constant<int, count>(), from + static_cast<Eigen::Index>(bins[i + ahead]) * width);
+    for (std::size_t begin = 0; begin < bins.size(); begin += hits_of_run) {
+        Number of_run[count] = {};
+        for (std::size_t i = begin; i < std::min(begin + hits_of_run, bins.size()); ++i) {
+            if (i + ahead < bins.size()) {
+                fetch(std::integral_constant<int, count>(), from + static_cast<Eigen::Index>(bins[i + ahead]) * width);
+            }
+            const Number* const source = from + static_cast<Eigen::Index>(bins[i]) * width;
+            for (int c = 0; c < count; ++c) {
+                of_run[c] += source[c];
+            }
         }
-        const double* const source = from + static_cast<Eigen::Index>(bins[i]) * width;
         for (int c = 0; c < count; ++c) {
-            sum[c] += source[c];
+            sum[c] += static_cast<double>(of_run[c]);
         }
     }
     for (int c = 0; c < count; ++c) {
@@ -253,87 +251,7 @@ void sum_columns(std::span<const Index> bins, const double* from, Eigen::Index w
     }
 }
 
-constexpr Eigen::Index least_columns = 48; ///< for which BlockProduct pays
-
-/// Rows of a BlockProduct: several blocks for each thread, with hits of about 4 MiB each.
-std::size_t rows_of_block(std::size_t all, std::size_t rays, const Execution& execution) {
-    constexpr std::size_t most_hits = std::size_t{1} << 18U, most_rows = 512;
-    const std::size_t for_each = all / (8 * static_cast<std::size_t>(std::max(1U, execution.threads)));
-    return std::clamp<std::size_t>(std::min(std::max<std::size_t>(for_each, 32), most_hits / rays), 1, most_rows);
-}
-
-/// A product of many columns with a block of rows, as one thread. Rows of points that are near each other end in the
-/// same bins. So the hits of all rows are sorted into ranges of bins: each range is read into a near cache once, and
-/// added to the rows there. The hits of a row stay in order, so that its sums are those of the row alone. Operands in
-/// single precision are half as much to read; their sums are as those of double precision.
-template <class Number> class BlockProduct {
-  public:
-    /// `columns`: the number of bins.
-    BlockProduct(const Rows& rows, std::size_t columns) : rows_(rows.size()), sorted_(rows.bin.size()) {
-        const auto range_of = [](Index bin) { return bin >> range_bits; };
-        std::vector<std::size_t> next(range_of(static_cast<Index>(columns)) + 2, 0);
-        for (const Index bin : rows.bin) {
-            ++next[range_of(bin) + 1];
-        }
-        std::partial_sum(next.begin(), next.end(), next.begin());
-        for (std::size_t row = 0; row < rows.size(); ++row) {
-            for (const Index bin : rows[row]) {
-                sorted_[next[range_of(bin)]++] = {bin, static_cast<Index>(row)};
-            }
-        }
-    }
-
-    void multiply(const Number* from, Eigen::Index width, double share, double* to) {
-        Eigen::Index rest = 0; // the first column that is in no panel
-        for_panels<192, 96>(width, [&](auto count, Eigen::Index c) {
-            with_wide_vectors([&] { multiply_part(count, from + c, width, share, to + c); });
-            rest = c + count;
-        });
-        if (rest < width) {
-            with_wide_vectors([&] { multiply_part(width - rest, from + rest, width, share, to + rest); });
-        }
-    }
-
-  private:
-    static constexpr unsigned range_bits = 6;
-    struct Entry {
-        Index bin, row;
-    };
-    static constexpr std::size_t line = 64 / sizeof(double);
-    struct alignas(64) Line { ///< of a cache: vectors that lie across two of them take longer
-        std::array<double, line> number;
-    };
-
-    /// Columns 0 ... count - 1; best if the count is a constant.
-    template <class Count>
-    void multiply_part(const Count& count, const Number* from, Eigen::Index width, double share, double* to) {
-        constexpr std::size_t ahead = 16;
-        const auto size = static_cast<std::size_t>(count);
-        sums_.assign((rows_ * size + line - 1) / line, {});
-        double* const sums = sums_.front().number.data();
-        for (std::size_t h = 0; h < sorted_.size(); ++h) {
-            if (h + ahead < sorted_.size()) {
-                fetch(count, from + static_cast<Eigen::Index>(sorted_[h + ahead].bin) * width);
-            }
-            const Number* const source = from + static_cast<Eigen::Index>(sorted_[h].bin) * width;
-            double* const sum = sums + static_cast<std::size_t>(sorted_[h].row) * size;
-            for (Eigen::Index c = 0; c < count; ++c) {
-                sum[c] += static_cast<double>(source[c]);
-            }
-        }
-        for (std::size_t row = 0; row < rows_; ++row) {
-            const double* const sum = sums + row * size;
-            double* const out = to + static_cast<Eigen::Index>(row) * width;
-            for (Eigen::Index c = 0; c < count; ++c) {
-                out[c] = share * sum[c];
-            }
-        }
-    }
-
-    std::size_t rows_;
-    std::vector<Entry> sorted_;
-    std::vector<Line> sums_;
-};
+constexpr Eigen::Index least_columns = 48; ///< for which products by blocks of rows pay
 
 } // namespace
 
@@ -481,17 +399,31 @@ std::size_t HitLists::code_bytes() const {
 }
 
 void HitLists::apply(const Values& x, Values& y, const Execution& execution) const {
+    multiply(x, y, execution);
+}
+
+void HitLists::apply_single(const SingleValues& x, Values& y, const Execution& execution) const {
+    multiply(x, y, execution);
+}
+
+template <class Operand> void HitLists::multiply(const Operand& x, Values& y, const Execution& execution) const {
     DIFUSA_REQUIRE(static_cast<std::size_t>(x.rows()) == columns_);
     const Eigen::Index width = x.cols();
+    using Product = BlockProduct<typename Operand::Scalar>;
+    const auto* const from = x.data();
     y.resize(static_cast<Eigen::Index>(rows_), width);
-    if (width >= least_columns) {
-        multiply_by_blocks(x, y, execution);
-        return;
-    }
-    const double* const from = x.data();
     const double share = 1.0 / static_cast<double>(rays_);
     const auto codes = [this](std::size_t j) { return codes_of(j); };
-    parallel_for(rows_, 16, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
+    const Execution silent = execution.silent();
+    if (width >= least_columns) {
+        parallel_for(rows_, Product::rows_of_block(rows_, rays_, execution), silent,
+                     [&](std::size_t begin, std::size_t end, unsigned) {
+                         Product product(bins_of_rows(codes, begin, end), columns_);
+                         product.multiply(from, width, share, y.row(static_cast<Eigen::Index>(begin)).data());
+                     });
+        return;
+    }
+    parallel_for(rows_, 16, silent, [&](std::size_t begin, std::size_t end, unsigned) {
         if (width == 1) {
             sum_rows<1>(codes, begin, end, from, share, y.data());
             return;
@@ -500,7 +432,7 @@ void HitLists::apply(const Values& x, Values& y, const Execution& execution) con
             sum_rows<3>(codes, begin, end, from, share, y.data());
             return;
         }
-        const Rows rows(codes, begin, end);
+        const BinsOfRows rows = bins_of_rows(codes, begin, end);
         for (std::size_t j = begin; j < end; ++j) {
             double* const out = y.data() + static_cast<Eigen::Index>(j) * width;
             for_panels<24, 21, 9, 7, 3, 1>(width, [&](auto count, Eigen::Index c) {
@@ -508,27 +440,6 @@ void HitLists::apply(const Values& x, Values& y, const Execution& execution) con
             });
         }
     });
-}
-
-template <class Operand>
-void HitLists::multiply_by_blocks(const Operand& x, Values& y, const Execution& execution) const {
-    const double share = 1.0 / static_cast<double>(rays_);
-    const auto codes = [this](std::size_t j) { return codes_of(j); };
-    parallel_for(rows_, rows_of_block(rows_, rays_, execution), execution.silent(),
-                 [&](std::size_t begin, std::size_t end, unsigned) {
-                     BlockProduct<typename Operand::Scalar> product(Rows(codes, begin, end), columns_);
-                     product.multiply(x.data(), x.cols(), share, y.row(static_cast<Eigen::Index>(begin)).data());
-                 });
-}
-
-void HitLists::apply_single(const SingleValues& x, Values& y, const Execution& execution) const {
-    if (x.cols() < least_columns) {
-        apply(Values(x.cast<double>()), y, execution);
-        return;
-    }
-    DIFUSA_REQUIRE(static_cast<std::size_t>(x.rows()) == columns_);
-    y.resize(static_cast<Eigen::Index>(rows_), x.cols());
-    multiply_by_blocks(x, y, execution);
 }
 
 void HitLists::apply_transpose(const Values& x, Values& y, const Execution& execution) const {

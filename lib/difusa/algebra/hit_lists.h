@@ -65,7 +65,7 @@ class HitLists final : public LinearOperator {
         std::vector<std::uint8_t> codes;  ///< 8 bytes longer than the codes, so that whole words can be read
         std::vector<std::uint32_t> begin; ///< of each row in `codes`
     };
-    template <class Operand> void multiply_by_blocks(const Operand& x, Values& y, const Execution& execution) const;
+    template <class Operand> void multiply(const Operand& x, Values& y, const Execution& execution) const;
     const std::uint8_t* codes_of(std::size_t j) const {
         const Block& block = blocks_[j / rows_per_block_];
         return block.codes.data() + block.begin[j % rows_per_block_];

@@ -47,6 +47,8 @@ struct Iterate {
 struct SolveOptions {
     double tolerance = 1e-6; ///< on the largest residual or change; a residual within rounding is also accepted
     int max_iterations = 1000;
+    /// False: what the iteration knows of the residual may end it, without a product that confirms it.
+    bool confirm = true;
     StopBy stop = StopBy::residual;
     /// Receives iterates: the first, that after one relaxation or one iteration, and later ones whenever there were
     /// half as many relaxations more, up to the last. May be empty; what it throws ends the iteration.
@@ -81,7 +83,8 @@ struct SolveSummary {
     enum class Reason { converged, max_iterations, diverged, stagnated };
     Reason reason = Reason::converged;
     int iterations = 0; ///< applications of T, or #points relaxations, begun; maximum over the columns
-    /// Per column: relative residual after 0, 1, ... iterations. The last is computed afresh from the result. Methods
+    /// Per column: relative residual after 0, 1, ... iterations. The last is computed afresh from the result
+    /// (SolveOptions::confirm). Methods
     /// that relax one unknown after the other enter what they know of the others without a product: `gauss-seidel` the
     /// largest residual met in a sweep, `progressive` the largest unshot irradiance.
     std::vector<std::vector<double>> residual_history;

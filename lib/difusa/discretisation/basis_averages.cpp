@@ -73,6 +73,27 @@ void average(std::span<const Entry> entries, const Operand& x, typename Operand:
     });
 }
 
+/// Multiplies number c by reflectance c modulo #channels. `factors`: memory for a multiple of them, so many that
+/// vectors of them can be multiplied.
+template <class Number>
+void scale(const double* reflectance, Eigen::Index channels, std::vector<Number>& factors, Number* numbers,
+           Eigen::Index width) {
+    const auto period = static_cast<Eigen::Index>(factors.size());
+    Number* __restrict const repeated = factors.data();
+    for (Eigen::Index c = 0; c < period; c += channels) {
+        for (Eigen::Index channel = 0; channel < channels; ++channel) {
+            repeated[c + channel] = static_cast<Number>(reflectance[channel]);
+        }
+    }
+    for (Eigen::Index first = 0; first < width; first += period) {
+        const Eigen::Index count = std::min(period, width - first);
+        Number* __restrict const some = numbers + first;
+        for (Eigen::Index c = 0; c < count; ++c) {
+            some[c] *= repeated[c];
+        }
+    }
+}
+
 } // namespace
 
 BasisAverages::Entry::Entry(Index site, std::int32_t units) : bits{} {
@@ -186,12 +207,13 @@ template <class Operand>
 void BasisAverages::reflect_rows(const Operand& x, const Values& rho, std::size_t rows, Operand& y,
                                  const Execution& execution) const {
     using Number = typename Operand::Scalar;
-    const Eigen::Index width = x.cols(), channels = rho.cols();
+    const Eigen::Index width = x.cols(), channels = rho.cols(), period = std::min(8 * channels, width);
     DIFUSA_REQUIRE(static_cast<std::size_t>(x.rows()) == columns_ && rows >= this->rows());
     DIFUSA_REQUIRE(static_cast<std::size_t>(rho.rows()) == this->rows() && width % channels == 0);
     y.resize(static_cast<Eigen::Index>(rows), width);
     parallel_for(rows, block, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
         with_wide_vectors([&] {
+            std::vector<Number> factors(static_cast<std::size_t>(period));
             for (std::size_t s = begin; s < end; ++s) {
                 Number* const out = y.row(static_cast<Eigen::Index>(s)).data();
                 if (s >= this->rows()) {
@@ -199,12 +221,7 @@ void BasisAverages::reflect_rows(const Operand& x, const Values& rho, std::size_
                     continue;
                 }
                 average(entries_of(s), x, out);
-                const double* const reflected = rho.row(static_cast<Eigen::Index>(s)).data();
-                for (Eigen::Index c = 0; c < width; c += channels) {
-                    for (Eigen::Index channel = 0; channel < channels; ++channel) {
-                        out[c + channel] = static_cast<Number>(reflected[channel] * out[c + channel]);
-                    }
-                }
+                scale(rho.row(static_cast<Eigen::Index>(s)).data(), channels, factors, out, width);
             }
         });
     });

@@ -321,9 +321,7 @@ class Estimation {
                     power / surfels.area(s) * residual.row(static_cast<Eigen::Index>(p));
             }
         }
-        SolveOptions solve;
-        solve.tolerance = 0.05;
-        solve.max_iterations = 50;
+        const SolveOptions solve{.tolerance = 0.05, .max_iterations = 50, .confirm = false};
         const Values h = field_.parts().system->respond(solution_.light.reflectance, b, solve, execution_.silent());
         const Values c = discretisation.evaluation->coefficients(h, execution_);
         result_.carried = sum_of_parts(c, static_cast<int>(channels)) / static_cast<double>(groups);

@@ -185,6 +185,7 @@ class GoalEstimation {
         SolveOptions solve;
         solve.tolerance = 1e-3;
         solve.max_iterations = 100;
+        solve.confirm = false;
         const Values z = system_.respond(rho, b, solve, execution_);
         adjoint_ = system_.discretisation().evaluation->coefficients(z, execution_);
         Values means;
