@@ -75,7 +75,8 @@ void check_triangles(const std::string& name, const Scene& scene, std::size_t si
     }
 }
 
-/// Of each case, and according to a finer bake of each file and of cases with meshes that are too fine for patches.
+/// Of each case and file, according to a finer bake: the exact solution of a case is that of another surface, of which
+/// its mesh is an approximation. Cases whose meshes are too fine for patches have coarser ones.
 void for_each_known_light(const SideBySide& plan, const Registry& registry, const Execution& execution,
                           const std::function<void(const KnownLight&)>& compare) {
     BakeOptions fine = plan.common;
@@ -87,9 +88,10 @@ void for_each_known_light(const SideBySide& plan, const Registry& registry, cons
                                        rays_to_judge, execution));
             continue;
         }
-        ReferenceCase exact = reference_case(name);
-        check_triangles(name, exact.scene, plan.sites.back());
-        compare(known_light(Judge(std::move(exact), plan.how, execution)));
+        const Scene scene = reference_case(name).scene;
+        check_triangles(name, scene, plan.sites.back());
+        compare(evenly_known_light(bake(registry, scene, name, fine, execution), name, plan.how.places, rays_to_judge,
+                                   execution));
     }
     for (const std::string& file : plan.scenes) {
         fine.when_visible = [&](const Scene& scene, const auto&...) {
@@ -124,6 +126,39 @@ void compare(const Comparison& comparison, const SideBySide& plan, const StudyOu
 
 } // namespace
 
+void check_chart_names(const std::vector<std::string>& cases, const std::vector<std::string>& scenes) {
+    std::vector<std::string> stems = cases;
+    for (const std::string& scene : scenes) {
+        stems.push_back(stem_of(scene));
+        if (std::count(stems.begin(), stems.end(), stems.back()) > 1) {
+            throw UsageError("--scene " + scene + ": another one is named " + stems.back() +
+                             ", too, and would have the same rows and charts: rename one of them");
+        }
+    }
+}
+
+void show(const Measurement& m) {
+    std::cout << m.case_name << ", " << method_of(m) << ", spacing " << m.options.spacing << ", " << m.options.rays
+              << " rays: ";
+    if (m.failed) {
+        std::cout << m.failure << std::endl;
+        return;
+    }
+    std::cout << m.sites << " sites, " << text_of(m.seconds + m.seconds_output) << " s, relative L2 error "
+              << text_of(m.total.l2.relative().value_or(NAN)) << std::endl;
+}
+
+void write_measurements(const std::vector<Measurement>& measurements, const std::vector<std::string>& cases,
+                        const std::filesystem::path& folder) {
+    write_whole_file(folder / "measurements.csv", csv_of(measurements));
+    write_whole_file(folder / "measurements.json", json_of(measurements));
+    for (const std::string& name : cases.empty() ? reference_case_names() : cases) {
+        write_whole_file(folder / (name + ".md"), markdown_of(measurements, name));
+        write_whole_file(folder / (name + "_error_against_time.svg"), error_against_time(measurements, name));
+        write_whole_file(folder / (name + "_error_against_sites.svg"), error_against_sites(measurements, name));
+    }
+}
+
 void write_estimates(const EstimatePlan& plan, const StudyOutput& output, const Registry& registry,
                      const Execution& execution) {
     StudyTable table(output, estimate_header(), estimate_csv_header());
@@ -135,20 +170,15 @@ void write_estimates(const EstimatePlan& plan, const StudyOutput& output, const 
         table.add(estimate_row(light.name, trials), rows);
     };
     for (const std::string& name : plan.cases) {
-        const Judge exact(reference_case(name), plan.how, execution);
+        const ReferenceCase exact = reference_case(name);
         BakeOptions own = plan.common;
         if (!own.target && !(own.spacing > 0.0)) {
-            own.spacing = exact.reference.spacings.back();
+            own.spacing = exact.spacings.back();
         }
-        // Where the exact solution is that of another surface, of which the mesh is an approximation, no residual of
-        // the equation on the mesh sees the difference.
-        if (exact.reference.mesh_error > 0.0) {
-            judge(known_light(bake(registry, exact.reference.scene, name, finer(own), execution), name, plan.how.places,
-                              execution),
-                  own);
-        } else {
-            judge(known_light(exact), own);
-        }
+        // The exact solution is that of another surface, of which the mesh is an approximation: no residual of the
+        // equation on the mesh sees the difference.
+        judge(known_light(bake(registry, exact.scene, name, finer(own), execution), name, plan.how.places, execution),
+              own);
     }
     for (const std::string& file : plan.scenes) {
         judge(known_light(bake(registry, file, finer(plan.common), execution), file, plan.how.places, execution),

@@ -22,6 +22,16 @@ struct StudyOutput {
     bool quiet = false;
 };
 
+/// Tables and charts of scenes have their stems. Throws UsageError if two have the same.
+void check_chart_names(const std::vector<std::string>& cases, const std::vector<std::string>& scenes);
+
+/// Prints a line.
+void show(const Measurement& measurement);
+
+/// measurements.csv, measurements.json, and a table and two charts of each case; no cases: all.
+void write_measurements(const std::vector<Measurement>& measurements, const std::vector<std::string>& cases,
+                        const std::filesystem::path& folder);
+
 struct EstimatePlan {
     BakeOptions common;
     std::size_t bakes = 0;                  ///< of each
@@ -36,7 +46,7 @@ void write_estimates(const EstimatePlan& plan, const StudyOutput& output, const 
 struct SideBySide {
     BakeOptions common;
     std::vector<std::size_t> sites;         ///< of each method, about
-    std::vector<std::string> cases, scenes; ///< with known solutions; files, judged by finer bakes
+    std::vector<std::string> cases, scenes; ///< scenes of reference cases; files
     MeasureOptions how;
     std::vector<MeasuredElsewhere> elsewhere; ///< shown in the charts
 };

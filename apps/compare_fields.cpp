@@ -36,8 +36,8 @@ Examples:
 
 The meshes may differ: the reference is then interpolated at its nearest point facing the same way, and should be
 the finer one. Norms are relative to the same norm of the reference, integrated over the surface of the result.
-Emitters, known from the array emission of either file, are left out of the norms of whatever contains emitted light
-(radiosity, luminance), because their own light would hide the errors around them; --with-emitters includes them.
+Emitters, known from the array emission of either file, are left out of the norms of radiosity and luminance, because
+their own light would hide the errors around them; --with-emitters includes them.
 
 Exit codes: 0 done, 1 usage, 2 input, 3 not converged, 4 resources, 5 internal, 130 interrupted.
 )";
@@ -74,7 +74,7 @@ void declare(CLI::App& app, Arguments& a) {
                parse_share)
         ->type_name("P%");
     app.add_flag("--with-emitters", a.compare.with_emitters,
-                 "include emitting surfaces in the norms of the total light");
+                 "include emitting surfaces in the norms of radiosity and luminance");
     app.add_option("--report", a.report, "write all norms as JSON")->type_name("FILE.json");
     add_whole(app, "--threads", a.threads, 1U, "threads; the result does not depend on it")
         ->type_name("N")

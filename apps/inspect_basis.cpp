@@ -26,8 +26,8 @@ Examples:
   inspect_basis mesh.off basis.vtp
       the element in the middle of the surface, and the sum of all; open in ParaView and colour by element
   inspect_basis mesh.off basis.vtp --element 42 --element 43 --basis shepard:k=3
-      two elements of another basis; with the same --seed, --spacing and so on as a bake with --no-adaptive, the
-      elements are the same
+      two elements of another basis; those of a bake with --no-adaptive and the same --seed, --spacing and so on,
+      unless that bake leaves out surfaces that no light reaches, or adds sites where none can be seen
   inspect_basis room.obj basis.vtp --near 1.2,0,0.5 --sites-output sites.vtp
       the element nearest to a point; the sites as points, for glyphs scaled by radius or reach
 

@@ -20,6 +20,7 @@
 #include <filesystem>
 #include <iostream>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -136,7 +137,8 @@ void declare(CLI::App& app, Arguments& a) {
     };
     numbers("--spacing", a.plan.spacings,
             "site spacing, in units of the case (default: each case's own, coarse to fine)", difusa::parse_positive);
-    numbers("--rays", a.plan.rays, "rays from each point where light is gathered (default: 1024)",
+    numbers("--rays", a.plan.rays,
+            "rays from each point where light is gathered (default: 1024; of the bakes of scenes, 512)",
             [](const std::string& option, const std::string& text) {
                 return difusa::parse_whole<std::size_t>(option, text, 1);
             });
@@ -199,7 +201,7 @@ void declare(CLI::App& app, Arguments& a) {
 
     app.add_flag("--adaptive", a.plan.common.adaptive, "graded sites: as many as at the spacing, but where they help");
     difusa::add_parsed(app, "--error", a.error,
-                       "accuracy to order from each bake of --estimate, as from bake_radiosity", difusa::parse_percent)
+                       "accuracy requested from each bake of --estimate, as from bake_radiosity", difusa::parse_percent)
         ->type_name("P%");
 
     const std::string how = "How";
@@ -215,25 +217,10 @@ void declare(CLI::App& app, Arguments& a) {
     add_run_arguments(app, a.run, a.plan.common.seed, "errors do not depend");
 }
 
-void show(const difusa::Measurement& m) {
-    std::cout << m.case_name << ", " << difusa::method_of(m) << ", spacing " << m.options.spacing << ", "
-              << m.options.rays << " rays: ";
-    if (m.failed) {
-        std::cout << "does not converge" << std::endl;
-        return;
-    }
-    std::cout << m.sites << " sites, " << difusa::text_of(m.seconds + m.seconds_output) << " s, relative L2 error "
-              << difusa::text_of(m.total.l2.relative().value_or(NAN)) << std::endl;
-}
-
 template <class T> void fill(std::vector<T>& values, std::vector<T> standard) {
     if (values.empty()) {
         values = std::move(standard);
     }
-}
-
-void write(const std::filesystem::path& file, const std::string& content) {
-    difusa::write_whole_file(file, content);
 }
 
 void study(Arguments& a, const difusa::Registry& registry, const difusa::Execution& execution) {
@@ -246,16 +233,10 @@ void study(Arguments& a, const difusa::Registry& registry, const difusa::Executi
     const std::vector<difusa::Measurement> measurements =
         difusa::run_study(registry, a.plan, execution, [&](const difusa::Measurement& m) {
             if (!a.run.quiet) {
-                show(m);
+                difusa::show(m);
             }
         });
-    write(a.output / "measurements.csv", difusa::csv_of(measurements));
-    write(a.output / "measurements.json", difusa::json_of(measurements));
-    for (const std::string& name : a.plan.cases.empty() ? difusa::reference_case_names() : a.plan.cases) {
-        write(a.output / (name + ".md"), difusa::markdown_of(measurements, name));
-        write(a.output / (name + "_error_against_time.svg"), difusa::error_against_time(measurements, name));
-        write(a.output / (name + "_error_against_sites.svg"), difusa::error_against_sites(measurements, name));
-    }
+    difusa::write_measurements(measurements, a.plan.cases, a.output);
 }
 
 /// The options that the plan gives for the bakes of --estimate or --solver: one of each.
@@ -404,6 +385,10 @@ difusa::BakeOptions validation_options(const Arguments& a) {
     return options;
 }
 
+bool has_places(const Arguments& a) {
+    return a.plan.how.places != difusa::MeasureOptions{}.places;
+}
+
 /// What --mirrors, --shelf, --edges and --gloss do not take.
 void check_mirrors(const Arguments& a) {
     if (!a.mirrors && !a.shelf && !a.edges && !a.gloss) {
@@ -430,7 +415,12 @@ void check_mirrors(const Arguments& a) {
         {a.mirrors && a.shelf, "--shelf"},
         {a.edges && (a.mirrors || a.shelf), "--edges"},
         {a.gloss && (a.mirrors || a.shelf || a.edges), "--gloss"},
-        {a.edges && a.plan.common.adaptive, "--adaptive"},
+        {!a.shelf && a.plan.common.adaptive, "--adaptive"},
+        {a.edges && std::set(a.plan.spacings.begin(), a.plan.spacings.end()).size() < a.plan.spacings.size(),
+         "a --spacing twice"},
+        {(a.mirrors || a.gloss) && has_places(a), "--places"},
+        {(a.mirrors || a.gloss) && a.plan.common.direct != difusa::BakeOptions{}.direct, "--direct"},
+        {(a.mirrors || a.gloss) && a.plan.common.kernel != difusa::BakeOptions{}.kernel, "--kernel"},
         {a.gloss && !a.plan.spacings.empty(), "--spacing"},
         {!a.edges && a.plan.spacings.size() > 1, "a second --spacing"},
         {a.edges && a.plan.spacings.size() == 1, "a single --spacing"}};
@@ -459,8 +449,10 @@ void measure_edges(const Arguments& a, const difusa::Registry& registry, const d
 /// What --solver needs, and does not take.
 void check_solvers(const Arguments& a, const difusa::Registry& registry) {
     if (a.solvers.empty() && (!a.albedos.empty() || (a.sites && !compares_methods(a) && !a.gloss))) {
-        throw UsageError("--albedo and --sites are for the comparison of solvers: name them, --solver krylov "
-                         "--solver jacobi");
+        throw UsageError(
+            "--albedo and --sites are for the comparison of solvers (name them, --solver krylov --solver "
+            "jacobi), and --sites for --side-by-side, --defaults, --subdivision and --gloss: omit them, or "
+            "give --spacing");
     }
     if (a.solvers.empty()) {
         return;
@@ -471,11 +463,10 @@ void check_solvers(const Arguments& a, const difusa::Registry& registry) {
     if (a.scenes.empty()) {
         throw UsageError("--solver: needs a scene whose system is to be solved, --scene data/room_a.json");
     }
-    const std::vector<std::pair<bool, std::string>> given{{!a.plan.cases.empty(), "--case"},
-                                                          {!a.plan.final_gathers.empty(), "--final-gather"},
-                                                          {a.repeats > 1, "--repeat"},
-                                                          {a.chapter7, "--chapter7"},
-                                                          {a.estimate > 0, "--estimate"}};
+    const std::vector<std::pair<bool, std::string>> given{
+        {!a.plan.cases.empty(), "--case"}, {!a.plan.final_gathers.empty(), "--final-gather"},
+        {a.repeats > 1, "--repeat"},       {has_places(a), "--places"},
+        {a.chapter7, "--chapter7"},        {a.estimate > 0, "--estimate"}};
     refuse("--solver", given);
 }
 
@@ -485,6 +476,8 @@ void refuse_for_chapter7(const Arguments& a) {
                                                           {!a.plan.projections.empty(), "--projection"},
                                                           {!a.plan.transports.empty(), "--transport"},
                                                           {!a.plan.final_gathers.empty(), "--final-gather"},
+                                                          {a.repeats > 1, "--repeat"},
+                                                          {has_places(a), "--places"},
                                                           {a.plan.rays.size() > 1, "a second --rays"}};
     refuse("--chapter7", given);
 }
@@ -513,6 +506,7 @@ void check(const Arguments& a, const difusa::Registry& registry) {
     }
     check_side_by_side(a);
     check_solvers(a, registry);
+    difusa::check_chart_names(a.plan.cases, a.scenes);
     if (!a.scenes.empty() && a.estimate == 0 && a.solvers.empty() && !compares_methods(a)) {
         throw UsageError("--scene is for --estimate, --solver, --side-by-side, --defaults and --subdivision only: "
                          "other studies need a known solution (--case)");
@@ -548,6 +542,7 @@ void run(Arguments& a) {
     }
     const difusa::Registry registry = difusa::Registry::load(a.run.plugin_path);
     check(a, registry);
+    a.plan.how.seed = a.plan.common.seed;
     std::error_code error;
     std::filesystem::create_directories(a.output, error);
     if (error) {

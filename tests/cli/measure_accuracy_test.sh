@@ -20,7 +20,7 @@ expect_refusal 1 "no case of cie-171 begins so" "$measure" --output nope --valid
 
 expect_exit 0 "$measure" --output study --case sphere --basis shepard --basis radial:width=5 --projection natural \
     --projection corrected:in=equation --spacing 0.8 --spacing 0.6 --rays 16 --places 200
-expect_text stdout "sphere, shepard, spacing 0.8" "does not converge" "written: study"
+expect_text stdout "sphere, shepard, spacing 0.8" "its coefficients oscillate" "written: study"
 # Shepard's basis interpolates: there is nothing to correct.
 [ "$(wc -l <study/measurements.csv)" = 7 ] || fail "six measurements and a header were expected"
 expect_text study/measurements.json '"schema": "difusa-accuracy-study"' '"bound_over_error"'
@@ -125,6 +125,11 @@ radiosity_of() {
     fail "the last member is not the result"
 
 # Form factors over mirror patches.
+expect_refusal 1 "--mirrors does not take --places" "$measure" --output study --mirrors --places 7
+expect_refusal 1 "--edges does not take a --spacing twice" "$measure" --output study --edges --spacing 0.2 --spacing 0.2
+mkdir other && cp "$box" other/
+expect_refusal 1 "another one is named $(basename "$box" .obj)" "$measure" --output study --defaults --scene "$box" \
+    --scene "other/$(basename "$box")"
 expect_refusal 1 "--mirrors does not take --case" "$measure" --output study --mirrors --case sphere
 expect_exit 0 "$measure" --output mirrors --mirrors --spacing 0.4
 expect_text stdout "| single | 1 | 1 | printed | 4 | 8 |" "| double | 4 | 4 | gathered | 1, adaptive |" "written: mirrors"

@@ -43,6 +43,19 @@ TEST(PredictSites, TellsTheCountOfFlatAndCurvedSurfaces) {
     }
 }
 
+/// The sites of these are those of the mesh, of which windows have no more than the triangles.
+TEST(PredictSites, LeavesMeshesOfPatchesToTheSampler) {
+    const Mesh mesh = test::box(1.0);
+    for (const char* const name : {"patch-centres", "mesh-vertices"}) {
+        const auto sampler = test::plugin<Sampler>(name);
+        const double spacing = spacing_of(mesh, 40000);
+        EXPECT_FALSE(predict_sites(*sampler, mesh, spacing, 1, Execution{})) << name;
+        const ExpectedSites expected = expected_sites(*sampler, mesh, nullptr, spacing, no_limit, 1, Execution{});
+        EXPECT_TRUE(expected.exact);
+        EXPECT_GT(expected.count, 20000.0) << name;
+    }
+}
+
 TEST(PredictSites, LeavesSmallSurfacesToTheSampler) {
     const Mesh mesh = test::box(1.0);
     const double spacing = spacing_of(mesh, 1000);

@@ -185,6 +185,9 @@ Windows draw_windows(const Mesh& mesh, double size, std::size_t draws, std::uint
 std::optional<double> predict_sites(const Sampler& sampler, const Mesh& mesh, double spacing, std::uint64_t seed,
                                     const Execution& execution) {
     DIFUSA_REQUIRE(!sampler.needs_visibility());
+    if (!sampler.covers_evenly()) {
+        return std::nullopt;
+    }
     const double size = window_in_spacings * spacing;
     const double across = 1.0 + 2.0 * margin_in_windows;
     if (!(mesh.diameter() / size < 0x1p30)) {

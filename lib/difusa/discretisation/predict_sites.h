@@ -18,7 +18,8 @@ namespace difusa {
 /// has no effect.
 ///
 /// Returns nothing if the windows would contain more than a quarter of the surface: sampling all of it is then just as
-/// cheap. The sampler must not need rays, since windows do not have the visibility of the scene.
+/// cheap; nor if the sampler does not cover surfaces evenly (Sampler::covers_evenly). It must not need rays, since
+/// windows do not have the visibility of the scene.
 std::optional<double> predict_sites(const Sampler& sampler, const Mesh& mesh, double spacing, std::uint64_t seed,
                                     const Execution& execution);
 

@@ -21,7 +21,8 @@ class Sampler {
     /// False if its sites are those of a mesh, so that none can be added where they would help.
     virtual bool can_be_graded() const { return true; }
 
-    /// True if its sites cover the whole surface, and others may be added.
+    /// True if its sites cover the whole surface, and others may be added. Such a sampler may also get pieces of a
+    /// surface, whose meshes have points, triangles, normals, areas and regions, and nothing else.
     bool covers_evenly() const { return can_be_graded() && !needs_visibility(); }
 
     /// Points no two of which are closer than `spacing` in site distance; of a mesh, about as many. Throws

@@ -12,7 +12,7 @@ namespace difusa {
 
 struct CompareOptions {
     std::vector<std::string> arrays; ///< point arrays to compare in addition to total and indirect light
-    double max_distance = 0.0;  ///< points of the reference farther away do not match; 0: 1 % of its mesh' diameter
+    double max_distance = 0.0;  ///< points of the reference farther away do not match; 0: 1 % of its mesh's diameter
     bool with_emitters = false; ///< include emitting surfaces in the norms of the total light
     double least_matched = 0.5; ///< share of the result's area that must match
 };

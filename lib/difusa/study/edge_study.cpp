@@ -47,6 +47,7 @@ EdgeTrial try_edge(const Registry& registry, double rho, const std::vector<doubl
     const Judge judge(edge_case(rho), how, execution);
     const auto exact = [&](double d) { return judge.reference.exact->at(Vec3(d, 0, 0), Vec3::UnitZ()).H; };
     trial.exact_slope = local_exponent(exact(from), exact(2.0 * from), exact(4.0 * from));
+    const double finest = *std::min_element(spacings.begin(), spacings.end());
     BakeOptions own = options;
     for (const double spacing : spacings) {
         own.spacing = spacing;
@@ -55,7 +56,9 @@ EdgeTrial try_edge(const Registry& registry, double rho, const std::vector<doubl
         own.adaptive = true;
         trial.graded.push_back(measure(registry, judge, own, how, execution, [&](const BakeResult& result) {
             const auto baked = [&](double d) { return irradiance_at(result, d, execution); };
-            trial.baked_slope = local_exponent(baked(from), baked(2.0 * from), baked(4.0 * from)); // the finest stays
+            if (spacing == finest) {
+                trial.baked_slope = local_exponent(baked(from), baked(2.0 * from), baked(4.0 * from));
+            }
         }));
     }
     return trial;
@@ -65,10 +68,19 @@ double error_of_bake(const Measurement& m) {
     return m.failed ? NAN : m.total.l2.relative().value_or(NAN);
 }
 
+/// NaN if a bake has failed.
 double order_of(const std::vector<double>& spacings, const std::vector<Measurement>& bakes) {
     std::vector<double> errors(bakes.size());
     std::transform(bakes.begin(), bakes.end(), errors.begin(), error_of_bake);
-    return convergence_order(spacings, errors);
+    const bool known = std::all_of(errors.begin(), errors.end(), [](double error) { return error > 0.0; });
+    return known ? convergence_order(spacings, errors) : NAN;
+}
+
+/// "–" for NaN.
+std::string written(const char* format, double value) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), format, value);
+    return std::isnan(value) ? "–" : text.data();
 }
 
 } // namespace
@@ -104,16 +116,13 @@ std::string edge_header(const std::vector<double>& spacings) {
 
 std::string edge_row(const EdgeTrial& t) {
     std::array<char, 64> text{};
-    std::snprintf(text.data(), text.size(), "| %g | %.3f | %.3f, %.3f ", t.rho, t.exponent, t.exact_slope,
-                  t.baked_slope);
-    std::string row = text.data();
+    std::snprintf(text.data(), text.size(), "| %g | %.3f | %.3f, ", t.rho, t.exponent, t.exact_slope);
+    std::string row = text.data() + written("%.3f", t.baked_slope) + " ";
     for (const std::vector<Measurement>* const bakes : {&t.even, &t.graded}) {
         for (const Measurement& m : *bakes) {
-            std::snprintf(text.data(), text.size(), "| %.2e ", error_of_bake(m));
-            row += text.data();
+            row += "| " + written("%.2e", error_of_bake(m)) + " ";
         }
-        std::snprintf(text.data(), text.size(), "| %.2f ", order_of(t.spacings, *bakes));
-        row += text.data();
+        row += "| " + written("%.2f", order_of(t.spacings, *bakes)) + " ";
     }
     return row + "|\n";
 }

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -14,13 +15,13 @@ namespace difusa {
 /// (references/edge.h). As sites get closer, the error beside the edge, over a strip as wide as their spacing, comes to
 /// dominate: root mean square, that of even sites falls like spacing^(gamma + 1/2) in the end.
 struct EdgeTrial {
-    double rho = 0.0;                      ///< reflectance of both walls
-    double exponent = 0.0;                 ///< gamma
-    double from = 0.0;                     ///< the distances from the edge: from, 2 from, 4 from
-    double exact_slope = 0.0;              ///< the exponent that the exact light shows between these distances
-    double baked_slope = 0.0;              ///< that of the finest bake with graded sites
-    std::vector<double> spacings;          ///< from coarse to fine
-    std::vector<Measurement> even, graded; ///< bakes at these spacings
+    double rho = 0.0;         ///< reflectance of both walls
+    double exponent = 0.0;    ///< gamma
+    double from = 0.0;        ///< the distances from the edge: from, 2 from, 4 from
+    double exact_slope = 0.0; ///< the exponent that the exact light shows between these distances
+    double baked_slope = std::numeric_limits<double>::quiet_NaN(); ///< of the finest graded bake; NaN: it failed
+    std::vector<double> spacings;                                  ///< from coarse to fine
+    std::vector<Measurement> even, graded;                         ///< bakes at these spacings
 };
 
 /// Bakes with the options at these spacings. `from`: the smallest distance, at which exponents are read off the light.

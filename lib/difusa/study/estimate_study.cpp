@@ -23,7 +23,7 @@ double median(std::vector<double> values) {
     }
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
     std::nth_element(values.begin(), middle, values.end());
-    return *middle;
+    return values.size() % 2 == 1 ? *middle : 0.5 * (*std::max_element(values.begin(), middle) + *middle);
 }
 
 /// The places for means over the area: those that are denser where errors may be large, if there are any.

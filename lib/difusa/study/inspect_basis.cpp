@@ -25,7 +25,6 @@ namespace difusa {
 
 namespace {
 
-constexpr std::size_t default_sites = 4000;
 constexpr double output_in_spacings = 1.0 / 6.0;
 constexpr std::size_t site_bytes = 400;   ///< while a site is placed and linked to its neighbours
 constexpr std::size_t output_bytes = 500; ///< per output triangle, including its share of vertices and arrays

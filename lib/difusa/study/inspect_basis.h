@@ -15,13 +15,14 @@
 
 namespace difusa {
 
-/// Options; as in a bake (BakeOptions), so that the same options show exactly the basis of that bake.
+/// Options; as in a bake (BakeOptions), so that the same options show the basis of that bake, unless it leaves out
+/// surfaces that no light reaches, or adds sites where none can be seen.
 struct InspectOptions {
     std::string basis = "moving-least-squares";
     std::string sampler;             ///< empty: the one that the basis demands, or else "poisson-disk"
     std::string visibility = "auto"; ///< for samplers that cast rays
     double spacing = 0.0;            ///< unit of the mesh; 0: from `sites`
-    std::size_t sites = 0;           ///< desired number; 0: 4000
+    std::size_t sites = 0;           ///< desired number; 0: as in a bake
     int neighbours = 10;             ///< m
     double output_spacing = 0.0;     ///< longest edge of the output; 0: a sixth of the site spacing
     std::uint64_t seed = 1;

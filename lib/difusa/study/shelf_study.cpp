@@ -64,6 +64,10 @@ ShelfTrial try_shelf(const Registry& registry, double length, const BakeOptions&
     return trial;
 }
 
+double error_in_the_middle(const ShelfTrial& t) {
+    return t.middle.failed ? NAN : t.middle.total.l2.relative().value_or(NAN);
+}
+
 } // namespace
 
 std::vector<ShelfTrial> shelf_study(const Registry& registry, const std::vector<double>& lengths,
@@ -85,10 +89,17 @@ std::string shelf_header() {
 
 std::string shelf_row(const ShelfTrial& t) {
     std::array<char, 192> row{};
-    std::snprintf(row.data(), row.size(), "| %g | %.6f | %.6f | %.2e | %.2e | %zu | %.2e | %.1e |\n", t.length, t.AB,
-                  t.AC, t.factors_off, t.patches_off, t.middle.sites, t.middle.total.l2.relative().value_or(NAN),
-                  t.bound);
-    return row.data();
+    std::snprintf(row.data(), row.size(), "| %g | %.6f | %.6f | %.2e | %.2e ", t.length, t.AB, t.AC, t.factors_off,
+                  t.patches_off);
+    std::string text = row.data();
+    if (t.middle.failed) {
+        text += "| – | " + t.middle.failure + " ";
+    } else {
+        std::snprintf(row.data(), row.size(), "| %zu | %.2e ", t.middle.sites, error_in_the_middle(t));
+        text += row.data();
+    }
+    std::snprintf(row.data(), row.size(), "| %.1e |\n", t.bound);
+    return text + row.data();
 }
 
 std::string shelf_csv_header() {
@@ -100,8 +111,7 @@ std::string shelf_csv_row(const ShelfTrial& t) {
     for (const double value : {t.length, t.AB, t.AC, t.BA, t.factors_off, t.patches_off}) {
         row += text_of(value) + ",";
     }
-    return row + std::to_string(t.middle.sites) + "," + text_of(t.middle.total.l2.relative().value_or(NAN)) + "," +
-           text_of(t.bound) + "\n";
+    return row + std::to_string(t.middle.sites) + "," + text_of(error_in_the_middle(t)) + "," + text_of(t.bound) + "\n";
 }
 
 } // namespace difusa

@@ -1,5 +1,6 @@
 #include <difusa/study/study.h>
 
+#include <difusa/bake/choices.h>
 #include <difusa/core/error.h>
 #include <difusa/core/text.h>
 #include <difusa/io/chart.h>
@@ -18,17 +19,14 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Whether the choices are compatible: those that make_choices rejects are left out of the table.
-bool possible(const Registry& registry, const BakeOptions& options) {
-    const auto basis = registry.create<Basis>(options.basis);
-    if (options.projection.rfind("corrected", 0) == 0 &&
-        (basis->interpolates() ||
-         (!basis->coefficients_are_values() && options.projection.find("in=equation") == std::string::npos))) {
-        return false;
+/// Why a bake with these choices would be refused; empty if it would not.
+std::string contradiction(const Registry& registry, const BakeOptions& options) {
+    try {
+        make_choices(registry, options);
+        return "";
+    } catch (const UsageError& error) {
+        return error.what();
     }
-    const bool pairwise = options.transport.rfind("pairwise", 0) == 0;
-    const bool more_points = options.projection.rfind("galerkin", 0) == 0 || options.projection.rfind("least", 0) == 0;
-    return !pairwise || !more_points;
 }
 
 /// The columns of the tables, by name, in order; unknown numbers are absent.
@@ -145,6 +143,7 @@ std::string method_of(const Measurement& m) {
 std::vector<Measurement> run_study(const Registry& registry, const StudyPlan& plan, const Execution& execution,
                                    const std::function<void(const Measurement&)>& tell) {
     std::vector<Measurement> measurements;
+    std::string contradicted;
     for (const std::string& name : plan.cases.empty() ? reference_case_names() : plan.cases) {
         const Judge judge(reference_case(name), plan.how, execution);
         const std::vector<double>& spacings = plan.spacings.empty() ? judge.reference.spacings : plan.spacings;
@@ -161,10 +160,12 @@ std::vector<Measurement> run_study(const Registry& registry, const StudyPlan& pl
                                 options.final_gather = final_gather;
                                 options.rays = rays;
                                 options.spacing = spacing;
-                                if (possible(registry, options)) {
-                                    measurements.push_back(measure(registry, judge, options, plan.how, execution));
-                                    tell(measurements.back());
+                                if (const std::string why = contradiction(registry, options); !why.empty()) {
+                                    contradicted = why;
+                                    continue;
                                 }
+                                measurements.push_back(measure(registry, judge, options, plan.how, execution));
+                                tell(measurements.back());
                             }
                         }
                     }
@@ -173,8 +174,7 @@ std::vector<Measurement> run_study(const Registry& registry, const StudyPlan& pl
         }
     }
     if (measurements.empty()) {
-        throw UsageError("these choices cannot be combined: projections that need light at more points than the "
-                         "sites require --transport gather, and corrected requires a smoothing basis");
+        throw UsageError("these choices cannot be combined: " + contradicted);
     }
     return measurements;
 }
@@ -230,7 +230,7 @@ std::string markdown_of(const std::vector<Measurement>& measurements, const std:
         table +=
             "| " + method_of(m) + " | " + text_of(m.options.spacing) + " | " + std::to_string(m.options.rays) + " | ";
         if (m.failed) {
-            table += "– | – | does not converge | | | |\n";
+            table += "– | – | " + m.failure + " | | | |\n";
             continue;
         }
         char seconds[32], ratio[32] = "–";

@@ -21,8 +21,8 @@ struct StudyPlan {
     MeasureOptions how;
 };
 
-/// Impossible combinations (pairwise transport with a projection that needs more points) are left out. `tell` is called
-/// with each measurement as it is made.
+/// Combinations that a bake would refuse (pairwise transport with a projection that needs more points) are left out;
+/// throws UsageError if none is left. `tell` is called with each measurement as it is made.
 std::vector<Measurement> run_study(const Registry& registry, const StudyPlan& plan, const Execution& execution,
                                    const std::function<void(const Measurement&)>& tell);
 
