@@ -28,8 +28,8 @@ struct BinsOfRows {
     }
 };
 
-/// Asks for `count` numbers.
-template <class Count, class Number> void fetch(const Count& count, const Number* numbers) {
+/// Asks for `count` numbers, to have them in a near cache soon.
+template <class Count, class Number> void fetch_ahead(const Count& count, const Number* numbers) {
     constexpr int line = 64 / sizeof(Number); // of a cache
     for (Eigen::Index c = 0; c < count; c += line) {
         __builtin_prefetch(numbers + c);
@@ -37,11 +37,6 @@ template <class Count, class Number> void fetch(const Count& count, const Number
 }
 
 constexpr int many_columns = 192; ///< are multiplied by a loop of their own
-
-constexpr std::size_t line = 64 / sizeof(double);
-struct alignas(64) Line { ///< of a cache: vectors that lie across two of them take longer
-    std::array<double, line> number;
-};
 
 /// The sums of `count` columns for some rows, which begin at 0.
 class SumsOfRows {
@@ -62,6 +57,11 @@ class SumsOfRows {
     }
 
   private:
+    static constexpr std::size_t line = 64 / sizeof(double);
+    struct alignas(64) Line { ///< of a cache: vectors that lie across two of them take longer
+        std::array<double, line> number;
+    };
+
     std::vector<Line> lines_;
 };
 
@@ -91,8 +91,8 @@ template <class Number> class BlockProduct {
         constexpr std::size_t most_hits = std::size_t{1} << 20U, most_rows = 2560;
         const std::size_t most = std::clamp<std::size_t>(most_hits / rays, 1, most_rows),
                           threads = std::max(1U, execution.threads),
-                          blocks = threads * ((all + threads * most - 1) / (threads * most));
-        return std::max<std::size_t>(1, (all + blocks - 1) / std::max<std::size_t>(1, blocks));
+                          blocks = threads * std::max<std::size_t>(1, (all + threads * most - 1) / (threads * most));
+        return std::max<std::size_t>(1, (all + blocks - 1) / blocks);
     }
 
     /// `columns`: the number of bins.
@@ -143,7 +143,7 @@ template <class Number> class BlockProduct {
             }
             for (std::uint32_t h = 0; h < run.hits; ++h) {
                 if (r + ahead < runs_.size() && h < runs_[r + ahead].hits) {
-                    fetch(count, from + static_cast<Eigen::Index>(rows_.bin[runs_[r + ahead].first + h]) * width);
+                    fetch_ahead(count, from + static_cast<Eigen::Index>(rows_.bin[runs_[r + ahead].first + h]) * width);
                 }
                 const Number* const source = from + static_cast<Eigen::Index>(rows_.bin[run.first + h]) * width;
                 one_term_at_a_time();

@@ -235,7 +235,8 @@ void sum_columns(std::span<const Index> bins, const Number* from, Eigen::Index w
         Number of_run[count] = {};
         for (std::size_t i = begin; i < std::min(begin + hits_of_run, bins.size()); ++i) {
             if (i + ahead < bins.size()) {
-                fetch(std::integral_constant<int, count>(), from + static_cast<Eigen::Index>(bins[i + ahead]) * width);
+                fetch_ahead(std::integral_constant<int, count>(),
+                            from + static_cast<Eigen::Index>(bins[i + ahead]) * width);
             }
             const Number* const source = from + static_cast<Eigen::Index>(bins[i]) * width;
             for (int c = 0; c < count; ++c) {
