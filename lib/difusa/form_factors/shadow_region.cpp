@@ -15,7 +15,7 @@ constexpr double far_away = 100.0;
 /// Heights that differ by less than this share of them are the same: what is projected is at infinity.
 constexpr double same_height = 1e-9;
 
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+double cross_product(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
     return a.x() * b.y() - a.y() * b.x();
 }
 
@@ -81,7 +81,7 @@ void ShadowRegion::take_hull() {
               [](const Point& a, const Point& b) { return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y()); });
     std::vector<Point> hull;
     const auto add = [&](const Point& next, std::size_t least) {
-        while (hull.size() >= least && cross(hull.back() - hull[hull.size() - 2], next - hull.back()) <= 0.0) {
+        while (hull.size() >= least && cross_product(hull.back() - hull[hull.size() - 2], next - hull.back()) <= 0.0) {
             hull.pop_back();
         }
         hull.push_back(next);
@@ -114,7 +114,7 @@ ShadowRegion::Part ShadowRegion::within(const std::array<Point, 3>& triangle) co
     inside_ = outline_;
     for (std::size_t side = 0; side < 3 && inside_.size() > 2; ++side) {
         const Point &begin = triangle[side], along = triangle[(side + 1) % 3] - begin;
-        const auto height = [&](const Point& x) { return cross(along, x - begin); };
+        const auto height = [&](const Point& x) { return cross_product(along, x - begin); };
         kept_.clear();
         for (std::size_t k = 0; k < inside_.size(); ++k) {
             const Point &a = inside_[k], &b = inside_[k + 1 < inside_.size() ? k + 1 : 0];
@@ -131,7 +131,7 @@ ShadowRegion::Part ShadowRegion::within(const std::array<Point, 3>& triangle) co
     double twice = 0.0;
     Point moment = Point::Zero();
     for (std::size_t k = 2; k < inside_.size(); ++k) {
-        const double each = cross(inside_[k - 1] - inside_[0], inside_[k] - inside_[0]);
+        const double each = cross_product(inside_[k - 1] - inside_[0], inside_[k] - inside_[0]);
         twice += each;
         moment += each / 3.0 * (inside_[0] + inside_[k - 1] + inside_[k]);
     }
