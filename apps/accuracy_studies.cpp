@@ -83,13 +83,11 @@ void for_each_known_light(const SideBySide& plan, const Registry& registry, cons
     fine.sites = plan.sites.back();
     fine = finer(fine);
     for (const std::string& name : plan.cases) {
-        if (const std::optional<Scene> coarse = coarse_scene(name)) {
-            compare(evenly_known_light(bake(registry, *coarse, name, fine, execution), name, plan.how.places,
-                                       rays_to_judge, execution));
-            continue;
+        const std::optional<Scene> coarse = coarse_scene(name);
+        const Scene scene = coarse ? *coarse : reference_case(name).scene;
+        if (!coarse) {
+            check_triangles(name, scene, plan.sites.back());
         }
-        const Scene scene = reference_case(name).scene;
-        check_triangles(name, scene, plan.sites.back());
         compare(evenly_known_light(bake(registry, scene, name, fine, execution), name, plan.how.places, rays_to_judge,
                                    execution));
     }
