@@ -139,21 +139,36 @@ template <class Act> void decode(const std::uint8_t* codes, Act act) {
     }
 }
 
-/// The same with two rows, whose bins take turns: where one begins is known only when the one before it has been read,
-/// and meanwhile the other row goes on.
-template <class Act, class OtherAct>
-void decode_both(const std::uint8_t* codes, const std::uint8_t* other_codes, Act act, OtherAct other_act) {
-    Decoder row(codes), other(other_codes);
-    const std::uint32_t both = std::min(row.count(), other.count());
-    for (std::uint32_t i = 0; i < both; ++i) {
-        act(row.next());
-        other_act(other.next());
+/// Rows whose bins take turns: where one begins is known only when the one before it has been read, and meanwhile the
+/// others go on.
+constexpr std::size_t rows_at_once = 4;
+
+/// Calls `act(row, bin)` for each bin of rows begin ... end - 1, of which there are at most `rows_at_once`; `row`
+/// counts from 0. The bins of each row come in order.
+template <class Codes, class Act>
+void decode_rows(const Codes& codes, std::size_t begin, std::size_t end, const Act& act) {
+    if (end - begin == rows_at_once) {
+        Decoder a(codes(begin)), b(codes(begin + 1)), c(codes(begin + 2)), d(codes(begin + 3));
+        const std::uint32_t all = std::min({a.count(), b.count(), c.count(), d.count()});
+        for (std::uint32_t i = 0; i < all; ++i) {
+            act(0, a.next());
+            act(1, b.next());
+            act(2, c.next());
+            act(3, d.next());
+        }
+        const auto finish = [&](std::size_t row, Decoder& rest) {
+            for (std::uint32_t i = all; i < rest.count(); ++i) {
+                act(row, rest.next());
+            }
+        };
+        finish(0, a);
+        finish(1, b);
+        finish(2, c);
+        finish(3, d);
+        return;
     }
-    for (std::uint32_t i = both; i < row.count(); ++i) {
-        act(row.next());
-    }
-    for (std::uint32_t i = both; i < other.count(); ++i) {
-        other_act(other.next());
+    for (std::size_t j = begin; j < end; ++j) {
+        decode(codes(j), [&](Index bin) { act(j - begin, bin); });
     }
 }
 
@@ -187,21 +202,14 @@ template <int count, class Number> class ColumnSums {
 /// Rows j = begin ... end - 1 of a product with `count` columns, all that there are; `codes(j)`: those of a row.
 template <int count, class Codes, class Number>
 void sum_rows(const Codes& codes, std::size_t begin, std::size_t end, const Number* from, double share, double* to) {
-    using Sums = ColumnSums<count, Number>;
-    const auto add_to = [from](Sums& sums) {
-        return [&sums, from](Index bin) { sums.add(from + static_cast<std::size_t>(count) * bin); };
-    };
-    std::size_t j = begin;
-    for (; j + 2 <= end; j += 2) {
-        Sums sums, other;
-        decode_both(codes(j), codes(j + 1), add_to(sums), add_to(other));
-        sums.put(share, to + count * j);
-        other.put(share, to + count * (j + 1));
-    }
-    if (j < end) {
-        Sums sums;
-        decode(codes(j), add_to(sums));
-        sums.put(share, to + count * j);
+    for (std::size_t next = 0; begin < end; begin = next) {
+        next = std::min(begin + rows_at_once, end);
+        std::array<ColumnSums<count, Number>, rows_at_once> sums;
+        decode_rows(codes, begin, next,
+                    [&](std::size_t row, Index bin) { sums[row].add(from + static_cast<std::size_t>(count) * bin); });
+        for (std::size_t j = begin; j < next; ++j) {
+            sums[j - begin].put(share, to + count * j);
+        }
     }
 }
 
@@ -212,15 +220,13 @@ template <class Codes> BinsOfRows bins_of_rows(const Codes& codes, std::size_t b
         rows.first.push_back(rows.first.back() + bin_count(codes(j)));
     }
     rows.bin.resize(rows.first.back());
-    const auto put = [&rows](std::size_t row) {
-        return [to = rows.bin.data() + rows.first[row]](Index next) mutable { *to++ = next; };
-    };
-    std::size_t row = 0;
-    for (; row + 2 <= rows.size(); row += 2) {
-        decode_both(codes(begin + row), codes(begin + row + 1), put(row), put(row + 1));
-    }
-    if (row < rows.size()) {
-        decode(codes(begin + row), put(row));
+    for (std::size_t j = begin, next = 0; j < end; j = next) {
+        next = std::min(j + rows_at_once, end);
+        std::array<Index*, rows_at_once> to{};
+        for (std::size_t row = j; row < next; ++row) {
+            to[row - j] = rows.bin.data() + rows.first[row - begin];
+        }
+        decode_rows(codes, j, next, [&](std::size_t row, Index bin) { *to[row]++ = bin; });
     }
     return rows;
 }

@@ -126,49 +126,61 @@ AreaLights::AreaLights(const Scene& scene, std::vector<Index> triangles, const T
         power.push_back(lamps().areas[t] * strength(t));
     }
     tree_.emplace(lamps(), triangles_, power);
+    if (triangles_.size() <= few_triangles) {
+        batch_ = LambertBatch(lamps(), triangles_);
+    }
 }
 
-/// 0 if within the rounding of the angles it is summed from, and for a light in the plane that x is on: rounding
-/// decides whether x is before it, and if so, one back to back with the face of x would seem to cover the whole sky.
-double AreaLights::form_factor(const SurfacePoint& x, Index t) const {
-    if (!is_image(t) && original(t) == x.face) {
-        return 0.0;
-    }
-    const Mesh& mesh = lamps();
-    const std::array<Vec3, 3> corners{mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)};
-    const double F = lambert_form_factor(x.position, x.normal, corners);
-    if (!(F > 0x1p-48)) {
-        return 0.0;
+/// Whether the closed form F is more than the rounding of the angles it is summed from. It is not for a light in the
+/// plane that x is on: rounding decides whether x is before it, and if so, one back to back with the face of x would
+/// seem to cover the whole sky.
+bool AreaLights::lights(const SurfacePoint& x, Index t, double F) const {
+    if (!(F > 0x1p-48) || (!is_image(t) && original(t) == x.face)) {
+        return false;
     }
     const Vec3& n = scene_.mesh.face_normal(x);
-    return std::all_of(corners.begin(), corners.end(),
-                       [&](const Vec3& corner) { return std::abs(n.dot(corner - x.position)) <= rounding_; })
-               ? 0.0
-               : F;
+    const std::array<Vec3, 3> corners = lamps().corners(t);
+    return !std::all_of(corners.begin(), corners.end(),
+                        [&](const Vec3& corner) { return std::abs(n.dot(corner - x.position)) <= rounding_; });
+}
+
+/// Calls `add(triangle, form factor)` for all area lights that send light to x if nothing blocks.
+template <class Add> void AreaLights::for_each_facing(const SurfacePoint& x, Worker& worker, const Add& add) const {
+    worker.factors.resize(triangles_.size());
+    batch_.form_factors(x.position, x.normal, worker.factors);
+    for (std::size_t i = 0; i < triangles_.size(); ++i) {
+        if (lights(x, triangles_[i], worker.factors[i])) {
+            add(triangles_[i], worker.factors[i]);
+        }
+    }
+}
+
+/// The closed form, or 0.
+double AreaLights::form_factor(const SurfacePoint& x, Index t) const {
+    const double F = lambert_form_factor(x.position, x.normal, lamps().corners(t));
+    return lights(x, t, F) ? F : 0.0;
 }
 
 /// The area lights that send light to x if nothing blocks, each with its weight.
 void AreaLights::collect(const SurfacePoint& x, std::size_t samples, RandomStream& stream, Worker& worker) const {
     worker.parts.clear();
     worker.shares.clear();
-    const auto add = [&](Index triangle, double weight) {
-        const double F = form_factor(x, triangle);
-        if (F > 0.0) {
-            const std::size_t share = worker.shares.of(lamps().material[triangle]);
-            worker.parts.push_back({triangle, F, weight, weight * F * strength(triangle), share});
-        }
+    const auto add = [&](Index triangle, double F, double weight) {
+        const std::size_t share = worker.shares.of(lamps().material[triangle]);
+        worker.parts.push_back({triangle, F, weight, weight * F * strength(triangle), share});
     };
     if (triangles_.size() <= few_triangles) {
-        for (const Index triangle : triangles_) {
-            add(triangle, 1.0);
-        }
+        for_each_facing(x, worker, [&](Index triangle, double F) { add(triangle, F, 1.0); });
         return;
     }
     const double representatives = representatives_per_sample * static_cast<double>(samples);
     tree_->represent(x.position, x.normal, opening, representatives, stream, worker.nodes, worker.node_parts,
                      worker.chosen);
     for (const LightTree::Representative& one : worker.chosen) {
-        add(triangles_[one.light], one.weight);
+        const Index triangle = triangles_[one.light];
+        if (const double F = form_factor(x, triangle); F > 0.0) {
+            add(triangle, F, one.weight);
+        }
     }
 }
 
@@ -310,25 +322,24 @@ void AreaLights::irradiance(const SurfacePoint& x, std::size_t samples, RandomSt
 AreaLights::Choice AreaLights::choose(const SurfacePoint& x, double u, double along, Worker& worker) const {
     worker.parts.clear();
     double mean = 0.0;
-    const auto add = [&](Index triangle, double weight) {
-        const double F = form_factor(x, triangle);
-        if (F > 0.0) {
-            const double light = weight * F * strength(triangle);
-            mean += light;
-            worker.parts.push_back({triangle, F, weight, light, 0, mean});
-        }
+    const auto add = [&](Index triangle, double F, double weight) {
+        const double light = weight * F * strength(triangle);
+        mean += light;
+        worker.parts.push_back({triangle, F, weight, light, 0, mean});
     };
     if (chooses_by_form_factors()) {
-        for (const Index triangle : triangles_) {
-            add(triangle, 1.0);
-        }
+        for_each_facing(x, worker, [&](Index triangle, double F) { add(triangle, F, 1.0); });
     } else {
         constexpr auto count = static_cast<double>(proposals);
         for (std::size_t i = 0; i < proposals; ++i) {
             const auto pick =
                 tree_->pick(LightTree::root, x.position, x.normal, (static_cast<double>(i) + along) / count);
-            if (pick) {
-                add(triangles_[pick->light], 1.0 / (count * pick->probability));
+            if (!pick) {
+                continue;
+            }
+            const Index triangle = triangles_[pick->light];
+            if (const double F = form_factor(x, triangle); F > 0.0) {
+                add(triangle, F, 1.0 / (count * pick->probability));
             }
         }
     }

@@ -9,6 +9,7 @@
 #include <difusa/lighting/light_shares.h>
 #include <difusa/lighting/light_tree.h>
 #include <difusa/lighting/shadow_batches.h>
+#include <difusa/rays/lambert_batch.h>
 #include <difusa/rays/polygon_in_sight.h>
 #include <difusa/rays/tracer.h>
 #include <difusa/scene/scene.h>
@@ -69,7 +70,8 @@ class AreaLights {
             double below = 0.0;         ///< running sum of the chances of being chosen, or of `light`
             double factor = 1.0;        ///< on the light of each shadow ray to it
         };
-        std::vector<Part> parts; ///< lights; after `look`, those that shadow rays are cast to
+        std::vector<double> factors; ///< #lights: form factors
+        std::vector<Part> parts;     ///< lights; after `look`, those that shadow rays are cast to
         LightShares shares;
         std::vector<Index> nodes;
         std::vector<LightTree::Part> node_parts;
@@ -144,6 +146,8 @@ class AreaLights {
     };
     bool is_blocked(const SurfacePoint& from, const Target& target, Index light, Worker& worker) const;
     Target target_on(const SurfacePoint& x, Index triangle, const std::array<double, 3>& u) const;
+    bool lights(const SurfacePoint& x, Index triangle, double F) const;
+    template <class Add> void for_each_facing(const SurfacePoint& x, Worker& worker, const Add& add) const;
     double form_factor(const SurfacePoint& x, Index triangle) const;
     /// The mesh of the lights, which has their images, too.
     const Mesh& lamps() const { return images_ ? *images_ : scene_.mesh; }
@@ -173,6 +177,7 @@ class AreaLights {
     std::vector<Index> triangles_; ///< of `lamps`
     std::shared_ptr<const Mesh> images_;
     std::vector<Index> originals_; ///< if there are images
+    LambertBatch batch_;           ///< of `triangles_`, unless there are too many to evaluate them all
     std::optional<LightTree> tree_;
     std::optional<LightBlockers> blockers_; ///< unless no face can block (Mesh::convex)
 };
