@@ -76,7 +76,7 @@ Examples:
   measure_accuracy --output study --edges
       how the light varies near edges where walls meet, by their reflectance, and the order of convergence there
 
-Cases: %CASES%.
+Cases:%CASES%
 
 Exit codes: 0 done, 1 usage, 2 input, 3 not converged, 4 resources, 5 internal, 130 interrupted.
 )";
@@ -580,11 +580,11 @@ void run(Arguments& a) {
 }
 
 int program(int count, char** words) {
-    std::string text = examples, names;
-    for (const std::string& name : difusa::reference_case_names()) {
-        names += (names.empty() ? "" : ", ") + name;
+    std::string text = examples, cases;
+    for (const difusa::ReferenceCaseName& one : difusa::reference_cases()) {
+        cases.append("\n  ").append(one.name).append(": ").append(one.about);
     }
-    text.replace(text.find("%CASES%"), 7, names);
+    text.replace(text.find("%CASES%"), 7, cases);
     CLI::App app(text, "measure_accuracy");
     Arguments arguments;
     declare(app, arguments);

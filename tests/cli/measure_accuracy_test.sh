@@ -12,7 +12,7 @@ echo "in the way" >file
 expect_refusal 4 "file/study: cannot be created" "$measure" --output file/study --case sphere
 
 expect_exit 0 "$measure" --help
-expect_text stdout "Cases: ball-over-disc" "1 usage, 2 input, 3 not converged"
+expect_text stdout "ball-over-disc: a ball of radius 5" "1 usage, 2 input, 3 not converged"
 expect_refusal 2 "nope.obj: cannot be opened" "$measure" --output nope --estimate 2 --scene nope.obj
 expect_refusal 2 "nope.obj: cannot be opened" "$measure" --output nope --solver krylov --scene nope.obj
 expect_refusal 1 "--estimate takes a single --rays" "$measure" --output nope --estimate 2 --rays 16 --rays 32

@@ -1,15 +1,15 @@
 #include <difusa/study/gloss_study.h>
 
-#include <difusa/bake.h>
-#include <difusa/core/parallel.h>
-#include <difusa/import/shapes.h>
-#include <difusa/mesh/surface_sampling.h>
-#include <difusa/study/path_tracer.h>
-
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <difusa/bake.h>
+#include <difusa/core/parallel.h>
+#include <difusa/import/shapes.h>
+#include <difusa/mesh/surface_sampling.h>
+#include <difusa/study/split_square.h>
 
 namespace difusa {
 
@@ -45,32 +45,28 @@ Scene glossy_room(const LobeShape& shape, const Rgb& gloss) {
 
 TracedRoom::TracedRoom(const Registry& registry, const Scene& scene, std::size_t places, std::size_t paths,
                        std::uint64_t seed, const Execution& execution)
-    : places_(even_points(scene.mesh, places, RandomStream(seed, "judged"))), mean_(2), variance_(2) {
+    : places_(even_points(scene.mesh, places, RandomStream(seed, "judged"))), light_(places_.size()) {
     const auto engine = registry.create<Visibility>("cgal");
     engine->build(scene.mesh);
-    const auto count = static_cast<Eigen::Index>(places_.size());
-    for (std::size_t half = 0; half < 2; ++half) {
-        mean_[half].setZero(count, 3);
-        variance_[half].setZero(count, 3);
-        parallel_for(places_.size(), 1, execution, [&](std::size_t begin, std::size_t end, unsigned) {
-            for (std::size_t i = begin; i < end; ++i) {
-                const TracedLight light =
-                    trace_paths(scene, *engine, places_[i], (paths + 1) / 2,
-                                RandomStream(seed, half == 0 ? "first paths" : "second paths", i));
-                const auto row = static_cast<Eigen::Index>(i);
-                mean_[half].row(row) = light.mean.matrix().transpose();
-                variance_[half].row(row) = light.variance.matrix().transpose();
+    parallel_for(places_.size(), 1, execution, [&](std::size_t begin, std::size_t end, unsigned) {
+        for (std::size_t i = begin; i < end; ++i) {
+            for (std::size_t half = 0; half < 2; ++half) {
+                light_[i][half] = trace_paths(scene, *engine, places_[i], (paths + 1) / 2,
+                                              RandomStream(seed, half == 0 ? "first paths" : "second paths", i));
             }
-        });
-    }
+        }
+    });
 }
 
 TracedRoom::Judgement TracedRoom::judge(const Values& H) const {
-    const Eigen::ArrayXXd first = H - mean_[0], second = H - mean_[1];
-    const Eigen::ArrayXXd v_1 = variance_[0].array(), v_2 = variance_[1].array();
+    SplitSquare square;
+    for (std::size_t i = 0; i < light_.size(); ++i) {
+        const auto& [one, other] = light_[i];
+        const Vec3 h = H.row(static_cast<Eigen::Index>(i)).transpose();
+        square.add(h - one.mean.matrix(), one.covariance, h - other.mean.matrix(), other.covariance);
+    }
     const double all = H.squaredNorm();
-    return {(first * second).sum() / all,
-            std::sqrt((v_1 * v_2 + first.square() * v_2 + second.square() * v_1).sum()) / all};
+    return {square.sum() / all, square.deviation() / all};
 }
 
 std::vector<GlossTrial> gloss_study(const Registry& registry, std::size_t sites, std::uint64_t seed,

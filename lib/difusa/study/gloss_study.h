@@ -5,7 +5,9 @@
 #include <difusa/mesh/gloss.h>
 #include <difusa/plugin/registry.h>
 #include <difusa/scene/scene.h>
+#include <difusa/study/path_tracer.h>
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -26,9 +28,8 @@ class TracedRoom {
 
     const std::vector<SurfacePoint>& places() const { return places_; }
 
-    /// The mean square of the differences of H (#places by 3) to the traced light, over that of H itself. The noise of
-    /// the paths is not part of it in the mean: it is the product of the differences to the two halves, and may be
-    /// negative. `deviation`: its standard error.
+    /// The mean square of the differences of H (#places by 3) to the traced light, over that of H itself, with the
+    /// noise of the paths left out (SplitSquare). `deviation`: an estimate of its standard error.
     struct Judgement {
         double squared = 0.0, deviation = 0.0;
     };
@@ -36,7 +37,7 @@ class TracedRoom {
 
   private:
     std::vector<SurfacePoint> places_;
-    std::vector<Values> mean_, variance_; ///< of each half: #places by 3
+    std::vector<std::array<TracedLight, 2>> light_; ///< at each place, by each half
 };
 
 /// A bake of the room, judged at the places.

@@ -108,7 +108,6 @@ Measurement measure(const Registry& registry, const Judge& judge, const BakeOpti
     m.indirect = error_norms(indirect, exact_indirect, std::vector<double>(indirect.size(), 1.0));
     if (result->error) {
         ErrorEstimate& error = *result->error;
-        m.residual_rms = error.residual.rms;
         if (options.final_gather > 0) {
             judge_gathered(error, noise);
         }

@@ -26,8 +26,7 @@ struct Measurement {
     ErrorNorms total;            ///< of the radiosity B
     ErrorNorms indirect;         ///< of rho H_indirect; empty if the reference does not have it
     double bound = 0.0;          ///< error bound of B reported by the bake; infinite if there is none
-    double residual_rms = 0.0;
-    RmsEstimate estimate; ///< of the error of B, reported by the bake
+    RmsEstimate estimate;        ///< of the error of B, reported by the bake
 };
 
 struct MeasureOptions {

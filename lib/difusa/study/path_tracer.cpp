@@ -1,5 +1,6 @@
 #include <difusa/study/path_tracer.h>
 
+#include <difusa/core/error.h>
 #include <difusa/core/frame.h>
 #include <difusa/mesh/surface_sampling.h>
 
@@ -93,8 +94,12 @@ bool reflect(const Scene& scene, Path& path, RandomStream& stream) {
 
 TracedLight trace_paths(const Scene& scene, const Visibility& visibility, const SurfacePoint& x, std::size_t paths,
                         RandomStream stream) {
+    DIFUSA_REQUIRE(paths >= 2);
     const Mesh& mesh = scene.mesh;
     const Lamps lamps(scene);
+    if (lamps.area() == 0.0) {
+        return {};
+    }
     std::vector<Path> open;
     for (std::size_t i = 0; i < paths; ++i) {
         open.push_back({i, x, Rgb::Ones()});
@@ -147,7 +152,8 @@ TracedLight trace_paths(const Scene& scene, const Visibility& visibility, const 
         traced.mean += s / n;
     }
     for (const Rgb& s : sum) {
-        traced.variance += (s - traced.mean).square() / (n * (n - 1.0));
+        const Vec3 off = (s - traced.mean).matrix();
+        traced.covariance += off * off.transpose() / (n * (n - 1.0));
     }
     return traced;
 }

@@ -8,14 +8,17 @@
 
 namespace difusa {
 
-/// Irradiance at x in W/m², the mean of `paths` paths, and its variance (of the mean).
+/// Irradiance at x in W/m²: the mean of the paths, and the covariance of its channels, which have the same paths.
 struct TracedLight {
-    Rgb mean = Rgb::Zero(), variance = Rgb::Zero();
+    Rgb mean = Rgb::Zero();
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero(); ///< of the mean, W²/m⁴
+
+    Rgb variance() const { return covariance.diagonal().array(); }
 };
 
 /// Every emitting face is sampled by area at each vertex of a path, so emission that a path runs into is not counted.
 /// At a glossy surface a path goes on either as from a matt one or as from its lobe. No sky, no suns, no point lights,
-/// no mirrors. `visibility`: built over the scene's mesh.
+/// no mirrors. Dark where nothing emits. `visibility`: built over the scene's mesh. `paths`: 2 or more.
 TracedLight trace_paths(const Scene& scene, const Visibility& visibility, const SurfacePoint& x, std::size_t paths,
                         RandomStream stream);
 

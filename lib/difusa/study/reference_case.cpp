@@ -34,7 +34,6 @@ Material grey(const std::string& name, double rho, double E = 0.0) {
 ReferenceCase ball_over_disc() {
     const BallOverDiscParameters p;
     ReferenceCase result;
-    result.about = "a ball over a disc under a sun directly above (T ch. 7), R = 40, r = 5, h = 20, reflectance 0.9";
     Mesh ball = sphere(p.r, 6, Front::outside);
     move(ball, Vec3(0, 0, p.h));
     Scene& scene = result.scene;
@@ -108,8 +107,6 @@ ReferenceCase manufactured_box() {
     const Vec3 size(1.0, 1.2, 0.9);
     const double rho = 0.5;
     ReferenceCase result;
-    result.about =
-        "inside of a box, B = 1 + 0.3 cos(pi x/a) cos(pi y/b) cos(pi z/c), emission to match, reflectance 0.5";
     const auto exact = std::make_shared<ManufacturedBox>(size, rho, ManufacturedBox::waves(size, 1.0, 0.3, 1.0));
     result.exact = exact;
     result.scene.mesh = box(Vec3::Zero(), size, 8, Front::inside);
@@ -141,7 +138,6 @@ ReferenceCase manufactured_box() {
 
 ReferenceCase inside_of_sphere() {
     ReferenceCase result;
-    result.about = "inside of a sphere, E = 1 + z, reflectance 0.5: the same irradiance everywhere";
     result.exact = std::make_shared<InsideOfSphere>(
         0.5, [](const Vec3& w) { return 1.0 + w.z(); }, 1.0);
     result.scene.mesh = sphere(1.0, 5, Front::inside);
@@ -162,7 +158,6 @@ ReferenceCase bowl() {
     p.towards_sun = Vec3(std::cos(0.5), 0.0, std::sin(0.5));
     p.sun = 1000.0;
     ReferenceCase result;
-    result.about = "a bowl of half-angle 1.2 under a sun 0.5 rad above the horizon, reflectance 0.8: partly shaded";
     result.exact = std::make_shared<Bowl>(p);
     result.scene.mesh = spherical_cap(1.0, p.half_angle, 64, Front::inside);
     result.scene.materials = {grey("wall", p.rho)};
@@ -180,8 +175,6 @@ ReferenceCase plates() {
     const double side = 40.0;
     const auto exact = std::make_shared<Plates>(p);
     ReferenceCase result;
-    result.about =
-        "parallel plates of side 40 at a distance of 1, the lower one emitting, assessed in the middle 2 by 2";
     result.exact = exact;
     Scene& scene = result.scene;
     scene.mesh = rectangle(Vec3(-20, -20, 0), Vec3(side, 0, 0), Vec3(0, side, 0), 8, 8);
@@ -205,7 +198,6 @@ ReferenceCase inside_of_cylinder() {
     const double length = 12.0;
     const auto exact = std::make_shared<InsideOfCylinder>(p);
     ReferenceCase result;
-    result.about = "inside of a cylinder of length 12 and radius 1, E = 1 + cos(theta), assessed in the middle sixth";
     result.exact = exact;
     result.scene.mesh = cylinder(p.radius, length, 256, 48, Front::inside);
     Material material = grey("wall", p.rho, 1.0);
@@ -221,23 +213,50 @@ ReferenceCase inside_of_cylinder() {
     return result;
 }
 
-const std::vector<std::pair<std::string, ReferenceCase (*)()>>& cases() {
-    static const std::vector<std::pair<std::string, ReferenceCase (*)()>> all{{"ball-over-disc", ball_over_disc},
-                                                                              {"manufactured-box", manufactured_box},
-                                                                              {"sphere", inside_of_sphere},
-                                                                              {"bowl", bowl},
-                                                                              {"plates", plates},
-                                                                              {"shelf", infinite_shelf},
-                                                                              {"cylinder", inside_of_cylinder}};
+struct Entry {
+    ReferenceCaseName name;
+    ReferenceCase (*make)();
+};
+
+const std::vector<Entry>& cases() {
+    static const std::vector<Entry> all{
+        {{"ball-over-disc", "a ball of radius 5 at height 20 over a disc of radius 40, under a sun at the zenith, "
+                            "reflectance 0.9 (T chapter 7)"},
+         ball_over_disc},
+        {{"manufactured-box", "a closed box with B = 1 + 0.3 cos(pi x/a) cos(pi y/b) cos(pi z/c), reflectance 0.5, and "
+                              "the emission to match"},
+         manufactured_box},
+        {{"sphere", "the inside of a sphere, E = 1 + z, reflectance 0.5: the same irradiance everywhere"},
+         inside_of_sphere},
+        {{"bowl", "a spherical bowl of half-angle 1.2 under a sun 0.5 rad above the horizon, reflectance 0.8: partly "
+                  "shaded"},
+         bowl},
+        {{"plates", "parallel plates of side 40 at a distance of 1, the lower one emitting, compared in the middle 2 "
+                    "by 2"},
+         plates},
+        {{"shelf", "a shelf of depth and height 1 and length 24 (L 33), its floor and back emitting, reflectance 0.5, "
+                   "compared in the middle 2"},
+         infinite_shelf},
+        {{"cylinder", "the inside of a cylinder of length 12 and radius 1, E = 1 + cos(theta), compared in the middle "
+                      "sixth"},
+         inside_of_cylinder}};
     return all;
 }
 
 } // namespace
 
+std::vector<ReferenceCaseName> reference_cases() {
+    std::vector<ReferenceCaseName> names;
+    for (const Entry& entry : cases()) {
+        names.push_back(entry.name);
+    }
+    return names;
+}
+
 std::vector<std::string> reference_case_names() {
     std::vector<std::string> names;
-    for (const auto& [name, make] : cases()) {
-        names.push_back(name);
+    for (const Entry& entry : cases()) {
+        names.emplace_back(entry.name.name);
     }
     return names;
 }
@@ -263,8 +282,6 @@ ReferenceCase shelf_of_length(double length) {
     const auto parts = static_cast<int>(std::max(1L, std::lround(length)));
     const auto exact = std::make_shared<Shelf>(p);
     ReferenceCase result;
-    result.about = "a shelf of depth and height 1 and length " + text_of(length) +
-                   " (L 33), floor and back emitting, reflectance 0.5, assessed in the middle " + text_of(2.0 * middle);
     result.exact = exact;
     Scene& scene = result.scene;
     const double low = -0.5 * length;
@@ -286,7 +303,6 @@ ReferenceCase edge_case(double rho) {
     p.rho = {rho, rho, 0.0}; // a black ceiling is as good as none
     ReferenceCase result;
     result.name = "edge";
-    result.about = "two emitting walls at a right angle, of width 1, infinite along their edge";
     result.exact = std::make_shared<Shelf>(p);
     Scene& scene = result.scene;
     const Vec3 along(0, 0.5, 0);
@@ -300,8 +316,8 @@ ReferenceCase edge_case(double rho) {
 ReferenceCase reference_case(const std::string& name) {
     require_reference_case(name);
     const auto found =
-        std::find_if(cases().begin(), cases().end(), [&](const auto& entry) { return entry.first == name; });
-    ReferenceCase result = found->second();
+        std::find_if(cases().begin(), cases().end(), [&](const Entry& entry) { return entry.name.name == name; });
+    ReferenceCase result = found->make();
     result.name = name;
     return result;
 }

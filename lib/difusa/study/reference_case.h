@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace difusa {
@@ -14,7 +15,6 @@ namespace difusa {
 /// One channel, in W/m².
 struct ReferenceCase {
     std::string name;
-    std::string about; ///< one line: what is exact, and what the mesh preserves of it
     Scene scene;
     std::shared_ptr<const Reference> exact;
 
@@ -32,7 +32,12 @@ struct ReferenceCase {
     bool smooth = false;          ///< irradiance is smooth on each region: shows orders of convergence
 };
 
-/// "ball-over-disc" (T ch. 7), "manufactured-box", "sphere", "bowl", "plates", "shelf", "cylinder".
+struct ReferenceCaseName {
+    std::string_view name, about; ///< `about`: the scene, for people
+};
+
+/// "ball-over-disc", "manufactured-box", "sphere", "bowl", "plates", "shelf", "cylinder".
+std::vector<ReferenceCaseName> reference_cases();
 std::vector<std::string> reference_case_names();
 
 /// Throws UsageError for an unknown name, with the nearest one.

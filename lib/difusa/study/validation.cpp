@@ -112,8 +112,7 @@ ValidationResult validate(const Registry& registry, const ValidationCase& one, c
         ValidationValue& value = result.values[entry.reading];
         value.sensor = one.unit_of_watts * sensed.row(row).mean();
         if (baked.readings.error.rows() > 0) {
-            value.sensor_error =
-                one.unit_of_watts * baked.readings.error(row, 0) / std::sqrt(static_cast<double>(baked.channels));
+            value.sensor_error = one.unit_of_watts * baked.readings.error(row, 0);
         }
     }
     return result;
