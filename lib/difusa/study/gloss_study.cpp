@@ -104,7 +104,7 @@ std::vector<GlossTrial> gloss_study(const Registry& registry, std::size_t sites,
 }
 
 std::string gloss_header() {
-    return "| lobe | order | of the lobe | basis | final gather | told | at most | seconds |\n"
+    return "| lobe | order | of the lobe | basis | final gather | estimated | at most | seconds |\n"
            "|---|---|---|---|---|---|---|---|\n";
 }
 
