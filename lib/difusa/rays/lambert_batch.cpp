@@ -59,10 +59,11 @@ inline void place(const Block& block, const double* x, const double* n, View& vi
     }
 }
 
-inline void sum_edges(const double* n, View& view) {
+/// Of the first `count` triangles, a constant.
+template <std::size_t count> void sum_edges(const double* n, View& view) {
     const double nx = n[0], ny = n[1], nz = n[2];
     const auto& p = view.corner;
-    for (std::size_t i = 0; i < lanes; ++i) {
+    for (std::size_t i = 0; i < count; ++i) {
         const double ax = p[0][0][i], ay = p[0][1][i], az = p[0][2][i];
         const double bx = p[1][0][i], by = p[1][1][i], bz = p[1][2][i];
         const double cx = p[2][0][i], cy = p[2][1][i], cz = p[2][2][i];
@@ -112,8 +113,10 @@ void LambertBatch::form_factors(const Vec3& x, const Vec3& n, std::span<double> 
             for (std::size_t i = 0; i < count; ++i) {
                 any = any || (is_seen(view, i) && view.lowest[i] >= 0.0);
             }
-            if (any) {
-                sum_edges(n.data(), view);
+            if (any && count <= lanes / 2) {
+                sum_edges<lanes / 2>(n.data(), view);
+            } else if (any) {
+                sum_edges<lanes>(n.data(), view);
             }
         });
         for (std::size_t i = 0; i < count; ++i) {
