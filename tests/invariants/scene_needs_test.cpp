@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace difusa::scene_needs_test {
 namespace {
 
@@ -115,6 +117,31 @@ TEST(Bake, SaysWhichEmittersFaceAway) {
     add(scene.mesh, rectangle(Vec3(0.4, 0.4, 0.9), Vec3(0, 0.1, 0), Vec3(0.1, 0, 0)), 1); // in the room, facing down
     scene.point_lights.clear();
     EXPECT_NO_THROW(baked(scene, quick(0.3)));
+}
+
+/// Light of lamps that no light reaches has no gather points that tell where it goes: all of it escapes above the room,
+/// and all of it is lost on the backs of the crate around the other lamp.
+TEST(Bake, KnowsWhereTheLightOfUnlitLampsGoes) {
+    Scene scene = scene_of(plain_box(Vec3::Zero(), Vec3::Ones(), 1, Front::inside), 0.5);
+    scene.materials.resize(2);
+    scene.materials[1].emission = Rgb::Ones();
+    scene.point_lights = {{Vec3(0.5, 0.5, 0.9), Rgb::Ones()}};
+    const double before = baked(scene, quick(0.3)).solution.energy.imbalance[0];
+    Scene above = scene;
+    add(above.mesh, rectangle(Vec3(0.4, 0.4, 2), Vec3(0.1, 0, 0), Vec3(0, 0.1, 0)), 1);
+    const EnergyBalance escaped = baked(above, quick(0.3)).solution.energy;
+    EXPECT_NEAR(escaped.escaped[0], 0.01, 1e-15);
+    EXPECT_EQ(escaped.blocked[0], 0.0);
+    Scene crate = scene;
+    add(crate.mesh, plain_box(Vec3::Constant(0.3), Vec3::Constant(0.6), 1, Front::outside), 0);
+    add(crate.mesh, rectangle(Vec3(0.4, 0.4, 0.4), Vec3(0.1, 0, 0), Vec3(0, 0.1, 0)), 1);
+    const EnergyBalance blocked = baked(crate, quick(0.3)).solution.energy;
+    EXPECT_NEAR(blocked.blocked[0], 0.01, 1e-15);
+    EXPECT_NEAR(blocked.escaped[0], 0.0, 1e-15);
+    for (const EnergyBalance& balance : {escaped, blocked}) {
+        EXPECT_NEAR(balance.emitted[0], 0.01, 1e-15);
+        EXPECT_LT(std::abs(balance.imbalance[0]), std::abs(before) + 0.01);
+    }
 }
 
 /// Places that a user lists, off the surface, and the centres of faces: in a furnace the light is known.

@@ -120,6 +120,31 @@ TEST(GlbWriter, HoldsColoursNumbersAndNotes) {
     }
 }
 
+/// Arrays of lights named "lamp", "LAMP" and in two letters beyond ASCII: each has an attribute of its own, and says
+/// what it is called.
+TEST(GlbWriter, NamesThatLookAlikeStayApart) {
+    const ScratchDirectory scratch;
+    FieldFile field = example(Vec3::UnitZ());
+    const std::vector<std::string> names{"of_lamp", "of_LAMP", "of_\u00e4", "of_\u00f6", "of_lamp_2"};
+    const std::size_t before = field.point_arrays.size();
+    for (std::size_t k = 0; k < names.size(); ++k) {
+        Values values = Values::Constant(static_cast<Eigen::Index>(field.points.size()), 1, static_cast<double>(k));
+        field.point_arrays.push_back({names[k], "", {}, std::move(values)});
+    }
+    write_field(field, scratch / "a.glb");
+    const Glb glb(read_file(scratch / "a.glb"));
+    EXPECT_EQ(glb.json["meshes"][0]["primitives"][0]["attributes"].size(),
+              before + names.size() + 2); // POSITION, NORMAL
+    std::vector<std::string> found;
+    for (const auto& [attribute, number] : glb.json["meshes"][0]["primitives"][0]["attributes"].items()) {
+        if (attribute.starts_with("_OF_")) {
+            found.push_back(glb.accessor(attribute)["name"]);
+            EXPECT_EQ(names.at(static_cast<std::size_t>(glb.real(attribute, 0))), found.back());
+        }
+    }
+    EXPECT_THAT(found, testing::UnorderedElementsAreArray(names));
+}
+
 TEST(GlbWriter, StandsUpright) {
     const ScratchDirectory scratch;
     for (const Vec3& up :

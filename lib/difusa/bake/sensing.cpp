@@ -1,6 +1,7 @@
 #include <difusa/bake/sensing.h>
 
 #include <difusa/bake/sensor_grid.h>
+#include <difusa/bake/sensor_lift.h>
 #include <difusa/core/error.h>
 #include <difusa/core/photometry.h>
 #include <difusa/core/text.h>
@@ -16,8 +17,7 @@ namespace difusa {
 namespace {
 
 constexpr std::size_t rays_of_a_sensor = 4096, most_rays_of_a_sensor = 65536; ///< unless the options say
-constexpr double touching = 1e-6;   ///< distance from the surface, relative to the scene, of a sensor that is on it
-constexpr double off_surface = 2.0; ///< how far it is then moved off it, in these
+constexpr double touching = SensorLift::touching;
 
 std::string place_name(std::size_t i) {
     return "point " + std::to_string(i) + " (counting from 0)";
@@ -55,22 +55,10 @@ std::optional<Sensor> sensor_without_normal(const BakeOptions& options, const Ve
                                         : SensorKind::cylindrical};
 }
 
-/// Where the sensor measures: if it lies on the surface, its rays must not start in it.
-Vec3 off_the_surface(const Sensor& sensor, const SurfaceFinder& surface, const Mesh& mesh) {
-    const double near = touching * mesh.diameter();
-    const auto place = surface.nearest(sensor.position);
-    if (!place || place->distance > near) {
-        return sensor.position;
-    }
-    const Vec3& n = place->point.normal;
-    const bool behind = sensor.kind == SensorKind::planar && n.dot(sensor.axis) < 0.0;
-    return sensor.position + (behind ? -off_surface : off_surface) * near * n;
-}
-
 class Placing {
   public:
     explicit Placing(BakeResult& result)
-        : result_(result), mesh_(result.scene->mesh), surface_(mesh_),
+        : result_(result), mesh_(result.scene->mesh), surface_(mesh_), lift_(mesh_),
           without_normal_(sensor_without_normal(result.options, result.up)) {}
 
     void place(std::size_t i) {
@@ -99,7 +87,7 @@ class Placing {
                 return;
             }
         }
-        sensor.position = off_the_surface(sensor, surface_, mesh_);
+        sensor.position = lift_(sensor);
         add({sensor, static_cast<Index>(i), none}, "--at: " + place_name(i));
     }
 
@@ -107,10 +95,9 @@ class Placing {
         const SensorGrid& grid = result_.options.grids[g];
         const GridPlaces places = places_of_grid(grid, *result_.scene);
         Sensor sensor = without_normal_.value_or(Sensor{Vec3::Zero(), places.normal, SensorKind::planar});
-        // On the face itself, rays start just above it.
-        const double lift = grid.height == 0.0 ? off_surface * touching * mesh_.diameter() : 0.0;
         for (const Vec3& position : places.positions) {
-            sensor.position = position + lift * places.normal;
+            sensor.position = position;
+            sensor.position = lift_(sensor);
             add({sensor, none, static_cast<Index>(g)}, "--grid " + grid.on + ": a sensor");
         }
     }
@@ -167,6 +154,7 @@ class Placing {
     BakeResult& result_;
     const Mesh& mesh_;
     const SurfaceFinder surface_;
+    const SensorLift lift_;
     const std::optional<Sensor> without_normal_;
 };
 
@@ -211,7 +199,7 @@ void open_if_seen_from_outside(BakeResult& result) {
     const std::optional<Sensor> without_normal = sensor_without_normal(options, result.up);
     bool outside = false;
     if (!options.snap && !options.at.empty()) {
-        const SurfaceFinder surface(mesh);
+        const SensorLift lift(mesh);
         outside = std::any_of(options.at.begin(), options.at.end(), [&](const ListedPoint& each) {
             if (!each.normal && !without_normal) {
                 return false; // on the surface
@@ -219,7 +207,7 @@ void open_if_seen_from_outside(BakeResult& result) {
             Sensor sensor = without_normal.value_or(Sensor{});
             sensor.position = each.position;
             sensor.axis = without_normal ? sensor.axis : *each.normal;
-            return is_behind(each.position) || is_behind(off_the_surface(sensor, surface, mesh));
+            return is_behind(each.position) || is_behind(lift(sensor));
         });
     }
     for (std::size_t g = 0; g < options.grids.size() && !outside; ++g) {

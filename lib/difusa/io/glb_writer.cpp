@@ -27,14 +27,18 @@ using Json = nlohmann::ordered_json;
 constexpr int as_float = 5126, as_short = 5123, as_index = 5125; ///< unsigned ones
 constexpr int vertices = 34962, indices = 34963;                 ///< what a buffer view is for
 
-/// The name of an attribute that glTF does not define: "_RADIOSITY".
-std::string attribute_name(const std::string& array) {
+/// The name of an attribute that glTF does not define: "_RADIOSITY"; with a number where it has been taken.
+std::string attribute_name(const std::string& array, const Json& taken) {
     std::string name = "_";
     for (const char c : array) {
         const auto byte = static_cast<unsigned char>(c);
         name += std::isalnum(byte) != 0 ? static_cast<char>(std::toupper(byte)) : '_';
     }
-    return name;
+    std::string unique = name;
+    for (int number = 2; taken.contains(unique); ++number) {
+        unique = name + "_" + std::to_string(number);
+    }
+    return unique;
 }
 
 /// The arrays of the buffer, one after the other, and what describes them. Sizes are multiples of four bytes.
@@ -149,7 +153,8 @@ Json primitive_of(const FieldFile& field, const Vec3& middle, Arrays& arrays) {
         if (array.name == field.active_colours && !array.name.empty()) {
             attributes["COLOR_0"] = add_colours(std::get<std::vector<std::uint8_t>>(array.data), arrays);
         } else if (values != nullptr && values->cols() <= 4) {
-            attributes[attribute_name(array.name)] = add_values(*values, arrays);
+            attributes[attribute_name(array.name, attributes)] = add_values(*values, arrays);
+            arrays.last()["name"] = array.name;
         }
     }
     Json primitive{{"attributes", attributes}, {"material", 0}, {"mode", field.triangles.empty() ? 0 : 4}};

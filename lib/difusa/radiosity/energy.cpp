@@ -1,10 +1,14 @@
 #include <difusa/radiosity/energy.h>
 
 #include <difusa/core/even_sequence.h>
+#include <difusa/core/frame.h>
 #include <difusa/core/parallel.h>
+#include <difusa/core/random.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 namespace difusa {
@@ -118,6 +122,46 @@ LostShares lost_shares(const Discretisation& discretisation, const LightTranspor
             on_surfels(discretisation, transport.cut_off, execution)};
 }
 
+/// Fills in those of surfels that emit and that no element reaches.
+void add_unreached(const Tracer& tracer, std::uint64_t seed, const Discretisation& discretisation,
+                   const Values& emission, LostShares& lost, const Execution& execution) {
+    constexpr std::size_t rays_of_each = 64;
+    const Surfels& surfels = *discretisation.surfels;
+    std::vector<Index> unreached;
+    for (Index s = 0; s < surfels.size(); ++s) {
+        if (discretisation.averages->is_empty(s) && (emission.row(s).array() != 0.0).any()) {
+            unreached.push_back(s);
+        }
+    }
+    parallel_for(unreached.size(), 16, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
+        std::vector<Surfels::Piece> pieces;
+        std::vector<SurfacePoint> points;
+        std::vector<Ray> rays;
+        std::vector<Hit> hits(rays_of_each);
+        for (std::size_t i = begin; i < end; ++i) {
+            const Index s = unreached[i];
+            RandomStream stream(seed, "light of dark surfels", s);
+            const std::array<double, 2> place{stream.uniform(), stream.uniform()},
+                way{stream.uniform(), stream.uniform()};
+            surfels.pieces(s, pieces);
+            spread_points(surfels, pieces, rays_of_each, place, points);
+            rays.clear();
+            for (std::size_t k = 0; k < rays_of_each; ++k) {
+                const auto [u, v] = even_point<2>(k, way);
+                const Vec3& n = tracer.mesh().normals[points[k].face];
+                rays.push_back(
+                    {points[k].position, cosine_direction(n, u, 2.0 * std::numbers::pi * v), points[k].face});
+            }
+            tracer.first_hits(rays, hits);
+            const auto share = [&](const auto& is) {
+                return static_cast<double>(std::count_if(hits.begin(), hits.end(), is)) / rays_of_each;
+            };
+            lost.sky.row(s).setConstant(share([](const Hit& hit) { return hit.face == none; }));
+            lost.back.row(s).setConstant(share([](const Hit& hit) { return hit.face != none && !hit.front; }));
+        }
+    });
+}
+
 /// The mean specular reflectance of each surfel, of mirrors and gloss, #surfels by #channels; no rows if there is none.
 Values specular_of(const Scene& scene, const Surfels& surfels, Eigen::Index channels) {
     const Mirrors& mirrors = scene.mesh.mirrors;
@@ -148,14 +192,16 @@ Values specular_of(const Scene& scene, const Surfels& surfels, Eigen::Index chan
 
 } // namespace
 
-EnergyBalance energy_balance(const Scene& scene, const Discretisation& discretisation, const LightTransport& transport,
+EnergyBalance energy_balance(const Scene& scene, const Tracer& tracer, std::uint64_t seed,
+                             const Discretisation& discretisation, const LightTransport& transport,
                              const SurfelLight& light, const Values& irradiance, const Values& from_sky,
                              const Values& from_lights, const Execution& execution) {
     const Eigen::Index channels = irradiance.cols();
     const Eigen::ArrayXd zero = Eigen::ArrayXd::Zero(channels);
     const EmittedPower emitted = emitted_power(scene, channels, execution);
     EnergyBalance balance{emitted.net, zero, zero, zero, zero, zero, zero, zero};
-    const LostShares lost = lost_shares(discretisation, transport, execution);
+    LostShares lost = lost_shares(discretisation, transport, execution);
+    add_unreached(tracer, seed, discretisation, light.all_emission, lost, execution);
     const Values specular = specular_of(scene, *discretisation.surfels, channels);
     const Values H_sky = on_surfels(discretisation, from_sky, execution);
     const Values H_lights = from_lights.rows() > 0 ? on_surfels(discretisation, from_lights, execution) : Values();

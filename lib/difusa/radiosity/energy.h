@@ -4,7 +4,10 @@
 #include <difusa/core/types.h>
 #include <difusa/discretisation/discretisation.h>
 #include <difusa/lighting/surfel_light.h>
+#include <difusa/rays/tracer.h>
 #include <difusa/transport/light_transport.h>
+
+#include <cstdint>
 
 namespace difusa {
 
@@ -27,8 +30,10 @@ struct EnergyBalance {
 
 /// Integrals over the surface are sums over the surfels. `light`: of all sets; `irradiance`: total, means over the
 /// surfels, #surfels by #channels; `from_sky`: at the points, directly from the sky, #points by #channels;
-/// `from_lights`: likewise, what glossy surfaces pass on of the light of suns and point lights, or no rows.
-EnergyBalance energy_balance(const Scene& scene, const Discretisation& discretisation, const LightTransport& transport,
+/// `from_lights`: likewise, what glossy surfaces pass on of the light of suns and point lights, or no rows. Of emitting
+/// surfels that no element reaches, since no light does, 64 rays each tell what escapes and what is blocked.
+EnergyBalance energy_balance(const Scene& scene, const Tracer& tracer, std::uint64_t seed,
+                             const Discretisation& discretisation, const LightTransport& transport,
                              const SurfelLight& light, const Values& irradiance, const Values& from_sky,
                              const Values& from_lights, const Execution& execution);
 

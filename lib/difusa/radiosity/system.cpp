@@ -420,8 +420,8 @@ class Solving {
         if (!options_.direct_in_basis) {
             irradiance += sum_of_parts(result_.light.direct, channels_);
         }
-        result_.energy = energy_balance(*scene_, discretisation_, transport_, result_.light, irradiance, from_sky_,
-                                        from_lights_, execution_);
+        result_.energy = energy_balance(*scene_, system_.tracer(), system_.parts().seed, discretisation_, transport_,
+                                        result_.light, irradiance, from_sky_, from_lights_, execution_);
         const double lost = result_.energy.imbalance.abs().maxCoeff();
         if (lost > 0.1) {
             execution_.note(text_of(std::round(100.0 * lost)) +
