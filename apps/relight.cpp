@@ -314,6 +314,18 @@ std::vector<std::filesystem::path> series_of(const Arguments& a) {
     return files;
 }
 
+/// Throws UsageError if a name has two values.
+template <class Value>
+void check_once(const std::string& option, const std::vector<std::pair<std::string, Value>>& values) {
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        for (std::size_t k = 0; k < i; ++k) {
+            if (values[i].first == values[k].first) {
+                throw UsageError(option + " " + values[i].first + ": given twice; give one value");
+            }
+        }
+    }
+}
+
 void check_files(const Arguments& a) {
     if (!a.bake.files.transport.empty() && (a.path || a.studies.without_field())) {
         throw UsageError("--save-transport " + a.bake.files.transport.string() +
@@ -415,6 +427,9 @@ void run_without_field(const Arguments& a, const difusa::Registry& registry, dif
 void run(const Arguments& a) {
     const difusa::Registry registry = difusa::Registry::load(a.run.plugin_path);
     check_files(a);
+    check_once("--scale", a.change.scale);
+    check_once("--emission", a.change.emission);
+    check_once("--reflectance", a.change.reflectance);
     difusa::RelightOptions how;
     how.change = a.change;
     how.moves = a.moves;

@@ -242,7 +242,7 @@ void check_linear(const Picture& picture) {
     }
     if (shown == difusa::Quantity::net_flux || shown == difusa::Quantity::basis) {
         throw UsageError(show + "there are negative values, which .hdr pictures cannot hold: give a .png" +
-                         (shown == difusa::Quantity::net_flux ? ", or read them with sensors (--grid, --at)" : ""));
+                         (shown == difusa::Quantity::net_flux ? ", or bake a .vtp, which has net_flux" : ""));
     }
 }
 

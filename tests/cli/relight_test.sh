@@ -63,6 +63,10 @@ expect_exit 0 "$relight" box.difusa dark.vtp --error-points 0 --scale lamp=0
 expect_text stdout "note: all lights are turned off: nothing is lit"
 expect_exit 1 "$relight" box.difusa dark.vtp --error-points 0 --scale lamp=1e308
 expect_text stderr "--scale lamp: the light times 1e+308 is not 0, nor from 1e-100 to 1e100"
+for change in scale emission reflectance; do
+    expect_exit 1 "$relight" box.difusa dark.vtp --$change lamp=0.5 --$change lamp=0.25
+    expect_text stderr "--$change lamp: given twice; give one value"
+done
 
 # Without lights the bake has assumed a sky, which is a light like others: it can be scaled, and turned off.
 expect_exit 0 "$bake" other.obj skylit.ply $size --save-transport skylit.difusa
