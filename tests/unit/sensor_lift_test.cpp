@@ -8,7 +8,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace difusa::sensor_lift_test {
@@ -16,6 +18,10 @@ namespace {
 
 Sensor planar(const Vec3& position, const Vec3& axis) {
     return {position, axis.normalized(), SensorKind::planar};
+}
+
+Vec3 moved(const SensorLift& lift, const Sensor& sensor) {
+    return lift(sensor, sensor.axis, SensorLift::Back::in_plane).position;
 }
 
 /// The least height over all faces of a room.
@@ -32,7 +38,7 @@ double least_height(const Mesh& mesh, const Vec3& p) {
 TEST(SensorLift, StaysInTheRoom) {
     for (const double degrees : {0.0, 10.0, 30.0, 45.0, 70.0}) {
         const Eigen::Matrix3d turn =
-            Eigen::AngleAxisd(degrees * M_PI / 180.0, Vec3(1, 2, 3).normalized()).toRotationMatrix();
+            Eigen::AngleAxisd(degrees * std::numbers::pi / 180.0, Vec3(1, 2, 3).normalized()).toRotationMatrix();
         Mesh mesh = test::box(Vec3(4, 3, 2.5), 1, true);
         for (Vec3& point : mesh.points) {
             point = turn * point;
@@ -46,17 +52,17 @@ TEST(SensorLift, StaysInTheRoom) {
                 if (at.y() == 3.0 && axis.y() > 0.5) {
                     continue; // it faces away from the room
                 }
-                const Vec3 p = turn * at, q = lift(planar(p, turn * axis));
-                EXPECT_GE(least_height(mesh, q), 0.999999 * least) << at.transpose() << ", " << axis.transpose();
+                const Vec3 p = turn * at, q = moved(lift, planar(p, turn * axis));
+                EXPECT_GE(least_height(mesh, q), 0.499999 * least) << at.transpose() << ", " << axis.transpose();
                 EXPECT_LE((q - p).norm(), 1.000001 * std::sqrt(3.0) * least);
             }
         }
         const Vec3 inside = turn * Vec3(1, 1, 1);
-        EXPECT_EQ(lift(planar(inside, Vec3::UnitZ())), inside);
+        EXPECT_EQ(moved(lift, planar(inside, Vec3::UnitZ())), inside);
     }
 }
 
-/// A narrow wedge: as far above both of its sides.
+/// A narrow wedge: above both of its sides, off which it no longer lies.
 TEST(SensorLift, InANarrowWedge) {
     const double angle = 0.3;
     const Mesh mesh =
@@ -64,7 +70,7 @@ TEST(SensorLift, InANarrowWedge) {
                          Vec3(std::cos(angle), 0, std::sin(angle)), Vec3(std::cos(angle), 1, std::sin(angle))},
                         {{0, 2, 1}, {2, 3, 1}, {0, 1, 4}, {4, 1, 5}});
     const double least = 2.0 * SensorLift::touching * mesh.diameter();
-    EXPECT_GE(least_height(mesh, SensorLift(mesh)(planar(Vec3(0, 0.5, 0), Vec3(1, 0, 0)))), 0.999 * least);
+    EXPECT_GE(least_height(mesh, moved(SensorLift(mesh), planar(Vec3(0, 0.5, 0), Vec3(1, 0, 0)))), 0.499999 * least);
 }
 
 /// A sheet with two sides: the sensor measures on the side that it faces away from, and in front of a face that it
@@ -77,25 +83,36 @@ TEST(SensorLift, OnSheets) {
     }
     both = test::make_mesh(both.points, {both.triangles.begin(), both.triangles.end()});
     const double least = 2.0 * SensorLift::touching * one.diameter();
-    for (const Mesh& mesh : {one, both}) {
+    Mesh underside_first = both;
+    std::rotate(underside_first.triangles.begin(), underside_first.triangles.begin() + 2,
+                underside_first.triangles.end());
+    underside_first.derive();
+    for (const Mesh& mesh : {one, both, underside_first}) {
         const SensorLift lift(mesh);
         const Vec3 p(0.3, 0.2, 0.0);
-        EXPECT_DOUBLE_EQ(lift(planar(p, Vec3::UnitZ())).z(), least);
-        EXPECT_DOUBLE_EQ(lift(planar(p, -Vec3::UnitZ())).z(), -least);
-        EXPECT_DOUBLE_EQ(lift({p, Vec3::UnitZ(), SensorKind::spherical}).z(), least);
+        EXPECT_DOUBLE_EQ(moved(lift, planar(p, Vec3::UnitZ())).z(), least);
+        EXPECT_DOUBLE_EQ(moved(lift, planar(p, -Vec3::UnitZ())).z(), -least);
+        EXPECT_DOUBLE_EQ(moved(lift, {p, Vec3::UnitZ(), SensorKind::spherical}).z(), least);
     }
     const Vec3 just_above(0.3, 0.2, 1e-8);
-    EXPECT_DOUBLE_EQ(SensorLift(one)(planar(just_above, -Vec3::UnitZ())).z(), least);
-    EXPECT_DOUBLE_EQ(SensorLift(both)(planar(just_above, -Vec3::UnitZ())).z(), -least); // its own side is the lower one
+    EXPECT_DOUBLE_EQ(moved(SensorLift(one), planar(just_above, -Vec3::UnitZ())).z(), least);
+    EXPECT_DOUBLE_EQ(moved(SensorLift(both), planar(just_above, -Vec3::UnitZ())).z(),
+                     -least); // its own is the lower side
 }
 
 /// A furnished furnace: every sensor reads E / (1 - rho) = 2 on walls, edges and corners, and a grid in the plane of a
 /// desk does over all of the room.
 TEST(SensorLift, AllSensorsInAFurnaceReadTheSame) {
     const Mesh desk = test::moved(test::box(Vec3(2, 1, 0.05), 1, false), 1.0, Vec3(1, 1, 0.7));
-    for (const bool furnished : {false, true}) {
-        const Mesh room = test::box(Vec3(4, 3, 2.5), 1, true);
-        const Scene scene = test::uniform_scene(furnished ? test::together(room, desk) : room, 0.5, 1.0);
+    const Mesh shelf =
+        test::moved(test::box(Vec3(0.4, 1, 0.75), 1, false), 1.0, Vec3(0, 0.5, 0)); // flush with the wall
+    for (const int furniture : {0, 1, 2}) { // none; behind the room in the list of faces; before it
+        const bool furnished = furniture > 0;
+        const Mesh room = test::box(Vec3(4, 3, 2.5), 1, true), pieces = test::together(desk, shelf);
+        const Scene scene = test::uniform_scene(furniture == 0   ? room
+                                                : furniture == 1 ? test::together(room, pieces)
+                                                                 : test::together(pieces, room),
+                                                0.5, 1.0);
         BakeOptions options;
         options.sites = 300;
         options.adaptive = false;
@@ -113,9 +130,10 @@ TEST(SensorLift, AllSensorsInAFurnaceReadTheSame) {
                                        {Vec3(1, 1.2, 0.72), Vec3(0, 0, 1)}}) {
             options.at.push_back({at, Vec3(axis.normalized())});
         }
-        for (Index t = 0; t < room.triangles.size(); ++t) {
-            if (room.normals[t].z() > 0.5) { // the floor
-                for (const double height : {0.0, 0.75}) {
+        const Mesh& all = scene.mesh;
+        for (Index t = 0; t < all.triangles.size(); ++t) {
+            if (all.normals[t].z() > 0.5 && all.corner(t, 0).z() == 0.0) { // the floor
+                for (const double height : {0.7, 0.75, 2.5}) { // of the desk's underside and top, and of the ceiling
                     options.grids.push_back({std::to_string(t), height, 0.25, 0.0});
                 }
             }
@@ -123,12 +141,12 @@ TEST(SensorLift, AllSensorsInAFurnaceReadTheSame) {
         for (const char* kind : {"planar", "spherical", "cylindrical", "horizontal"}) {
             options.sensor = kind;
             const BakeResult result = bake(test::registry(), scene, "furnace", options, Execution{2});
-            ASSERT_GT(result.readings.H.rows(), 2 * 12 * 16 - 50) << kind;
+            ASSERT_GT(result.readings.H.rows(), 300) << kind; // of 3 times 12 by 16, some on diagonals
             for (Eigen::Index i = 0; i < result.readings.H.rows(); ++i) {
                 const Vec3& p = result.sensors[static_cast<std::size_t>(i)].sensor.position;
-                const bool inside = furnished && p.x() > 1.0 && p.x() < 3.0 && p.y() > 1.0 && p.y() < 2.0 &&
-                                    p.z() > 0.7 && p.z() < 0.75;
-                EXPECT_FALSE(inside) << kind << " at " << p.transpose();
+                if (furnished && p.x() < 0.4 && p.y() > 0.5 && p.y() < 1.5 && p.z() < 0.75) {
+                    continue; // in the shelf
+                }
                 EXPECT_NEAR(result.readings.H(i, 0), 2.0, 1e-9) << kind << " at " << p.transpose();
             }
         }

@@ -55,6 +55,19 @@ std::optional<Sensor> sensor_without_normal(const BakeOptions& options, const Ve
                                         : SensorKind::cylindrical};
 }
 
+/// They are in front of what they lie on: a desk, and also its underside, or the ceiling.
+std::vector<Sensor> sensors_of_grid(const SensorGrid& grid, const Scene& scene,
+                                    const std::optional<Sensor>& without_normal, const SensorLift& lift) {
+    const GridPlaces places = places_of_grid(grid, scene);
+    Sensor sensor = without_normal.value_or(Sensor{Vec3::Zero(), places.normal, SensorKind::planar});
+    std::vector<Sensor> sensors;
+    for (const Vec3& position : places.positions) {
+        sensor.position = position;
+        sensors.push_back(lift(sensor, places.normal, SensorLift::Back::never));
+    }
+    return sensors;
+}
+
 class Placing {
   public:
     explicit Placing(BakeResult& result)
@@ -87,17 +100,13 @@ class Placing {
                 return;
             }
         }
-        sensor.position = lift_(sensor);
+        sensor = lift_(sensor, sensor.axis, SensorLift::Back::in_plane);
         add({sensor, static_cast<Index>(i), none}, "--at: " + place_name(i));
     }
 
     void place_grid(std::size_t g) {
         const SensorGrid& grid = result_.options.grids[g];
-        const GridPlaces places = places_of_grid(grid, *result_.scene);
-        Sensor sensor = without_normal_.value_or(Sensor{Vec3::Zero(), places.normal, SensorKind::planar});
-        for (const Vec3& position : places.positions) {
-            sensor.position = position;
-            sensor.position = lift_(sensor);
+        for (const Sensor& sensor : sensors_of_grid(grid, *result_.scene, without_normal_, lift_)) {
             add({sensor, none, static_cast<Index>(g)}, "--grid " + grid.on + ": a sensor");
         }
     }
@@ -198,8 +207,8 @@ void open_if_seen_from_outside(BakeResult& result) {
     const auto is_behind = [&](const Vec3& p) { return face_before(p, mesh) != none; };
     const std::optional<Sensor> without_normal = sensor_without_normal(options, result.up);
     bool outside = false;
+    const SensorLift lift(mesh);
     if (!options.snap && !options.at.empty()) {
-        const SensorLift lift(mesh);
         outside = std::any_of(options.at.begin(), options.at.end(), [&](const ListedPoint& each) {
             if (!each.normal && !without_normal) {
                 return false; // on the surface
@@ -207,12 +216,14 @@ void open_if_seen_from_outside(BakeResult& result) {
             Sensor sensor = without_normal.value_or(Sensor{});
             sensor.position = each.position;
             sensor.axis = without_normal ? sensor.axis : *each.normal;
-            return is_behind(each.position) || is_behind(lift(sensor));
+            return is_behind(each.position) ||
+                   is_behind(lift(sensor, sensor.axis, SensorLift::Back::in_plane).position);
         });
     }
     for (std::size_t g = 0; g < options.grids.size() && !outside; ++g) {
-        const std::vector<Vec3> positions = places_of_grid(options.grids[g], *result.scene).positions;
-        outside = std::any_of(positions.begin(), positions.end(), is_behind);
+        const std::vector<Sensor> sensors = sensors_of_grid(options.grids[g], *result.scene, without_normal, lift);
+        outside = std::any_of(sensors.begin(), sensors.end(),
+                              [&](const Sensor& sensor) { return is_behind(sensor.position); });
     }
     mesh.convex = !outside;
 }

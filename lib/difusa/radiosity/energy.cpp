@@ -140,7 +140,7 @@ void add_unreached(const Tracer& tracer, std::uint64_t seed, const Discretisatio
         std::vector<Hit> hits(rays_of_each);
         for (std::size_t i = begin; i < end; ++i) {
             const Index s = unreached[i];
-            RandomStream stream(seed, "light of dark surfels", s);
+            RandomStream stream(seed, "light of unreached surfels", s);
             const std::array<double, 2> place{stream.uniform(), stream.uniform()},
                 way{stream.uniform(), stream.uniform()};
             surfels.pieces(s, pieces);
@@ -156,7 +156,10 @@ void add_unreached(const Tracer& tracer, std::uint64_t seed, const Discretisatio
             const auto share = [&](const auto& is) {
                 return static_cast<double>(std::count_if(hits.begin(), hits.end(), is)) / rays_of_each;
             };
-            lost.sky.row(s).setConstant(share([](const Hit& hit) { return hit.face == none; }));
+            lost.sky.row(s).setConstant(share([](const Hit& hit) { return hit.face == none && !hit.cut_off; }));
+            if (lost.cut_off.rows() > 0) {
+                lost.cut_off.row(s).setConstant(share([](const Hit& hit) { return hit.cut_off; }));
+            }
             lost.back.row(s).setConstant(share([](const Hit& hit) { return hit.face != none && !hit.front; }));
         }
     });

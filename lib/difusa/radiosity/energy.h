@@ -31,7 +31,8 @@ struct EnergyBalance {
 /// Integrals over the surface are sums over the surfels. `light`: of all sets; `irradiance`: total, means over the
 /// surfels, #surfels by #channels; `from_sky`: at the points, directly from the sky, #points by #channels;
 /// `from_lights`: likewise, what glossy surfaces pass on of the light of suns and point lights, or no rows. Of emitting
-/// surfels that no element reaches, since no light does, 64 rays each tell what escapes and what is blocked.
+/// surfels that no element reaches, most often since no light does, 64 rays each tell what escapes and what is blocked;
+/// mirrors end them.
 EnergyBalance energy_balance(const Scene& scene, const Tracer& tracer, std::uint64_t seed,
                              const Discretisation& discretisation, const LightTransport& transport,
                              const SurfelLight& light, const Values& irradiance, const Values& from_sky,
