@@ -201,7 +201,7 @@ void note_dark(const BakeResult& result, const Execution& execution) {
 void open_if_seen_from_outside(BakeResult& result) {
     Mesh& mesh = result.scene->mesh;
     const BakeOptions& options = result.options;
-    if (!mesh.convex || is_closed(mesh)) {
+    if (!mesh.convex || (options.at.empty() && options.grids.empty()) || is_closed(mesh)) {
         return;
     }
     const auto is_behind = [&](const Vec3& p) { return face_before(p, mesh) != none; };

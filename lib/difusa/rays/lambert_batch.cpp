@@ -20,8 +20,8 @@ constexpr std::size_t lanes = LambertBatch::lanes;
 /// What a surface element sees of the triangles of a block.
 struct View {
     double front[lanes];        ///< negative: seen from the front
-    double lowest[lanes];       ///< height of the corners above the horizon, times a length
-    double highest[lanes];      ///< likewise
+    double lowest[lanes];       ///< height above the horizon of the lowest corner
+    double highest[lanes];      ///< of the highest one
     double sum[lanes];          ///< over the edges, if all of the triangle is above the horizon
     double corner[3][3][lanes]; ///< as in Block, relative to the element
 };

@@ -1,15 +1,16 @@
 #include <difusa/study/gloss_study.h>
 
-#include <algorithm>
-#include <array>
-#include <chrono>
-#include <cmath>
-#include <cstdio>
 #include <difusa/bake.h>
 #include <difusa/core/parallel.h>
 #include <difusa/import/shapes.h>
 #include <difusa/mesh/surface_sampling.h>
 #include <difusa/study/split_square.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
 
 namespace difusa {
 
