@@ -104,12 +104,12 @@ std::string stem_of(const std::string& scene) {
     return std::filesystem::path(scene).stem().string();
 }
 
-struct Comparison {
+struct NamedMethods {
     std::string name, title; ///< of the files; of the charts
     std::vector<ComparedMethod> methods;
 };
 
-void compare(const Comparison& comparison, const SideBySide& plan, const StudyOutput& output, const Registry& registry,
+void compare(const NamedMethods& comparison, const SideBySide& plan, const StudyOutput& output, const Registry& registry,
              const Execution& execution) {
     StudyTable table(output, method_header(), method_csv_header());
     for_each_known_light(plan, registry, execution, [&](const KnownLight& light) {

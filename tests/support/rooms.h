@@ -84,4 +84,14 @@ inline Mesh shelf_over_table(double gap) {
     return together(grid(2, 2), moved(grid(1, 1, 0.5, 0.5), 1.0, Vec3(0.25, 0.25, gap)));
 }
 
+/// The point is on that table, below the shelf.
+inline bool under_shelf(const Vec3& x) {
+    return x.z() == 0.0 && (x - Vec3(0.5, 0.5, 0.0)).cwiseAbs().maxCoeff() < 0.25;
+}
+
+/// On that table, or on the shelf: no light gets from the open table below the shelf if the gap is next to nothing.
+inline bool see_on_table(const Vec3& p, const Vec3& q) {
+    return under_shelf(p) == under_shelf(q);
+}
+
 } // namespace difusa::test

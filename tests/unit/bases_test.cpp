@@ -37,7 +37,7 @@ std::vector<Case> cases() {
     all.push_back({"room", test::l_room(), 0.25, test::see_in_l_room});
     all.push_back({"thin wall", test::thin_wall(1e-9), 0.12});
     all.push_back({"needles", test::needles(60), 0.1});
-    all.push_back({"shelf over table", test::shelf_over_table(1e-6), 0.1});
+    all.push_back({"shelf over table", test::shelf_over_table(1e-6), 0.1, test::see_on_table});
     all.push_back({"tiny", test::moved(test::room_with_block(), 1e-6, Vec3::Zero()), 2e-7});
     all.push_back({"large and far away", test::moved(test::room_with_block(), 1e6, Vec3(1e8, 1e8, -1e8)), 2e5});
     return all;

@@ -216,6 +216,43 @@ TEST(Separators, HideWhatIsBehindAWallThatEndsInTheRoom) {
     }
 }
 
+TEST(Separators, HideALowGapFromTheOpenSurface) {
+    // A table and a shelf close over a part of it. Between the open table and what is below the shelf, the line from a
+    // quarter of the support over the one point to the middle of the gap over the other decides, if the gap is less
+    // than 1/48 of the support: hidden if it is over or under the shelf where it passes the shelf's height.
+    const double support = 0.3;
+    for (const double scale : {1.0, 1e5}) {
+        for (const double gap : {1e-6, 1e-3, 6e-3, 7e-3}) {
+            const Vec3 offset(3, -2, 1);
+            const Mesh plan = test::shelf_over_table(gap), mesh = test::moved(plan, scale, offset);
+            const SiteSet sites = test::poisson_sites(mesh, 0.1 * scale);
+            const Separators separators(mesh, sites, std::vector<double>(sites.size(), scale * support));
+            std::size_t wrong = 0, hidden = 0, seen = 0, seen_from_gap = 0;
+            for (const SurfacePoint& x : test::random_points(mesh, 1000, RandomStream(2, "probes"))) {
+                for (Index i = 0; i < sites.size(); ++i) {
+                    const SurfacePoint& site = sites.points[i];
+                    const Vec3 p = plan.at(site.face, site.u, site.v).position;
+                    const Vec3 q = plan.at(x.face, x.u, x.v).position;
+                    if (sites.region[i] != mesh.region[x.face] || (p - q).norm() >= support) {
+                        continue;
+                    }
+                    const bool parted = !test::see_on_table(p, q), flip = test::under_shelf(p);
+                    const Vec3 &open = flip ? q : p, &low = flip ? p : q;
+                    const double high = 0.25 * support, t = (high - gap) / (high - 0.5 * gap);
+                    const bool behind = parted && gap < support / 48.0 && test::under_shelf(open + t * (low - open));
+                    wrong += (separators.near(i) && separators.hides(i, x)) != behind ? 1 : 0;
+                    ++(behind ? hidden : seen);
+                    seen_from_gap += parted && !behind ? 1 : 0;
+                }
+            }
+            EXPECT_EQ(wrong, 0U) << gap;
+            EXPECT_GT(seen, 1000U);
+            EXPECT_EQ(hidden > 1000U, gap < support / 48.0);
+            EXPECT_TRUE(seen_from_gap > 10U || gap < 2e-3);
+        }
+    }
+}
+
 /// A floor bent around the y axis, z = -bend x², x from -1 to 1, and a sheet of both sides on x = 0 from z = 0 up,
 /// leaning by `lean` to +x.
 Mesh bent_floor_with_wall(double bend, double lean) {

@@ -133,6 +133,9 @@ std::vector<Separator> find_separators(const Mesh& mesh, const RegionTrees& tree
 
 namespace {
 
+/// A low gap, under something close to the surface: its air in radii of the largest support of the region, and over the
+/// air before the other point. The finer the sites, the less it matters whether they are seen from the gap.
+constexpr double low_gap = 1.0 / 48.0, over_open_air = 0.25;
 constexpr double least_lift = 0x1p-6, most_lift = 0x1p-2; ///< of a line of sight's ends, in radii of the support
 
 /// What lines of sight between points of each region, lifted off it, stay within.
@@ -207,6 +210,10 @@ Separators::Separators(const Mesh& mesh, const SiteSet& sites, std::span<const d
     obstacles_ =
         std::make_shared<const Obstacles>(mesh, regions, sight_reach(sites, support_, planes), wall_rounding(mesh));
     sight_.resize(mesh.region_count);
+    for (std::size_t i = 0; i < sites.size(); ++i) {
+        double& reach = sight_[sites.region[i]].reach;
+        reach = std::max(reach, support_[i]);
+    }
     for (const Separator& separator : find_separators(mesh, *regions, unreported)) {
         sight_[separator.region].walls.push_back(separator.triangle);
     }
@@ -437,12 +444,13 @@ bool Separators::hides(Index site, Viewpoint& viewpoint) const {
     const Vec3 away = x.position - p.position;
     const double below_p = 0.5 * std::max(0.0, -away.dot(p.normal)), below_x = 0.5 * std::max(0.0, away.dot(x.normal));
     const double least = least_lift * support_[site];
+    const double gap = low_gap * sight_[region].reach, searched = std::max(least, gap);
     if (!sight_[region].by_itself) {
         // Most pairs have none in the box around them.
         Box around(p.position);
         around.extend(x.position)
-            .extend(p.position + (least + below_p) * p.normal)
-            .extend(x.position + (least + below_x) * x.normal);
+            .extend(p.position + (searched + below_p) * p.normal)
+            .extend(x.position + (searched + below_x) * x.normal);
         const auto overlaps = [&](const Box& box) { return box.intersects(around); };
         const std::span<const BoxTree* const> near = others(region, viewpoint, around);
         if (!visit_obstacles(region, near, overlaps, [](Index, bool) { return true; })) {
@@ -464,6 +472,12 @@ bool Separators::hides(Index site, Viewpoint& viewpoint) const {
             return true;
         }
     }
+    // Light that gets in along the surface does not get far.
+    const auto [open_p, open_x] = lifted(most_lift * support_[site]);
+    const double low = std::min(open_p, open_x);
+    if (low < 0.5 * gap && low < over_open_air * std::max(open_p, open_x)) {
+        return !is_clear(open_p, open_x);
+    }
     static_assert(most_lift == 16.0 * least_lift);
     // Close to a surface of many small triangles a line passes many of their boxes: it is not the first to be tried.
     for (const double share : {4.0 * least_lift, least_lift, most_lift}) {
@@ -473,8 +487,8 @@ bool Separators::hides(Index site, Viewpoint& viewpoint) const {
             return false;
         }
         // Under a low ceiling over one of them, as between a shelf and the table below it.
-        const double low = std::min(above_p, above_x);
-        if (share == least_lift && low > 4.0 * rounding_ && low < wanted && is_clear(low, low)) {
+        const double lower = std::min(above_p, above_x);
+        if (share == least_lift && lower > 4.0 * rounding_ && lower < wanted && is_clear(lower, lower)) {
             return false;
         }
     }

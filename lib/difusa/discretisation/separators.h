@@ -76,7 +76,13 @@ class Separators {
     ///
     /// Points are lifted along their normals by 2^-6 of the site's support, if that is not enough by four times and 16
     /// times as much, and by half of how far the other point lies below their tangent plane, so that lines stay above a
-    /// surface that bulges; by less if something is in the way.
+    /// surface that bulges; by half of the air before them if something is in the way.
+    ///
+    /// In a low gap, as between a lamp and the ceiling that it hangs from, there is light only close to its edges. If
+    /// there is less air before one of the two points than 1/48 of the largest support of the region, and less than a
+    /// quarter as much as before the other, one line of sight decides: the one between ends lifted by a quarter of the
+    /// site's support, or by half of their air. Larger gaps, and all of them where sites are dense, are treated like
+    /// the open surface: elements that reach a little into them cost less than none that does.
     bool hides(Index site, Viewpoint& x) const;
     bool hides(Index site, const SurfacePoint& x) const;
 
@@ -87,6 +93,7 @@ class Separators {
         bool by_itself = false;   ///< its own triangles are looked at, too
         std::vector<Index> walls; ///< its separators, ascending
         BoxTree tree;             ///< of the walls
+        double reach = 0.0;       ///< the largest support
     };
     void find_near(const std::vector<Index>& planes, const std::vector<char>& simple, const Execution& execution);
     std::span<const BoxTree* const> others(Index region, Viewpoint& x, const BoxTree::Box& box) const;
