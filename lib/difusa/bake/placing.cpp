@@ -80,8 +80,8 @@ LitSurface lit_surface(const BakeResult& result, const DirectLight& lights, cons
         execution.note(std::to_string(lost) + " emitting triangles light nothing, the first in face " +
                        std::to_string(mesh.original_face[first_lost]) + " (material " +
                        scene.materials[mesh.material[first_lost]].name +
-                       "): their fronts face away from every surface; flip them, or make the material "
-                       "double-sided");
+                       "): their fronts see the front of no surface; flip them or the faces that they shine on, or "
+                       "make their material double-sided");
     }
     // Every surface radiates, at least towards the surroundings: its heat is balanced.
     if (all_dark || result.options.every_surface || scene.thermal) {
