@@ -109,8 +109,8 @@ struct NamedMethods {
     std::vector<ComparedMethod> methods;
 };
 
-void compare(const NamedMethods& comparison, const SideBySide& plan, const StudyOutput& output, const Registry& registry,
-             const Execution& execution) {
+void compare(const NamedMethods& comparison, const SideBySide& plan, const StudyOutput& output,
+             const Registry& registry, const Execution& execution) {
     StudyTable table(output, method_header(), method_csv_header());
     for_each_known_light(plan, registry, execution, [&](const KnownLight& light) {
         const std::vector<MethodTrial> trials =

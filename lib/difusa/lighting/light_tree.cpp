@@ -16,7 +16,7 @@ Vec3 centroid(const Mesh& mesh, Index t) {
     return (mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3.0;
 }
 
-double angle_between(const Vec3& a, const Vec3& b) {
+double angle_of_normals(const Vec3& a, const Vec3& b) {
     return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
@@ -67,7 +67,7 @@ Index LightTree::build(const Mesh& mesh, std::span<const Index> triangles, std::
         for (int k = 0; k < 3; ++k) {
             node.radius = std::max(node.radius, (mesh.corner(t, k) - node.centre).norm());
         }
-        spread = std::max(spread, angle_between(node.axis, mesh.normals[t]));
+        spread = std::max(spread, angle_of_normals(node.axis, mesh.normals[t]));
     }
     node.cos_spread = std::cos(spread);
     node.sin_spread = std::sin(spread);

@@ -18,7 +18,7 @@ using Block = LambertBatch::Block;
 constexpr std::size_t lanes = LambertBatch::lanes;
 
 /// What a surface element sees of the triangles of a block.
-struct View {
+struct BlockInView {
     double front[lanes];        ///< negative: seen from the front
     double lowest[lanes];       ///< height above the horizon of the lowest corner
     double highest[lanes];      ///< of the highest one
@@ -38,7 +38,7 @@ inline double edge_term(double nx, double ny, double nz, double fx, double fy, d
 }
 
 /// All of a view but its sums.
-inline void place(const Block& block, const double* x, const double* n, View& view) {
+inline void place(const Block& block, const double* x, const double* n, BlockInView& view) {
     for (std::size_t k = 0; k < 3; ++k) {
         for (std::size_t d = 0; d < 3; ++d) {
             for (std::size_t i = 0; i < lanes; ++i) {
@@ -60,7 +60,7 @@ inline void place(const Block& block, const double* x, const double* n, View& vi
 }
 
 /// Of the first `count` triangles, a constant.
-template <std::size_t count> void sum_edges(const double* n, View& view) {
+template <std::size_t count> void sum_edges(const double* n, BlockInView& view) {
     const double nx = n[0], ny = n[1], nz = n[2];
     const auto& p = view.corner;
     for (std::size_t i = 0; i < count; ++i) {
@@ -72,7 +72,7 @@ template <std::size_t count> void sum_edges(const double* n, View& view) {
     }
 }
 
-bool is_seen(const View& view, std::size_t lane) {
+bool is_seen(const BlockInView& view, std::size_t lane) {
     return view.front[lane] < 0.0 && view.highest[lane] > 0.0;
 }
 
@@ -103,7 +103,7 @@ LambertBatch::LambertBatch(const Mesh& mesh, std::span<const Index> triangles)
 
 void LambertBatch::form_factors(const Vec3& x, const Vec3& n, std::span<double> F) const {
     DIFUSA_REQUIRE(F.size() == size_);
-    View view;
+    BlockInView view;
     for (std::size_t first = 0; first < size_; first += lanes) {
         const Block& block = blocks_[first / lanes];
         const std::size_t count = std::min(lanes, size_ - first);
