@@ -205,7 +205,7 @@ lint() {
         return
     fi
     printf 'clang-tidy: %d files again in parts, because of: %s\n' $# \
-        "$(grep -F -m 1 clang-diagnostic-error "$together/output" || grep -F -m 1 ' error: ' "$together/output")"
+        "$(grep -m 1 '^/.*clang-diagnostic-error' "$together/output" || grep -F -m 1 ' error: ' "$together/output")"
     local some=() others=() half=$(($# / 2)) result=0
     for file in "$@"; do
         if grep -F ' error: ' "$together/output" | grep -qF "$file:"; then
