@@ -203,7 +203,9 @@ TEST(Grading, SpacingsAreTheLowerEnvelopeOfConesOnThePoints) {
                 EXPECT_EQ(field.placed_at(x.position, region), SizeField::rounded(0.1, field.at(x.position, region)));
                 const double found = field.at(x.position, region);
                 for (const double limit : {0.005, 0.02, 0.05, found * (1.0 - 1e-12), found * (1.0 + 1e-12), 0.2}) {
-                    EXPECT_EQ(field.is_below(limit, x.position, region), found < limit);
+                    const double bound = field.bound_below(limit, x.position, region);
+                    EXPECT_EQ(bound < limit, found < limit);
+                    EXPECT_GE(bound, std::min(found, limit));
                 }
             }
             std::reverse(sizes.begin(), sizes.end());

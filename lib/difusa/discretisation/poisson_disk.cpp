@@ -20,6 +20,7 @@ namespace {
 struct Piece {
     Index face;
     std::array<Eigen::Vector2d, 3> corner;
+    bool fine = false; ///< all of it is known to be in the part of the surface that is filled
 };
 
 std::array<Vec3, 3> places(const Mesh& mesh, const Piece& piece) {
@@ -61,7 +62,7 @@ struct LongestEdge {
 std::array<Piece, 2> halves(const Piece& piece, std::size_t k) {
     const Eigen::Vector2d &p = piece.corner[k], &q = piece.corner[(k + 1) % 3], &r = piece.corner[(k + 2) % 3],
                           middle = 0.5 * (p + q);
-    return {Piece{piece.face, {middle, q, r}}, Piece{piece.face, {middle, r, p}}};
+    return {Piece{piece.face, {middle, q, r}, piece.fine}, Piece{piece.face, {middle, r, p}, piece.fine}};
 }
 
 /// The same at its longest edge. A thin piece is its longest edge, as good as: halved as a triangle, a needle n times
@@ -71,7 +72,7 @@ std::array<Piece, 2> halves(const Piece& piece, const LongestEdge& longest) {
         return halves(piece, longest.k);
     }
     const Eigen::Vector2d &p = piece.corner[longest.k], &q = piece.corner[(longest.k + 1) % 3], middle = 0.5 * (p + q);
-    return {Piece{piece.face, {middle, q, q}}, Piece{piece.face, {middle, p, p}}};
+    return {Piece{piece.face, {middle, q, q}, piece.fine}, Piece{piece.face, {middle, p, p}, piece.fine}};
 }
 
 Piece whole(Index face) {
@@ -154,13 +155,20 @@ struct FinePart {
     const SizeField& size;
     double below;
 
-    /// False only if no point of the triangle `corners`, part of the face, is in it; or if its centre is not, for a
-    /// triangle with edges of at most a quarter of the spacing, all of which is within a sixth of it from there.
-    bool may_meet(const Mesh& mesh, Index face, const std::array<Vec3, 3>& corners, double longest,
+    /// False only if no point of the piece, a triangle with these corners and longest edge, is in it; or if its centre
+    /// is not, for edges of at most a quarter of the spacing, when all of the piece is within a sixth of it from there.
+    /// Marks pieces of which all points are in it.
+    bool may_meet(const Mesh& mesh, Piece& piece, const std::array<Vec3, 3>& corners, double longest,
                   double spacing) const {
+        if (piece.fine) {
+            return true;
+        }
         const double farthest = 2.0 / 3.0 * longest; // from the centre: two thirds of a median, at most
         const double limit = longest > 0.25 * spacing ? below + SizeField::slope * farthest : below;
-        return size.is_below(limit, (corners[0] + corners[1] + corners[2]) / 3.0, mesh.region[face]);
+        const double at_most =
+            size.bound_below(limit, (corners[0] + corners[1] + corners[2]) / 3.0, mesh.region[piece.face]);
+        piece.fine = at_most + SizeField::slope * farthest < below;
+        return at_most < limit;
     }
 };
 
@@ -185,7 +193,7 @@ class GapFilling {
                 if (stack.empty()) {
                     stack.push_back(whole(next++));
                 }
-                const Piece piece = stack.back();
+                Piece piece = stack.back();
                 stack.pop_back();
                 const std::array<Vec3, 3> corners = places(mesh_, piece);
                 const LongestEdge longest(corners, smallest_);
@@ -216,8 +224,8 @@ class GapFilling {
         std::vector<Piece> pieces;
     };
 
-    bool is_wanted(const Piece& piece, const std::array<Vec3, 3>& corners, const LongestEdge& longest) const {
-        return part_ == nullptr || part_->may_meet(mesh_, piece.face, corners, std::sqrt(longest.squared), spacing_);
+    bool is_wanted(Piece& piece, const std::array<Vec3, 3>& corners, const LongestEdge& longest) const {
+        return part_ == nullptr || part_->may_meet(mesh_, piece, corners, std::sqrt(longest.squared), spacing_);
     }
 
     /// One round; returns the remaining pieces.
@@ -246,15 +254,15 @@ class GapFilling {
     void examine(const Piece& given, RandomStream& stream, std::vector<Piece>& stack, Left& left) const {
         stack.assign(1, given);
         while (!stack.empty()) {
-            const Piece piece = stack.back();
+            Piece piece = stack.back();
             stack.pop_back();
             const std::array<Vec3, 3> corners = places(mesh_, piece);
             const LongestEdge longest(corners, smallest_);
-            const auto [a, b] = halves(piece, longest);
             const bool large = longest.squared > spacing_ * spacing_; // rarely covered by a single site
             if ((!large && grid_.covers(piece.face, corners)) || !is_wanted(piece, corners, longest)) {
                 continue;
             }
+            const auto [a, b] = halves(piece, longest);
             if (large) {
                 stack.push_back(b);
                 stack.push_back(a);

@@ -41,8 +41,11 @@ double SizeField::at(const Vec3& x, Index region) const {
     return trees_[region] ? trees_[region]->envelope(x, sizes_, least_[region], slope, largest_) : largest_;
 }
 
-bool SizeField::is_below(double limit, const Vec3& x, Index region) const {
-    return largest_ < limit || (trees_[region] && trees_[region]->is_below(x, sizes_, least_[region], slope, limit));
+double SizeField::bound_below(double limit, const Vec3& x, Index region) const {
+    if (largest_ < limit) {
+        return largest_;
+    }
+    return trees_[region] ? trees_[region]->first_below(x, sizes_, least_[region], slope, limit) : limit;
 }
 
 double SizeField::spacing_of(double largest, int level) {

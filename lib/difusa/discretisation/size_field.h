@@ -32,8 +32,8 @@ class SizeField {
     /// s(x); `largest` on a region without points.
     double at(const Vec3& x, Index region) const;
 
-    /// Whether s(x) < limit, up to rounding: known faster than s(x) itself.
-    bool is_below(double limit, const Vec3& x, Index region) const;
+    /// An upper bound of s(x) below `limit`, if s(x) is below it up to rounding, else `limit`: known faster than s(x).
+    double bound_below(double limit, const Vec3& x, Index region) const;
 
     /// The spacing that sites are placed at around x: s(x), rounded.
     double placed_at(const Vec3& x, Index region) const { return rounded(largest_, at(x, region)); }

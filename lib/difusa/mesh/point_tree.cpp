@@ -113,13 +113,13 @@ double PointTree::envelope(const Vec3& p, std::span<const double> value, double 
     return lowest.least();
 }
 
-bool PointTree::is_below(const Vec3& p, std::span<const double> value, double smallest, double slope,
-                         double limit) const {
+double PointTree::first_below(const Vec3& p, std::span<const double> value, double smallest, double slope,
+                              double limit) const {
     LowestCone lowest(tree_->cloud.members, value, smallest, slope, limit, true);
     if (size() > 0 && smallest < limit) {
         tree_->index.findNeighbors(lowest, p.data(), nanoflann::SearchParams());
     }
-    return lowest.least() < limit;
+    return lowest.least();
 }
 
 Index PointTree::nearest(const Vec3& p) const {

@@ -35,8 +35,9 @@ class PointTree {
     /// `value`: by number, none below `smallest`, which is what far points are left out by. `slope` > 0.
     double envelope(const Vec3& p, std::span<const double> value, double smallest, double slope, double most) const;
 
-    /// Whether any of these cones is below `limit` at p, up to rounding: the search ends with the first that is.
-    bool is_below(const Vec3& p, std::span<const double> value, double smallest, double slope, double limit) const;
+    /// The height at p of the first of these cones that a search finds below `limit`; `limit` if none is, up to
+    /// rounding.
+    double first_below(const Vec3& p, std::span<const double> value, double smallest, double slope, double limit) const;
 
   private:
     struct Tree;
