@@ -92,7 +92,8 @@ void build_visibility(BakeResult& result, const Registry& registry, Choices& cho
     if (result.scene->thermal && choices.flip == Flip::certain) { // which side is warm does not tell fronts from backs
         choices.flip = Flip::nothing;
     }
-    if (settle_fronts(result, choices, execution)) {
+    const bool turned = settle_fronts(result, choices, execution);
+    if (settle_coplanar_faces(result, execution) || turned) {
         choices.engine = built_over(result.scene->mesh, registry.create<Visibility>(choices.visibility));
     }
     open_if_seen_from_outside(result);

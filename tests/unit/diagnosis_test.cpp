@@ -101,7 +101,7 @@ TEST(Diagnosis, MaterialsThatReflectMoreThanAllOrEmitLessThanNothing) {
 TEST(Diagnosis, NothingLeftSaysWhereTheFacesWent) {
     EXPECT_THAT(refusal(make_soup({{0, 0, 0}, {1, 0, 0}}, {})), HasSubstr("no faces (2 points)"));
     EXPECT_THAT(refusal(make_soup({{0, 0, 0}, {1, 1, 1}, {2, 2, 2}}, {{0, 1, 2}, {0, 1}, {}})),
-                AllOf(HasSubstr("none of the 3 faces"), HasSubstr("1 zero-area face: left out (face 0 (line 100)"),
+                AllOf(HasSubstr("none of its 3 faces"), HasSubstr("1 zero-area face: left out (face 0 (line 100)"),
                       HasSubstr("2 faces with fewer than three distinct corners: left out (face 1 (line 101)")));
 }
 

@@ -1,6 +1,7 @@
 #include <difusa/bake/fronts.h>
 
 #include <difusa/lighting/inside_out.h>
+#include <difusa/repair/coplanar_faces.h>
 #include <difusa/repair/findings.h>
 
 #include <string>
@@ -62,6 +63,14 @@ void note_faults(const BakeResult& result, const FrontVerdict& verdict, FrontFau
     }
 }
 
+void add_finding(BakeResult& result, Defect defect, std::vector<std::string> places, const Execution& execution) {
+    const std::size_t count = places.size();
+    result.diagnosis.findings.push_back(finding_of(defect, count, std::move(places)));
+    if (execution.progress != nullptr) {
+        execution.progress->remark(result.diagnosis.findings.back().message());
+    }
+}
+
 } // namespace
 
 bool settle_fronts(BakeResult& result, const Choices& choices, const Execution& execution) {
@@ -102,11 +111,26 @@ bool settle_fronts(BakeResult& result, const Choices& choices, const Execution& 
         }
     }
     mesh.derive();
-    const std::size_t count = places.size();
-    result.diagnosis.findings.push_back(finding_of(Defect::inside_out_parts, count, std::move(places)));
-    if (execution.progress != nullptr) {
-        execution.progress->remark(result.diagnosis.findings.back().message());
+    add_finding(result, Defect::inside_out_parts, std::move(places), execution);
+    return true;
+}
+
+bool settle_coplanar_faces(BakeResult& result, const Execution& execution) {
+    if (result.files.empty()) {
+        return false;
     }
+    const SetApart apart = set_apart(result.scene->mesh, execution);
+    if (apart.moved.empty()) {
+        return false;
+    }
+    const auto name = [&](Index triangle) {
+        return face_name(result.diagnosis, result.scene->mesh.original_face[triangle]);
+    };
+    std::vector<std::string> places;
+    for (const MovedFace& face : apart.moved) {
+        places.push_back(name(face.triangle) + " on " + name(face.other) + " near " + coordinates(face.place));
+    }
+    add_finding(result, Defect::coplanar_faces, std::move(places), execution);
     return true;
 }
 

@@ -103,6 +103,7 @@ struct GlossyResult {
 struct BakeResult {
     Diagnosis diagnosis;
     std::string file;
+    std::vector<std::filesystem::path> files; ///< all that the scene was read from; empty if it was given
     std::shared_ptr<Scene> scene;
     std::shared_ptr<const SiteSet> sites;                     ///< null in a dry run that predicts their number
     BakeOptions requested;                                    ///< as the caller gave them

@@ -250,6 +250,7 @@ void read_into(BakeResult& result, const Registry& registry, const std::filesyst
     execution.phase("read");
     result.file = file.string();
     const PolygonSoup soup = read_apart_from(result.options.outputs, registry, file);
+    result.files = soup.files;
     execution.phase("check mesh");
     DiagnosedMesh diagnosed = diagnose(soup, execution);
     result.diagnosis = std::move(diagnosed.diagnosis);

@@ -3,7 +3,7 @@
 #pragma once
 
 #include <difusa/core/progress.h>
-#include <difusa/discretisation/convex_polygon.h>
+#include <difusa/mesh/convex_polygon.h>
 #include <difusa/mesh/mesh.h>
 
 #include <array>

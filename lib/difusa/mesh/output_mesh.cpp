@@ -229,7 +229,7 @@ double least_triangles(const Mesh& mesh, double max_edge) {
     if (mesh.triangles.size() > limit) {
         throw ResourceError("the mesh has " + std::to_string(mesh.triangles.size()) +
                             " triangles, and memory has room for an output of " + std::to_string(limit) +
-                            ": simplify it, or bake it in parts");
+                            ": allow more memory, simplify the mesh, or bake it in parts");
     }
     // Halved triangles have on average a third to a half of the area allowed by the bound.
     const double factor = 2.0 * std::sqrt(std::max(1.0, least / static_cast<double>(limit)));

@@ -110,7 +110,8 @@ CutFaces cut_faces(const PolygonSoup& soup, const std::vector<Index>& place, Fin
     return result;
 }
 
-/// Removes triangles that repeat an earlier one with the same orientation, and reports those back to back with one.
+/// Of triangles on the same corners with the same orientation keeps the first that emits light, or the first; reports
+/// those of other materials than theirs, and those back to back with an earlier one.
 void remove_duplicates(const PolygonSoup& soup, CutFaces& triangles, FindingList& found) {
     struct Entry {
         std::array<Index, 3> place; ///< ascending
@@ -130,17 +131,27 @@ void remove_duplicates(const PolygonSoup& soup, CutFaces& triangles, FindingList
     std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
         return std::tie(a.place, a.triangle) < std::tie(b.place, b.triangle);
     });
-    std::vector<char> repeats(triangles.size(), 0), back_to_back(triangles.size(), 0);
+    const auto material = [&](Index t) { return soup.face_material[triangles.face[t]]; };
+    const auto emits = [&](Index t) {
+        return material(t) != none && (soup.materials[material(t)].emission > 0.0).any();
+    };
+    std::vector<Index> kept_for(triangles.size()); // itself, or the one that it repeats
+    std::vector<char> back_to_back(triangles.size(), 0);
     for (std::size_t i = 0; i < entries.size();) {
         std::size_t end = i;
-        std::array<bool, 2> met{};
+        std::array<Index, 2> kept{none, none};
         for (; end < entries.size() && entries[end].place == entries[i].place; ++end) {
-            const Entry& entry = entries[end];
-            repeats[entry.triangle] = met[entry.odd ? 1 : 0] ? 1 : 0;
-            back_to_back[entry.triangle] = met[entry.odd ? 0 : 1] ? 1 : 0;
-            met[entry.odd ? 1 : 0] = true;
+            Index& own = kept[entries[end].odd ? 1 : 0];
+            if (own == none || (emits(entries[end].triangle) && !emits(own))) {
+                own = entries[end].triangle;
+            }
         }
-        i = end;
+        for (; i < end; ++i) {
+            const auto [place, triangle, odd] = entries[i];
+            kept_for[triangle] = kept[odd ? 1 : 0];
+            const Index back = kept[odd ? 0 : 1];
+            back_to_back[triangle] = back != none && back < triangle ? 1 : 0;
+        }
     }
 
     // Face by face: a face all of whose triangles repeat others is a duplicate.
@@ -149,9 +160,11 @@ void remove_duplicates(const PolygonSoup& soup, CutFaces& triangles, FindingList
         const Index face = triangles.face[begin];
         std::size_t end = begin, repeated = 0;
         bool sheet = false;
+        Index other = none; // that is kept, of another material
         for (; end < triangles.size() && triangles.face[end] == face; ++end) {
-            if (repeats[end] != 0) {
+            if (kept_for[end] != end) {
                 ++repeated;
+                other = material(kept_for[end]) != material(static_cast<Index>(end)) ? kept_for[end] : other;
                 continue;
             }
             sheet = sheet || back_to_back[end] != 0;
@@ -165,6 +178,9 @@ void remove_duplicates(const PolygonSoup& soup, CutFaces& triangles, FindingList
             for (; repeated > 0; --repeated) {
                 found.at_face(Defect::duplicate_pieces, face, where);
             }
+        }
+        if (other != none) {
+            found.at_faces(Defect::duplicate_materials, face, triangles.face[other], where);
         }
         if (sheet) {
             found.at_face(Defect::two_sided_sheets, face, where);
@@ -204,7 +220,8 @@ void refuse_empty(const PolygonSoup& soup, const FindingList& found) {
         }
         throw InputError(message + " There is nothing to bake: give a mesh with polygons.");
     }
-    message += "none of the " + std::to_string(soup.face_count()) + " faces can be baked.";
+    message += soup.face_count() == 1 ? "its only face cannot be baked."
+                                      : "none of its " + std::to_string(soup.face_count()) + " faces can be baked.";
     for (const Finding& finding : found.findings()) {
         message += " " + finding.message() + ".";
     }

@@ -54,8 +54,9 @@ struct DiagnosedMesh {
 ///   too-few-corners           faces with fewer than three distinct corners: left out
 ///   zero-area-faces           faces whose corners are collinear to within the rounding of their coordinates: left out
 ///   zero-area-pieces          triangles of polygons for which the same holds: left out
-///   duplicate-faces           faces on the same corners as earlier ones, with the same front: left out
-///   duplicate-pieces          triangles of polygons that repeat part of an earlier face in this way: left out
+///   duplicate-faces           faces on the same corners as others, with the same front: left out but for the first, or
+///                             the first that emits light
+///   duplicate-pieces          triangles of polygons that repeat part of another face in this way: likewise
 ///   duplicate-points          points at exactly the position of earlier ones: merged (colours stay with the corners)
 ///   unreferenced-points       points used by no face: left out, whatever their coordinates
 ///   orphaned-points           points of faces that were left out: left out
@@ -64,6 +65,7 @@ struct DiagnosedMesh {
 ///   non-planar-polygons       corners farther from the mean plane than 1e-6 of the diameter: cut into triangles
 ///
 /// Only reported:
+///   duplicate-materials       duplicates whose materials differ from those of the faces that are kept
 ///   one-sided-pieces          pieces that cannot be oriented (Möbius strip)
 ///   concave-polygons          cut into triangles
 ///   polygons                  all faces with more than three corners: cut into triangles
@@ -76,6 +78,9 @@ struct DiagnosedMesh {
 ///   crossing-faces            pairs of faces that pass through each other (mesh/crossing_faces.h); not coplanar faces
 ///                             that overlap, nor faces that stand on each other
 ///   crossing-faces-unknown    crossing faces were not searched for, as too many are close together
+///
+/// Faces that overlap others in the same plane are left to set_apart (repair/coplanar_faces.h), once their fronts are
+/// settled.
 ///
 /// Nothing disappears uncounted: the faces of the file are those with triangles in the mesh plus those counted under
 /// too-few-corners, zero-area-faces and duplicate-faces; the points of the file are those of the mesh plus

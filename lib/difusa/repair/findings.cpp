@@ -27,9 +27,13 @@ constexpr std::array<Wording, static_cast<std::size_t>(Defect::count)> wordings{
      "left out", true},
     {"zero-area-faces", "zero-area face", "zero-area faces", "left out", true},
     {"zero-area-pieces", "zero-area triangle of a polygon", "zero-area triangles of polygons", "left out", true},
-    {"duplicate-faces", "duplicate face", "duplicate faces", "left out, the first of each kept", true},
+    {"duplicate-faces", "duplicate face", "duplicate faces",
+     "left out, the first of each kept, or the first that emits light", true},
     {"duplicate-pieces", "triangle of a polygon duplicating another face",
-     "triangles of polygons duplicating other faces", "left out, the first of each kept", true},
+     "triangles of polygons duplicating other faces", "left out, the first of each kept, or the first that emits light",
+     true},
+    {"duplicate-materials", "duplicate face of another material than the one that is kept",
+     "duplicate faces of other materials than those that are kept", "", false},
     {"duplicate-points", "point coinciding with another", "points coinciding with others", "merged", true},
     {"unreferenced-points", "point without a face", "points without a face", "left out", true},
     {"orphaned-points", "point of left-out faces only", "points of left-out faces only", "left out", true},
@@ -53,6 +57,8 @@ constexpr std::array<Wording, static_cast<std::size_t>(Defect::count)> wordings{
     {"crossing-faces-unknown", "search for crossing faces", "searches for crossing faces",
      "given up, since too many are close together", false},
     {"inside-out-parts", "connected part inside out", "connected parts inside out", "turned over", true},
+    {"coplanar-faces", "face on another one in the same plane", "faces on others in the same plane",
+     "moved by a hair: smaller faces to the front, those of closed bodies into them", true},
 }};
 
 std::string with_line(const char* kind, std::size_t number, std::uint32_t line) {

@@ -18,6 +18,7 @@ enum class Defect : std::size_t {
     zero_area_pieces,
     duplicate_faces,
     duplicate_pieces,
+    duplicate_materials,
     duplicate_points,
     unreferenced_points,
     orphaned_points,
@@ -34,6 +35,7 @@ enum class Defect : std::size_t {
     crossing_faces,
     crossing_faces_unknown,
     inside_out_parts,
+    coplanar_faces,
     count
 };
 

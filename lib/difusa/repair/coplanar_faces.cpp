@@ -1,0 +1,379 @@
+#include <difusa/repair/coplanar_faces.h>
+
+#include <difusa/mesh/convex_polygon.h>
+#include <difusa/mesh/crossing_faces.h>
+#include <difusa/mesh/parity_sets.h>
+#include <difusa/mesh/repetition.h>
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <utility>
+
+namespace difusa {
+
+namespace {
+
+using Vec2 = Eigen::Vector2d;
+
+constexpr double layer_of_diameter = 0x1p-20, layer_of_magnitude = 0x1p-37;
+constexpr double gap_of_diameter = 0x1p-32, gap_of_magnitude = 0x1p-38;
+constexpr double in_plane = 0.125;       ///< of the gap: heights that count as none
+constexpr double parallel = 1.0 - 1e-12; ///< cosine; corners are compared as well
+constexpr double least_overlap = 1e-6;   ///< of the smaller triangle: neighbours overlap by rounding
+
+/// Two triangles in one plane, and the part that they have in common.
+struct Overlap {
+    Index a, b;
+    bool same_front;
+    double area;
+    Vec3 place;
+};
+
+/// A triangle without the coordinate along which its normal is longest, counterclockwise.
+ConvexPolygon flattened(const std::array<Vec3, 3>& corners, const Vec3& origin, int dropped) {
+    ConvexPolygon flat;
+    for (const Vec3& corner : corners) {
+        const Vec3 p = corner - origin;
+        flat.add(Vec2(p[(dropped + 1) % 3], p[(dropped + 2) % 3]));
+    }
+    if (flat.area() < 0.0) {
+        std::swap(flat.corner[1], flat.corner[2]);
+    }
+    return flat;
+}
+
+bool are_in_plane(const Mesh& mesh, Index own, Index other, double rounding) {
+    for (int k = 0; k < 3; ++k) {
+        if (!(std::abs(mesh.normals[own].dot(mesh.corner(other, k) - mesh.corner(own, 0))) <= rounding)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+bool have_same_corners(const Mesh& mesh, Index a, Index b) {
+    return std::is_permutation(mesh.triangles[a].begin(), mesh.triangles[a].end(), mesh.triangles[b].begin());
+}
+
+std::vector<Overlap> find_overlaps(const Mesh& mesh, double rounding, const Execution& execution) {
+    std::vector<Overlap> found;
+    const auto examine = [&](Index s, Index t) {
+        const Index a = std::min(s, t), b = std::max(s, t);
+        const Vec3& n = mesh.normals[a];
+        const double cosine = n.dot(mesh.normals[b]);
+        if (std::abs(cosine) < parallel || !are_in_plane(mesh, a, b, rounding) || !are_in_plane(mesh, b, a, rounding) ||
+            have_same_corners(mesh, a, b)) {
+            return;
+        }
+        int dropped = 0;
+        n.cwiseAbs().maxCoeff(&dropped);
+        const Vec3& origin = mesh.corner(a, 0);
+        const ConvexPolygon window = flattened(mesh.corners(a), origin, dropped);
+        ConvexPolygon common = flattened(mesh.corners(b), origin, dropped);
+        for (std::size_t k = 0; k < 3 && common.count > 0; ++k) {
+            const Vec2 &p = window.corner[k], &q = window.corner[(k + 1) % 3];
+            const Vec2 inwards(p[1] - q[1], q[0] - p[0]);
+            common = common.cut(-inwards.dot(p), inwards);
+        }
+        const double area = common.area() / std::abs(n[dropped]);
+        if (common.count == 0 || !(area > least_overlap * std::min(mesh.areas[a], mesh.areas[b]))) {
+            return;
+        }
+        const Vec2 middle = common.centroid();
+        Vec3 place = Vec3::Zero();
+        place[(dropped + 1) % 3] = middle[0];
+        place[(dropped + 2) % 3] = middle[1];
+        place[dropped] = -n.dot(place) / n[dropped];
+        found.push_back({a, b, cosine > 0.0, area, origin + place});
+    };
+    if (!for_each_touching_pair(mesh, rounding, execution, examine)) {
+        return {};
+    }
+    std::sort(found.begin(), found.end(),
+              [](const Overlap& x, const Overlap& y) { return std::pair(x.a, x.b) < std::pair(y.a, y.b); });
+    return found;
+}
+
+/// Triangles in sets, numbered from 0 in the order of their first members.
+struct Sets {
+    std::vector<Index> of; ///< #triangles
+    std::size_t count = 0;
+
+    Sets(ParitySets& sets, std::size_t triangles) : of(triangles) {
+        std::vector<Index> number(triangles, none);
+        for (Index t = 0; t < triangles; ++t) {
+            Index& own = number[sets.find(t).root];
+            own = own == none ? static_cast<Index>(count++) : own;
+            of[t] = own;
+        }
+    }
+};
+
+/// The triangles as they hang together, and how far each flat patch of them is moved.
+class Layers {
+  public:
+    Layers(const Mesh& mesh, const SetApart& distances, double rounding)
+        : mesh_(mesh), layer_(distances.layer), gap_(distances.gap), parts_(joined([](Index, Index) { return true; })),
+          patches_(joined([&](Index t, Index u) {
+              return mesh.normals[t].dot(mesh.normals[u]) >= parallel && are_in_plane(mesh, t, u, rounding);
+          })),
+          area_(patches_.count, 0.0), shift_(patches_.count, 0.0), back_(patches_.count, none) {
+        for (Index t = 0; t < mesh.triangles.size(); ++t) {
+            area_[patch(t)] += mesh.areas[t];
+        }
+        find_bodies();
+        find_backs();
+    }
+
+    Index patch(Index t) const { return patches_.of[t]; }
+
+    /// Along the normal of the triangle.
+    double shift(Index t) const { return shift_[patch(t)]; }
+
+    void settle(const std::vector<Overlap>& overlaps) {
+        const std::vector<std::pair<Index, Index>> contacts = contacts_among(overlaps);
+        std::vector<char> stands(patches_.count, 0);
+        for (const auto& [body, sheet] : contacts) {
+            stands[body] = 1;
+        }
+        put_in_front(overlaps, stands);
+        for (const auto& [body, sheet] : contacts) {
+            shift_[body] = std::min(shift_[body], -gap_ - std::max(0.0, shift_[sheet]));
+            if (back_[body] != none) {
+                shift_[back_[body]] = -shift_[body];
+            }
+        }
+    }
+
+    /// Corners move with those of the same number that are at the same point: the triangles of a part, or of the sheet
+    /// that this part is a side of; but a patch that lies on another one of its part moves alone.
+    std::vector<Index> groups(const std::vector<Overlap>& overlaps) const {
+        ParitySets joined_sets(mesh_.triangles.size());
+        for_each_twin([&](Index t, Index u) { joined_sets.join(t, u, false); });
+        for (const auto& [t, u] : sheets_) {
+            joined_sets.join(t, u, false);
+        }
+        const Sets sets(joined_sets, mesh_.triangles.size());
+        std::vector<char> alone(patches_.count, 0);
+        for (const Overlap& overlap : overlaps) {
+            if (overlap.same_front && sets.of[overlap.a] == sets.of[overlap.b] &&
+                shift(overlap.a) != shift(overlap.b)) {
+                alone[patch(shift(overlap.a) > shift(overlap.b) ? overlap.a : overlap.b)] = 1;
+            }
+        }
+        std::vector<Index> group(sets.of);
+        for (Index t = 0; t < mesh_.triangles.size(); ++t) {
+            group[t] = alone[patch(t)] != 0 ? static_cast<Index>(sets.count) + patch(t) : group[t];
+        }
+        return group;
+    }
+
+  private:
+    template <class Act> void for_each_twin(const Act& act) const {
+        for (std::size_t side = 0; side < mesh_.twin.size(); ++side) {
+            if (mesh_.twin[side] != none && mesh_.twin[side] > side) {
+                act(static_cast<Index>(side / 3), mesh_.twin[side] / 3);
+            }
+        }
+    }
+
+    template <class Joins> Sets joined(const Joins& joins) const {
+        ParitySets sets(mesh_.triangles.size());
+        for_each_twin([&](Index t, Index u) {
+            if (joins(t, u)) {
+                sets.join(t, u, false);
+            }
+        });
+        return {sets, mesh_.triangles.size()};
+    }
+
+    /// Parts without a border whose volume is positive.
+    void find_bodies() {
+        std::vector<char> open(parts_.count, 0);
+        std::vector<double> volume(parts_.count, 0.0), area(parts_.count, 0.0);
+        std::vector<Index> first(parts_.count, none);
+        for (Index t = 0; t < mesh_.triangles.size(); ++t) {
+            const Index part = parts_.of[t];
+            first[part] = first[part] == none ? t : first[part];
+            for (std::size_t k = 0; k < 3; ++k) {
+                open[part] = open[part] != 0 || mesh_.twin[3 * std::size_t{t} + k] == none ? 1 : 0;
+            }
+            volume[part] +=
+                mesh_.areas[t] * mesh_.normals[t].dot(mesh_.corner(t, 0) - mesh_.corner(first[part], 0)) / 3.0;
+            area[part] += mesh_.areas[t];
+        }
+        is_body_.resize(parts_.count);
+        for (std::size_t part = 0; part < parts_.count; ++part) {
+            is_body_[part] = open[part] == 0 && volume[part] > 1e-9 * area[part] * std::sqrt(area[part]) ? 1 : 0;
+        }
+    }
+
+    /// Pairs of triangles that are the two sides of a sheet.
+    void find_backs() {
+        std::map<std::array<Index, 3>, Index> first;
+        for (Index t = 0; t < mesh_.triangles.size(); ++t) {
+            std::array<Index, 3> corners = mesh_.triangles[t];
+            std::sort(corners.begin(), corners.end());
+            if (const auto [known, is_new] = first.emplace(corners, t); !is_new) {
+                sheets_.emplace_back(known->second, t);
+                back_[patch(t)] = patch(known->second);
+                back_[patch(known->second)] = patch(t);
+            }
+        }
+    }
+
+    /// Patches of bodies, each with that of a sheet which it lies on and which goes on beyond it.
+    std::vector<std::pair<Index, Index>> contacts_among(const std::vector<Overlap>& overlaps) const {
+        std::map<std::pair<Index, Index>, double> common;
+        for (const Overlap& overlap : overlaps) {
+            for (const auto& [body, sheet] : {std::pair(overlap.a, overlap.b), std::pair(overlap.b, overlap.a)}) {
+                if (!overlap.same_front && is_body_[parts_.of[body]] != 0 && is_body_[parts_.of[sheet]] == 0) {
+                    common[{patch(body), patch(sheet)}] += overlap.area;
+                }
+            }
+        }
+        std::vector<std::pair<Index, Index>> contacts;
+        for (const auto& [pair, area] : common) {
+            if (area < (1.0 - least_overlap) * area_[pair.second]) {
+                contacts.push_back(pair);
+            }
+        }
+        return contacts;
+    }
+
+    /// Of patches with the same front, one layer on the other; but for those that are drawn into bodies.
+    void put_in_front(const std::vector<Overlap>& overlaps, const std::vector<char>& stands) {
+        std::vector<Index> order(patches_.count); // from the back to the front
+        std::iota(order.begin(), order.end(), Index{0});
+        std::stable_sort(order.begin(), order.end(),
+                         [&](Index p, Index q) { return area_[p] > area_[q] * (1.0 + least_overlap); });
+        std::vector<Index> rank(patches_.count);
+        for (Index i = 0; i < order.size(); ++i) {
+            rank[order[i]] = i;
+        }
+        std::vector<std::vector<Index>> behind(patches_.count);
+        for (const Overlap& overlap : overlaps) {
+            const Index p = patch(overlap.a), q = patch(overlap.b);
+            if (overlap.same_front && p != q && stands[p] == 0 && stands[q] == 0) {
+                behind[rank[p] > rank[q] ? p : q].push_back(rank[p] > rank[q] ? q : p);
+            }
+        }
+        for (const Index p : order) {
+            if (back_[p] != none && shift_[back_[p]] != 0.0) {
+                shift_[p] = -shift_[back_[p]]; // its other side has been moved
+                continue;
+            }
+            for (const Index q : behind[p]) {
+                shift_[p] = std::max(shift_[p], shift_[q] + layer_);
+            }
+        }
+    }
+
+    const Mesh& mesh_;
+    const double layer_, gap_;
+    const Sets parts_, patches_;
+    std::vector<char> is_body_;                   ///< #parts
+    std::vector<double> area_;                    ///< #patches
+    std::vector<double> shift_;                   ///< #patches
+    std::vector<Index> back_;                     ///< #patches: the other side of a sheet, or none
+    std::vector<std::pair<Index, Index>> sheets_; ///< triangles
+};
+
+/// The shortest way by which a corner follows all of its flat patches: n · way = shift for each of their normals.
+Vec3 way_of_corner(const std::vector<std::pair<Vec3, double>>& shifts) {
+    Eigen::Matrix3d normals = Eigen::Matrix3d::Zero();
+    Vec3 sum = Vec3::Zero();
+    for (const auto& [n, shift] : shifts) {
+        normals += n * n.transpose();
+        sum += shift * n;
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(normals);
+    Vec3 way = Vec3::Zero();
+    for (int k = 0; k < 3; ++k) { // along the others hardly any normal points
+        if (axes.eigenvalues()[k] > 0.01 * axes.eigenvalues()[2]) {
+            const Vec3 axis = axes.eigenvectors().col(k);
+            way += axis.dot(sum) / axes.eigenvalues()[k] * axis;
+        }
+    }
+    return way;
+}
+
+void move_corners(Mesh& mesh, const Layers& layers, const std::vector<Index>& group) {
+    using Corner = std::pair<Index, Index>; // point and group
+    std::map<Corner, std::vector<std::pair<Vec3, double>>> shifts;
+    for (Index t = 0; t < mesh.triangles.size(); ++t) {
+        if (layers.shift(t) != 0.0) {
+            for (const Index point : mesh.triangles[t]) {
+                shifts[{point, group[t]}].emplace_back(mesh.normals[t], layers.shift(t));
+            }
+        }
+    }
+    std::vector<char> stays(mesh.points.size(), 0); // for a corner that does not move
+    for (Index t = 0; t < mesh.triangles.size(); ++t) {
+        for (const Index point : mesh.triangles[t]) {
+            stays[point] = stays[point] != 0 || !shifts.contains(Corner(point, group[t])) ? 1 : 0;
+        }
+    }
+    const std::vector<Vec3> before = mesh.points;
+    std::map<Corner, Index> moved;
+    for (const auto& [corner, own] : shifts) {
+        const Vec3 place = before[corner.first] + way_of_corner(own);
+        if (stays[corner.first] != 0) {
+            moved[corner] = static_cast<Index>(mesh.points.size());
+            mesh.points.push_back(place);
+        } else { // further groups at this point get new ones
+            moved[corner] = corner.first;
+            mesh.points[corner.first] = place;
+            stays[corner.first] = 1;
+        }
+    }
+    for (Index t = 0; t < mesh.triangles.size(); ++t) {
+        for (Index& point : mesh.triangles[t]) {
+            if (const auto found = moved.find(Corner(point, group[t])); found != moved.end()) {
+                point = found->second;
+            }
+        }
+    }
+}
+
+} // namespace
+
+SetApart set_apart(Mesh& mesh, const Execution& execution) {
+    SetApart result;
+    result.layer = std::max(layer_of_diameter * mesh.diameter(), layer_of_magnitude * mesh.magnitude());
+    result.gap = std::max(gap_of_diameter * mesh.diameter(), gap_of_magnitude * mesh.magnitude());
+    const double rounding = in_plane * result.gap;
+    const std::vector<Overlap> overlaps = find_overlaps(mesh, rounding, execution);
+    if (overlaps.empty()) {
+        return result;
+    }
+    Layers layers(mesh, result, rounding);
+    layers.settle(overlaps);
+    std::map<Index, MovedFace> moved; // by the number of the face in the file
+    for (const Overlap& overlap : overlaps) {
+        const bool a = layers.shift(overlap.a) != 0.0, b = layers.shift(overlap.b) != 0.0;
+        if (a || b) {
+            const MovedFace face =
+                b ? MovedFace{overlap.b, overlap.a, overlap.place} : MovedFace{overlap.a, overlap.b, overlap.place};
+            moved.emplace(mesh.original_face[face.triangle], face);
+        }
+    }
+    if (moved.empty()) {
+        return result;
+    }
+    move_corners(mesh, layers, layers.groups(overlaps));
+    mesh.repetition.walls.clear(); // those of before
+    mesh.derive();
+    settle_repetition(mesh);
+    for (const auto& [number, face] : moved) {
+        result.moved.push_back(face);
+    }
+    return result;
+}
+
+} // namespace difusa
