@@ -24,8 +24,10 @@ using difusa::Rgb;
 using difusa::UsageError;
 
 const char* const examples =
-    R"(Lights a surface anew, in other light or other colours, with a transport saved by bake_radiosity. No ray is cast
-from the sites, unless objects are moved; the result is the same, to the bit, as that of a bake in the new light.
+    R"(Lights a surface anew, in other light or other colours, with a transport saved by bake_radiosity. Rays from the
+sites are cast again only for --daylight and around objects that are moved. The result is the same, to the bit, as that
+of a bake in the new light whose sites are at the same places: with --no-adaptive, or with light that these were graded
+for.
 
 Examples:
   bake_radiosity room.json day.vtp --save-transport room.difusa
@@ -396,8 +398,10 @@ void relight_series(const Arguments& a, const difusa::Registry& registry, difusa
     if (!a.run.quiet) {
         std::cout << "the above is of the first of these times (degrees; azimuth from north over east):\n"
                   << difusa::text_table(times);
-        std::cout << "written: " << a.bake.files.field.string() << " (" << files.size() - 1 << " times, from "
-                  << files[1].filename().string() << " to " << files.back().filename().string() << ")\n";
+        const std::size_t count = files.size() - 1;
+        std::cout << "written: " << a.bake.files.field.string() << " (" << difusa::counted(count, "time")
+                  << (count == 1 ? ", " : ", from ") << files[1].filename().string()
+                  << (count == 1 ? "" : " to " + files.back().filename().string()) << ")\n";
         if (!a.bake.files.listed.empty()) {
             std::cout << "written: " << a.bake.files.listed.string() << "\n";
         }

@@ -199,7 +199,7 @@ void check_studies(const StudyArguments& a, const BakeArguments& bake, bool path
                ": with --daylight, --gradients and --operator-table no field is written: omit it");
     }
     if (path && (a.without_field() || a.lamps)) {
-        refuse("--sun-path: is of other lightings than those of --daylight, --gradients, --solve-lamps and "
+        refuse("--sun-path cannot be combined with --daylight, --daylight-from, --gradients, --solve-lamps or "
                "--operator-table: omit one");
     }
     if (!a.daylight.empty() + !a.daylight_from.empty() + !a.gradients.empty() + !a.operator_table.empty() > 1) {

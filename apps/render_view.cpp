@@ -49,8 +49,10 @@ Examples:
 What can be shown: radiosity; its parts direct and indirect; irradiance, irradiance-direct, irradiance-indirect,
 emission (W/m^2); reflectance; group:NAME, the radiosity of one light group; luminance (cd/m^2), illuminance (lux),
 radiosity-weighted, irradiance-weighted (W/m^2, weighted by luminance), error (of the radiosity, estimated, W/m^2),
-illuminance-error (lux), basis, in false colours with a colour bar; sites, as dots. Back faces are dark grey. Of thermal scenes: temperature (K, the
-default), net-flux, radiosity-weighted, irradiance-weighted (W/m^2, not weighted), error, basis, sites.
+illuminance-error (lux), basis, in false colours with a colour bar; sites, as dots. Back faces are dark grey. Of
+thermal scenes: temperature (K, the default), net-flux, radiosity-weighted, irradiance-weighted (W/m^2, not weighted),
+error, basis, sites. An .hdr holds these numbers; but radiosity, its parts and emission as radiances, W/(m^2 sr), which
+are the radiosity over pi.
 
 Exit codes: 0 done, 1 usage, 2 input, 3 not converged or --error not reached, 4 resources, 5 internal, 130 interrupted.
 )";

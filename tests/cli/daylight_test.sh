@@ -46,6 +46,9 @@ expect_text g.csv 'goal,kind,name,value_r' '"desk",mean,""' '"desk",group,"lumin
 expect_exit 0 "$relight" office.difusa even.ply --error-points 0 --at desks.csv --at-output even.csv --solve-lamps 500 \
     --scale sky=0
 expect_text stdout "lamps: luminaires x " "for 500 lux at 3 places"
+expect_exit 0 "$relight" office.difusa even.ply --error-points 0 --at desks.csv --solve-lamps 500 --report even.json
+expect_text even.json '"light_group": "luminaires"' '"factor": '
+
 
 # Refused, without a trace.
 usage() { # usage TEXT ARGUMENT...
@@ -69,5 +72,9 @@ usage "--final-gather: has no effect where no field is evaluated" office.difusa 
 usage "--sky-parts: has no effect without --daylight" office.difusa out.vtp --sky-parts 2
 usage "needs goals" office.difusa --gradients g2.csv
 usage "needs places" office.difusa out.vtp --solve-lamps 500
-usage "of other lightings" office.difusa out.pvd --solve-lamps 500 --sun-path 48,11,2026-06-21
+usage "cannot be combined" office.difusa out.pvd --solve-lamps 500 --sun-path 48,11,2026-06-21
+usage "the level must be above 0, and at most 1e30" office.difusa out.vtp --at desks.csv --solve-lamps 1e160
+sed -e '$s/^[0-9.e+-]*/-1/' c.copy >negative.mtx
+expect_refusal 2 "negative.mtx:$(wc -l <negative.mtx): a coefficient must be finite, and not negative" "$relight" \
+    --daylight-from negative.mtx --daylight-sky $overcast --daylight-output x.csv
 expect_refusal 2 "#?RADIANCE" "$relight" --daylight-from desks.csv --daylight-sky $overcast --daylight-output x.csv

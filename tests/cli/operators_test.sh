@@ -32,4 +32,4 @@ usage "did you mean low-rank" box.difusa --operator-table p.csv --operator low-r
 usage "choose a lower rank, or dense" box.difusa --operator-table p.csv --operator low-rank:rank=100000
 usage "would overwrite" box.difusa --operator-table box.difusa --operator dense
 usage "has no effect on rendering operators" box.difusa --operator-table p.csv --operator dense --output-spacing 2
-usage "of other lightings" box.difusa --sun-path 48,11,2026-06-21 --operator-table p.csv --operator dense
+usage "cannot be combined" box.difusa --sun-path 48,11,2026-06-21 --operator-table p.csv --operator dense

@@ -70,7 +70,7 @@ expect_text stdout "grid on w: 4 sensors, irradiance (W/m^2) minimum 10, mean 10
 refuse 1 "--grid default: takes FACE:spacing=D" --grid default
 refuse 1 "is none of spacing=D, height=H and margin=M" --grid default:spacing=0.1,width=3
 refuse 1 "needs a spacing above 0" --grid default:height=1
-refuse 1 "the materials are default" --grid floor:spacing=0.1
+refuse 1 "there is no material \`floor\`. There are: default (nor is it the number of a face)" --grid floor:spacing=0.1
 # The mean over a goal is that of the floor's irradiance: over the unit square around the foot of the light it is
 # 8/2 times the solid angle that the square fills, 4 atan(1 / (4 h sqrt(1/2 + h^2))), and h = 2.
 cat >goals.json <<'GOALS'

@@ -183,4 +183,31 @@ expect_text message "--scene FILE"
 expect_exit 0 "$relight" other.difusa relit.ply --error-points 0 --scene elsewhere.obj
 sed -e 's/^usemtl red/usemtl green/' elsewhere.obj >other.obj
 expect_exit 0 "$relight" other.difusa relit.ply --error-points 0
-expect_text stdout "other.obj has changed since the transport was saved"
+expect_text stdout "has changed since the transport was saved"
+
+# So may the files that the scene names; and a material that no face has is no use.
+mkdir -p paint
+printf 'newmtl paint\nKd 0.5 0.5 0.5\nnewmtl rest\nKd 0.1 0.1 0.1\n' >paint/paint.mtl
+printf 'mtllib paint.mtl\nusemtl paint\nv 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n' >paint/face.obj
+printf '{"difusa_scene": 1, "meshes": [{"file": "paint/face.obj"}]}' >paint.json
+expect_exit 0 "$bake" paint.json out.ply $small --sky 1 --save-transport paint.difusa
+expect_exit 0 "$relight" paint.difusa relit.ply --error-points 0
+expect_no_text stdout "has changed"
+printf 'newmtl paint\nKd 0.7 0.7 0.7\nnewmtl rest\nKd 0.1 0.1 0.1\n' >paint/paint.mtl
+expect_exit 0 "$relight" paint.difusa relit.ply --error-points 0
+expect_text stdout "paint.json, or a file that it names, has changed since the transport was saved"
+expect_refusal 1 "no face has the material \`rest\`" "$relight" paint.difusa out.vtp --emission rest=5
+
+# A block on a floor without thickness does not see the sky below it, nor where it is lit again or put elsewhere.
+printf 'usemtl floor\nv -4 -4 0\nv 5 -4 0\nv 5 5 0\nv -4 5 0\nf 1 2 3 4\nusemtl block\n' >block.obj
+for z in 0 1; do printf 'v 0 0 %s\nv 1 0 %s\nv 1 1 %s\nv 0 1 %s\n' $z $z $z $z; done >>block.obj
+printf 'f 8 7 6 5\nf 9 10 11 12\nf 5 6 10 9\nf 6 7 11 10\nf 7 8 12 11\nf 8 5 9 12\n' >>block.obj
+nothing_below() {
+    awk '/^goal "below"/ { dark = $5 < 1e-9 } END { exit !dark }' stdout || fail "it is light below the block"
+}
+printf '{"goals": [{"name": "below", "faces": [1]}]}\n' >below.json
+expect_exit 0 "$bake" block.obj out.vtp $small --sky 1 --save-transport block.difusa --goal below.json
+expect_text stdout "repaired: 1 face on another one in the same plane" "(face 1 (line 16) on face 0 (line 6) near"
+nothing_below
+expect_exit 0 "$relight" block.difusa out.vtp --sky 2 --move 1-6=0.3,0.2,0 --goal below.json
+nothing_below

@@ -6,6 +6,7 @@
 #include <difusa/core/error.h>
 #include <difusa/import/shapes.h>
 #include <difusa/radiosity/daylight.h>
+#include <difusa/rays/lambert.h>
 #include <difusa/rays/visibility.h>
 #include <difusa/scene/cie_sky.h>
 #include <difusa/scene/sky_parts.h>
@@ -281,6 +282,41 @@ TEST(Daylight, TimesASkyIsWhatARelitSceneReceives) {
         // Either's noise is below 1 %, and the sky is constant over parts of 6 degrees.
         EXPECT_LE((product.row(i) - H.row(i)).norm(), 0.02 * H.row(i).norm()) << i;
     }
+}
+
+/// In a black room the coefficients of a point add up to pi times the form factor of its window. Of 512 aimed rays a
+/// quarter or more pass the window, because the openings are it and a margin of its own size at most: were they
+/// independent, the error would be sqrt(3 / 512) of it. Of the 2048 cells a dozen or so are seen through it.
+TEST(Daylight, SeesSmallWindowsFromAfar) {
+    const double a = 1.7, b = 2.3, low = 1.0, high = 1.6; // the window: y and z
+    Mesh mesh = rectangle(Vec3(0, 0, 0), Vec3(5, 0, 0), Vec3(0, 4, 0));
+    const auto wall = [&](const Vec3& corner, const Vec3& u, const Vec3& v) { add(mesh, rectangle(corner, u, v), 0); };
+    wall(Vec3(0, 0, 2.5), Vec3(0, 4, 0), Vec3(5, 0, 0));
+    wall(Vec3(0, 0, 0), Vec3(0, 0, 2.5), Vec3(5, 0, 0));
+    wall(Vec3(0, 4, 0), Vec3(5, 0, 0), Vec3(0, 0, 2.5));
+    wall(Vec3(5, 0, 0), Vec3(0, 0, 2.5), Vec3(0, 4, 0));
+    wall(Vec3(0, 0, 0), Vec3(0, a, 0), Vec3(0, 0, 2.5));
+    wall(Vec3(0, b, 0), Vec3(0, 4 - b, 0), Vec3(0, 0, 2.5));
+    wall(Vec3(0, a, 0), Vec3(0, b - a, 0), Vec3(0, 0, low));
+    wall(Vec3(0, a, high), Vec3(0, b - a, 0), Vec3(0, 0, 2.5 - high));
+    const BakeResult result = lit::baked(lit::scene_of(mesh, 0.0), quick_options());
+    ASSERT_NE(result.system->transport().openings, nullptr);
+    std::vector<SurfacePoint> x;
+    for (int i = 0; i < 10; ++i) {
+        for (int j = 0; j < 5; ++j) {
+            const Vec3 normal = i % 2 == 0 ? Vec3(0, 0, 1) : Vec3(-1, 0, 0);
+            x.push_back({Vec3(3.0 + 0.19 * i, 0.3 + 0.8 * j, 0.8), normal, none, 0.0, 0.0});
+        }
+    }
+    const DaylightCoefficients C = coefficients(result, x, tregenza(), 2048);
+    const Vec3 window[] = {Vec3(0, a, low), Vec3(0, b, low), Vec3(0, b, high), Vec3(0, a, high)};
+    double squares = 0.0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        const double exact = pi * lambert_form_factor(x[i].position, x[i].normal, window);
+        ASSERT_GT(exact, 0.0);
+        squares += std::pow(C.value.row(static_cast<Eigen::Index>(i)).sum() / exact - 1.0, 2);
+    }
+    EXPECT_LT(std::sqrt(squares / static_cast<double>(x.size())), std::sqrt(3.0 / 512.0));
 }
 
 TEST(Daylight, HasTheSameBitsForAnyThreadsAndMemory) {

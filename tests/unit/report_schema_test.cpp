@@ -39,12 +39,13 @@ json dry_report(const std::string& scene) {
     return json::parse(report_of(dry_run(test::registry(), data + scene, few_sites(), Execution{})));
 }
 
-/// Of a saved transport in which a block is moved.
+/// Of a saved transport in which a block is moved, and a lamp is brighter.
 json report_of_moved(const std::string& scene) {
     const SavedTransport saved = test::through_file(bake(test::registry(), data + scene, few_sites(), Execution{}));
     RelightOptions how;
     how.bake = relight_defaults(saved);
     how.bake.error_points = 32;
+    how.factors = {{"lamp", 1.5}};
     how.moves.push_back({"10-14", 0.0, {}});
     how.moves.front().motion.offset = Vec3(0.05, 0.0, -0.02);
     return json::parse(report_of(relight(test::registry(), saved, how, Execution{})));

@@ -365,7 +365,7 @@ TEST(SensorGrids, CellsAreNoLongerThanTheSpacingAndKeepTheMargin) {
     EXPECT_EQ(grid_places(scene, {"0", 0.0, 0.1, 0.0}).size(), 9U + 7U + 5U + 3U + 1U); // of a triangle
     EXPECT_EQ(grid_places(scene, {"floor", 0.0, 9.0, 0.0}).size(), 1U);
     EXPECT_THAT(refused(scene, {"floor", 0.0, 0.5, 0.6}), HasSubstr("the margin of 0.6 leaves nothing"));
-    EXPECT_THAT(refused(scene, {"wall", 0.0, 0.5, 0.0}), HasSubstr("the materials are floor"));
+    EXPECT_THAT(refused(scene, {"wall", 0.0, 0.5, 0.0}), HasSubstr("there is no material `wall`. There are: floor"));
     EXPECT_THAT(refused(scene, {"floor", 0.0, 1e-4, 0.0}), HasSubstr("more than a million"));
 }
 

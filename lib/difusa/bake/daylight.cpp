@@ -72,8 +72,8 @@ Choice parse_sky_choice(const std::string& text) {
                       {"illuminance", SkyParameter::real, "", "the same in lux", 0, 1e12, {}}})},
          {"perez",
           with_sun_position(
-              {{"direct", SkyParameter::real, "", "irradiance of a surface that faces the sun, W/m²", 0, 1e6, {}},
-               {"diffuse", SkyParameter::real, "", "irradiance of level ground by the sky, W/m²", 0, 1e6, {}},
+              {{"direct", SkyParameter::real, "", "irradiance of a surface that faces the sun, W/m²", 0, 1400, {}},
+               {"diffuse", SkyParameter::real, "", "irradiance of level ground by the sky, W/m²", 0, 1400, {}},
                {"dew", SkyParameter::real, "11", "dew point, °C", -90, 60, {}},
                {"sun", SkyParameter::word, "none", "whether its light is spread over its part", 0, 0, {"none", "part"}},
                {"light", SkyParameter::word, "visible", "what watts are meant", 0, 0, {"visible", "solar"}}})}});

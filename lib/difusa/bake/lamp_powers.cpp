@@ -111,6 +111,10 @@ BakeResult relight_lamps(const Registry& registry, const SavedTransport& saved, 
     if (options.bake.at.empty() && options.bake.grids.empty()) {
         throw UsageError("--solve-lamps: needs places, --at or --grid");
     }
+    constexpr double most = 1e30; // as in scene files
+    if (!(wanted > 0.0 && wanted <= most)) {
+        throw UsageError("--solve-lamps: the level must be above 0, and at most 1e30");
+    }
     RelightOptions apart = options;
     apart.bake.light_groups = true;
     apart.evaluate = false;

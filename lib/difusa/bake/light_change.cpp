@@ -16,19 +16,19 @@ namespace difusa {
 
 namespace {
 
-/// Calls `act` for each material of this name.
+/// Calls `act` for each material of this name. Throws UsageError unless a face has one.
 template <class Act> void for_materials(Scene& scene, const char* option, const std::string& name, const Act& act) {
+    const std::vector<std::string> in_use = names_of_materials_in_use(scene);
     bool found = false;
-    std::vector<std::string> known;
     for (Material& material : scene.materials) {
-        known.push_back(material.name);
         if (material.name == name) {
             act(material);
             found = true;
         }
     }
-    if (!found) {
-        throw UsageError(std::string(option) + ": " + unknown_name("material", name, known));
+    if (std::find(in_use.begin(), in_use.end(), name) == in_use.end()) {
+        throw UsageError(std::string(option) + ": " +
+                         (found ? "no face has the material `" + name + "`" : unknown_name("material", name, in_use)));
     }
 }
 

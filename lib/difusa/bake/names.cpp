@@ -22,4 +22,18 @@ std::string unknown_name(const std::string& what, const std::string& name, const
     return text + (known.size() > most ? ", ..." : "");
 }
 
+std::vector<std::string> names_of_materials_in_use(const Scene& scene) {
+    std::vector<char> used(scene.materials.size(), 0);
+    for (const Index m : scene.mesh.material) {
+        used[m] = 1;
+    }
+    std::vector<std::string> names;
+    for (std::size_t m = 0; m < used.size(); ++m) {
+        if (used[m] != 0) {
+            names.push_back(scene.materials[m].name);
+        }
+    }
+    return names;
+}
+
 } // namespace difusa

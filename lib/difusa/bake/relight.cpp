@@ -1,6 +1,7 @@
 #include <difusa/bake/relight.h>
 
 #include <difusa/bake/evaluation.h>
+#include <difusa/bake/fronts.h>
 #include <difusa/bake/scene.h>
 #include <difusa/bake/sensing.h>
 #include <difusa/bake/steps.h>
@@ -250,6 +251,9 @@ class Relighting {
             }
             mesh.derive();
         }
+        if (possible) {
+            settle_coplanar_faces(result_, execution_);
+        }
         if (!saved_.moved.empty() || !how_.moves.empty()) {
             unmoved_ = std::make_shared<Mesh>(mesh);
         }
@@ -371,9 +375,9 @@ void read_scene_of(const SavedTransport& saved, const std::filesystem::path& fil
                                               : " (--scene)"));
     }
     read_into(result, registry, file, execution, change);
-    if (file == saved.scene && content_fingerprint(file) != saved.scene_content) {
-        execution.note(file.string() + " has changed since the transport was saved: its materials and lights are those "
-                                       "of now");
+    if (file == saved.scene && content_fingerprint(result.files) != saved.scene_content) {
+        execution.note(file.string() + (result.files.size() > 1 ? ", or a file that it names," : "") +
+                       " has changed since the transport was saved: materials and lights are those of now");
     }
 }
 

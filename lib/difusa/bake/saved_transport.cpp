@@ -289,18 +289,20 @@ std::uint64_t discretisation_fingerprint(std::span<const SurfacePoint> points, c
     return fingerprint.value();
 }
 
-std::uint64_t content_fingerprint(const std::filesystem::path& file) {
-    std::error_code ignored;
-    if (!std::filesystem::is_regular_file(file, ignored)) {
-        return 0;
+std::uint64_t content_fingerprint(std::span<const std::filesystem::path> files) {
+    Fingerprint fingerprint;
+    for (const std::filesystem::path& file : files) {
+        std::error_code ignored;
+        if (!std::filesystem::is_regular_file(file, ignored)) {
+            return 0;
+        }
+        try {
+            fingerprint.add(std::string_view(read_file(file)));
+        } catch (const InputError&) {
+            return 0;
+        }
     }
-    try {
-        Fingerprint fingerprint;
-        fingerprint.add(std::string_view(read_file(file)));
-        return fingerprint.value();
-    } catch (const InputError&) {
-        return 0;
-    }
+    return files.empty() ? 0 : fingerprint.value();
 }
 
 SavedTransport saved_transport_of(const BakeResult& result) {
@@ -325,7 +327,7 @@ SavedTransport saved_transport_of(const BakeResult& result) {
     SavedTransport saved;
     std::error_code ignored;
     const std::filesystem::path file = std::filesystem::absolute(result.file, ignored);
-    saved.scene_content = content_fingerprint(file);
+    saved.scene_content = content_fingerprint(result.files);
     saved.scene = saved.scene_content == 0 ? result.file : file.lexically_normal().string();
     saved.geometry = geometry_fingerprint(result.scene->mesh);
     saved.discretisation = discretisation_fingerprint(result.system->discretisation());

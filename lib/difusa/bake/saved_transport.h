@@ -23,7 +23,7 @@ namespace difusa {
 struct SavedTransport {
     std::filesystem::path file;      ///< it was loaded from; empty: it was not
     std::string scene;               ///< the file that was baked, with its whole path, or the name of a program's scene
-    std::uint64_t scene_content = 0; ///< fingerprint of the bytes of that file; 0: there is no file
+    std::uint64_t scene_content = 0; ///< fingerprint of that file and those that it names; 0: there is no file
     std::uint64_t geometry = 0;      ///< geometry_fingerprint of the surface
     std::uint64_t discretisation = 0; ///< discretisation_fingerprint
     std::vector<Index> turned_over;   ///< triangles whose fronts were backs in the file
@@ -48,8 +48,8 @@ std::uint64_t geometry_fingerprint(const Mesh& mesh);
 std::uint64_t discretisation_fingerprint(std::span<const SurfacePoint> points, const Surfels& surfels);
 std::uint64_t discretisation_fingerprint(const Discretisation& discretisation);
 
-/// Of the content of a file; 0 if it cannot be read.
-std::uint64_t content_fingerprint(const std::filesystem::path& file);
+/// Of the contents of these files, one after the other; 0 if one cannot be read, or if there are none.
+std::uint64_t content_fingerprint(std::span<const std::filesystem::path> files);
 
 /// Throws UsageError if there are no sites on some of the surface, for which the bake needs BakeOptions::every_surface,
 /// for glossy materials, and for suns with a disc and luminaires among its options, which the file cannot hold.

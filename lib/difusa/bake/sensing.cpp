@@ -183,14 +183,14 @@ void note_dark(const BakeResult& result, const Execution& execution) {
     }
     if (dark_listed > 0) {
         execution.note(
-            std::to_string(dark_listed) + (dark_listed == 1 ? " sensor" : " sensors") +
-            " of --at receive no light at all (first at " + coordinates(result.sensors[first_listed].sensor.position) +
+            counted(dark_listed, "sensor") + (dark_listed == 1 ? " of --at receives" : " of --at receive") +
+            " no light at all (first at " + coordinates(result.sensors[first_listed].sensor.position) +
             "): they may stand inside of objects, or their coordinates may be in another unit than the scene");
     }
     if (dark > 0) {
         const PlacedSensor& placed = result.sensors[first];
-        execution.note(std::to_string(dark) + (dark == 1 ? " sensor" : " sensors") +
-                       " of grids receive no light at all (first on " + result.options.grids[placed.grid].on + ", at " +
+        execution.note(counted(dark, "sensor") + (dark == 1 ? " of grids receives" : " of grids receive") +
+                       " no light at all (first on " + result.options.grids[placed.grid].on + ", at " +
                        coordinates(placed.sensor.position) +
                        "): they may stand inside of objects; they count in minimum and uniformity");
     }

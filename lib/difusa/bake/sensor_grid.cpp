@@ -1,5 +1,6 @@
 #include <difusa/bake/sensor_grid.h>
 
+#include <difusa/bake/names.h>
 #include <difusa/core/error.h>
 #include <difusa/core/text.h>
 
@@ -46,11 +47,8 @@ std::vector<Index> triangles_named(const SensorGrid& grid, const Scene& scene) {
         }
     }
     if (found.empty()) {
-        std::string names;
-        for (std::size_t m = 0; m < scene.materials.size() && m < 20; ++m) {
-            names += (names.empty() ? "" : ", ") + scene.materials[m].name;
-        }
-        refuse(grid, "neither a material nor the number of a face has this name; the materials are " + names);
+        refuse(grid, unknown_name("material", grid.on, names_of_materials_in_use(scene)) +
+                         " (nor is it the number of a face)");
     }
     return found;
 }

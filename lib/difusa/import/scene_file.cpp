@@ -351,7 +351,11 @@ class SceneFile {
                 const std::size_t last = checks_.whole(end, quoted("last"));
                 const std::size_t first =
                     checks_.whole(checks_.required(range, "a range of faces", "first"), quoted("first"));
-                if (first > last || last >= mesh.face_count()) {
+                if (first > last) {
+                    checks_.fail(end, "the faces from " + std::to_string(first) + " to " + std::to_string(last) +
+                                          " are none: the last of a range must not come before the first");
+                }
+                if (last >= mesh.face_count()) {
                     checks_.fail(end, "the faces " + std::to_string(first) + " to " + std::to_string(last) + " of " +
                                           mesh.file + ": it has " +
                                           (mesh.face_count() == 1

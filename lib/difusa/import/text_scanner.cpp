@@ -81,8 +81,9 @@ std::string lower_case(std::string_view word) {
     return result;
 }
 
-TextScanner::TextScanner(std::string_view content, std::string file, Syntax syntax)
-    : file_(std::move(file)), syntax_(syntax), begin_(content.data()), at_(begin_), end_(begin_ + content.size()) {
+TextScanner::TextScanner(std::string_view content, std::string file, Syntax syntax, std::uint32_t first_line)
+    : file_(std::move(file)), syntax_(syntax), begin_(content.data()), at_(begin_), end_(begin_ + content.size()),
+      line_(first_line) {
     if (content.starts_with("\xef\xbb\xbf")) {
         at_ += 3;
     }

@@ -26,8 +26,8 @@ class TextScanner {
     /// How far to look for a token.
     enum class Reach { line, file };
 
-    /// `file` is for messages. Throws InputError for a text in UTF-16.
-    TextScanner(std::string_view content, std::string file, Syntax syntax);
+    /// `file` is for messages, and the number of the text's first line in it. Throws InputError for a text in UTF-16.
+    TextScanner(std::string_view content, std::string file, Syntax syntax, std::uint32_t first_line = 1);
 
     /// Takes the next token; false if there is none within reach.
     bool next(std::string_view& token, Reach reach);
@@ -79,7 +79,7 @@ class TextScanner {
     const char* begin_;
     const char* at_;
     const char* end_;
-    std::uint32_t line_ = 1;
+    std::uint32_t line_;
 };
 
 /// The number spelled by a token, see TextScanner::real; false if it is not one.

@@ -205,11 +205,12 @@ DaylightTable read_daylight(const std::filesystem::path& file) {
     DaylightTable table{SkyDivision(factor, header_direction(header.up, file), header_direction(header.north, file)),
                         {}};
     table.coefficients.value.resize(header.rows, 3 * header.columns);
-    TextScanner scanner(content, file.string() + ", after the header", {});
+    const auto lines = std::count(text.data(), content.data(), '\n');
+    TextScanner scanner(content, file.string(), {}, static_cast<std::uint32_t>(lines) + 1);
     for (Eigen::Index i = 0; i < table.coefficients.value.size(); ++i) {
         const double value = scanner.real({"a coefficient"}, TextScanner::Reach::file);
-        if (!std::isfinite(value)) {
-            scanner.fail("a coefficient must be finite");
+        if (!std::isfinite(value) || value < 0.0) {
+            scanner.fail("a coefficient must be finite, and not negative");
         }
         table.coefficients.value.data()[i] = value;
     }

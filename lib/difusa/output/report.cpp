@@ -83,6 +83,14 @@ Json goals_of(const BakeResult& result) {
     return goals;
 }
 
+Json factors_of(const BakeResult& result) {
+    Json factors = Json::array();
+    for (const auto& [group, factor] : result.light_factors) {
+        factors.push_back({{"light_group", group}, {"factor", factor}});
+    }
+    return factors;
+}
+
 Json target_of(const BakeResult& result) {
     const ErrorTarget& target = *result.options.target;
     Json attempts = Json::array();
@@ -325,6 +333,7 @@ void add_outcome(const BakeResult& result, Json& report) {
     report["error"] = result.error ? error_of(*result.error, result.channels) : Json(nullptr);
     report["error_target"] = result.options.target ? target_of(result) : Json(nullptr);
     report["goals"] = goals_of(result);
+    report["light_factors"] = factors_of(result);
     report["output"] = {{"vertices", result.mesh.vertices.size()},
                         {"triangles", result.mesh.triangles.size()},
                         {"rays", result.journal.count_of("output rays")},

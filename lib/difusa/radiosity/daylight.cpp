@@ -3,6 +3,7 @@
 #include <difusa/core/error.h>
 #include <difusa/core/parallel.h>
 #include <difusa/radiosity/response.h>
+#include <difusa/rays/sky_openings.h>
 #include <difusa/transport/gathered.h>
 #include <difusa/transport/skylight.h>
 
@@ -59,6 +60,9 @@ class CellRays final : public Sight {
         lift(x);
         cast();
     }
+
+    /// Where the rays of the last point start.
+    const Vec3& origin() const { return rays_.front().origin; }
 
   private:
     enum class Place : char { below, cut, above };
@@ -159,20 +163,55 @@ class DaylightComputation {
         return b;
     }
 
+    struct Worker {
+        Worker(const Tracer& tracer, const SkyDivision& sky, const std::vector<SkyCell>& cells)
+            : rays(tracer, sky, cells) {}
+
+        CellRays rays;
+        SkyOpenings::View view;
+    };
+
+    /// Rays aimed at openings in place of others that escape there, and the factor on the weights of what is left.
+    struct Aimed {
+        std::size_t rays = 0;
+        double scale = 1.0;
+    };
+
+    const SkyOpenings& openings() const { return *system_.transport().openings; }
+
+    /// At point i, to which the worker's other rays belong.
+    Aimed aim(std::size_t i, Worker& worker) const {
+        const std::size_t count = SkyOpenings::aimed(options_.rays);
+        RandomStream stream(options_.seed, "daylight through openings", i);
+        if (!system_.transport().openings || !worker.view.look(system_.tracer(), openings(), x_[i], count, stream)) {
+            return {};
+        }
+        double replaced = 0.0, seen = 0.0; // shares of the hemisphere
+        worker.rays.for_each([](const Hit&, double) {},
+                             [&](const Vec3& direction, double weight) {
+                                 if (openings().contain(worker.rays.origin(), direction)) {
+                                     replaced += weight * std::numbers::inv_pi;
+                                 }
+                             });
+        worker.view.for_each([&](const Vec3&, double weight) { seen += weight; });
+        return {count, replaced < 1.0 ? std::max(0.0, 1.0 - seen) / (1.0 - replaced) : 0.0};
+    }
+
     /// The columns of these parts at the points. The rays are the same for all groups of parts.
     void gather(const Values& b, Eigen::Index first, Eigen::Index end) {
         execution_.phase("sky at the points");
         const Surfels& surfels = *system_.discretisation().surfels;
         std::vector<std::size_t> cast(x_.size(), 0);
-        std::vector<std::unique_ptr<CellRays>> workers(execution_.threads);
+        std::vector<std::unique_ptr<Worker>> workers(execution_.threads);
         parallel_for(x_.size(), 4, execution_, [&](std::size_t begin, std::size_t last, unsigned worker) {
             if (!workers[worker]) {
-                workers[worker] = std::make_unique<CellRays>(system_.tracer(), sky_, cells_);
+                workers[worker] = std::make_unique<Worker>(system_.tracer(), sky_, cells_);
             }
-            CellRays& rays = *workers[worker];
+            auto& [rays, view] = *workers[worker];
             for (std::size_t i = begin; i < last; ++i) {
                 rays.look(x_[i], RandomStream(options_.seed, "daylight", i));
-                cast[i] = rays.count();
+                const Aimed aimed = aim(i, *workers[worker]);
+                cast[i] = rays.count() + aimed.rays;
                 auto row = result_.value.row(static_cast<Eigen::Index>(i))
                                .segment(first * channels_, (end - first) * channels_);
                 const auto on_sky = [&](const Vec3& direction, double weight, const Rgb& colour) {
@@ -186,8 +225,17 @@ class DaylightComputation {
                     add_surfel(row, b.row(static_cast<Eigen::Index>(surfels.at(hit.face, hit.u, hit.v))),
                                weight * std::numbers::inv_pi, colour);
                 };
-                rays.for_each([&](const Hit& hit, double weight) { on_front(hit, weight, Rgb::Ones()); },
-                              [&](const Vec3& direction, double weight) { on_sky(direction, weight, Rgb::Ones()); });
+                rays.for_each([&](const Hit& hit, double weight) { on_front(hit, aimed.scale * weight, Rgb::Ones()); },
+                              [&](const Vec3& direction, double weight) {
+                                  if (aimed.rays == 0 || !openings().contain(rays.origin(), direction)) {
+                                      on_sky(direction, aimed.scale * weight, Rgb::Ones());
+                                  }
+                              });
+                if (aimed.rays > 0) {
+                    view.for_each([&](const Vec3& direction, double weight) {
+                        on_sky(direction, std::numbers::pi * weight, Rgb::Ones());
+                    });
+                }
                 rays.for_each_in_mirrors(on_front, on_sky, [](double, const Rgb&, bool) {});
             }
         });

@@ -9,7 +9,11 @@ namespace difusa {
 std::string choose_visibility(const Registry& registry, std::string_view choice, std::vector<std::string>& notes) {
     constexpr std::string_view kind = kind_of<Visibility>();
     if (choice != "auto") {
-        registry.describe(kind, choice);
+        try {
+            registry.describe(kind, choice);
+        } catch (const UsageError& error) {
+            throw UsageError(std::string(error.what()) + "; auto takes the first that starts");
+        }
         return std::string(choice);
     }
     std::vector<std::string> names = registry.names(kind);

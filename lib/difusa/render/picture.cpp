@@ -408,18 +408,8 @@ void check(const BakeResult& result, const ViewOptions& options, const std::vect
             throw UsageError("--show illuminance-error: nothing is reflected, and the error was not estimated; read "
                              "the illuminance with sensors, whose errors are (--grid, or --at with normals)");
         }
-        if (show.quantity == Quantity::group) {
-            std::vector<std::string> groups;
-            if (result.has_groups()) {
-                groups = result.field().sets().names;
-            }
-            if (std::find(groups.begin(), groups.end(), show.group) == groups.end()) {
-                std::string all;
-                for (const std::string& group : groups) {
-                    all += (all.empty() ? "" : ", ") + group;
-                }
-                throw UsageError("--show group:" + show.group + ": there is no such light group; there are " + all);
-            }
+        if (show.quantity == Quantity::group && !result.has_groups()) {
+            throw UsageError("--show group:" + show.group + ": the light groups were baked together (--light-groups)");
         }
     }
     const double samples = static_cast<double>(options.width * options.height) * static_cast<double>(options.samples);

@@ -2,6 +2,7 @@
 
 #include <difusa/core/error.h>
 #include <difusa/plugin/parameters.h>
+#include <difusa/scene/light_groups.h>
 
 #include <algorithm>
 #include <vector>
@@ -105,6 +106,7 @@ Show parse_show(const std::string& text) {
 }
 
 void check_shows(const Scene& scene, std::span<const Show> shows) {
+    const std::vector<std::string> groups = light_groups(scene).names;
     for (const Show& show : shows) {
         const bool thermal = show.quantity == Quantity::temperature || show.quantity == Quantity::net_flux;
         const bool neutral = show.quantity == Quantity::radiosity_weighted ||
@@ -115,6 +117,13 @@ void check_shows(const Scene& scene, std::span<const Show> shows) {
                              (thermal ? "the scene is not a thermal one: give its materials temperatures"
                                       : "a thermal scene has no light to show; there are temperature, net-flux, "
                                         "radiosity-weighted, irradiance-weighted, error, basis, sites"));
+        }
+        if (show.quantity == Quantity::group && std::find(groups.begin(), groups.end(), show.group) == groups.end()) {
+            std::string all;
+            for (const std::string& group : groups) {
+                all += (all.empty() ? "" : ", ") + group;
+            }
+            throw UsageError("--show group:" + show.group + ": there is no such light group; there are " + all);
         }
     }
 }
