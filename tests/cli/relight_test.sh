@@ -211,3 +211,10 @@ expect_text stdout "repaired: 1 face on another one in the same plane" "(face 1 
 nothing_below
 expect_exit 0 "$relight" block.difusa out.vtp --sky 2 --move 1-6=0.3,0.2,0 --goal below.json
 nothing_below
+
+# Put down on the floor, it stays where it is, and a note says what that means.
+sed -e 's/ 1$/ 2/; s/ 0$/ 1/; 2,5s/ 1$/ 0/' block.obj >floating.obj
+expect_exit 0 "$bake" floating.obj out.vtp $small --sky 1 --save-transport floating.difusa
+expect_no_text stdout "in the same plane"
+expect_exit 0 "$relight" floating.difusa out.vtp --move 1-6=0,0,-1
+expect_text stdout "note: moved objects lie on others in the same plane (face 1 (line 16) on face 0 (line 6) near"

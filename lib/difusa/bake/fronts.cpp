@@ -1,5 +1,6 @@
 #include <difusa/bake/fronts.h>
 
+#include <difusa/core/text.h>
 #include <difusa/lighting/inside_out.h>
 #include <difusa/repair/coplanar_faces.h>
 #include <difusa/repair/findings.h>
@@ -115,17 +116,37 @@ bool settle_fronts(BakeResult& result, const Choices& choices, const Execution& 
     return true;
 }
 
+void note_coplanar_faces(const BakeResult& result, const Execution& execution) {
+    if (result.files.empty()) {
+        return;
+    }
+    Mesh mesh = result.scene->mesh;
+    const SetApart apart = set_apart(mesh, execution);
+    if (!apart.moved.empty()) {
+        const MovedFace& first = apart.moved.front();
+        execution.note("moved objects lie on others in the same plane (" +
+                       face_name(result.diagnosis, mesh.original_face[first.triangle]) + " on " +
+                       face_name(result.diagnosis, mesh.original_face[first.other]) + " near " +
+                       coordinates(first.place) + (apart.moved.size() > 1 ? "; ..." : "") +
+                       "), where they may see what is behind these: keep them " + text_of(apart.gap) +
+                       " away, or bake the moved scene");
+    }
+}
+
 bool settle_coplanar_faces(BakeResult& result, const Execution& execution) {
     if (result.files.empty()) {
         return false;
     }
-    const SetApart apart = set_apart(result.scene->mesh, execution);
+    Mesh& mesh = result.scene->mesh;
+    const SetApart apart = set_apart(mesh, execution);
+    const auto name = [&](Index triangle) { return face_name(result.diagnosis, mesh.original_face[triangle]); };
+    if (apart.given_up) {
+        add_finding(result, Defect::coplanar_faces_unknown, {name(0) + " near " + coordinates(mesh.corner(0, 0))},
+                    execution);
+    }
     if (apart.moved.empty()) {
         return false;
     }
-    const auto name = [&](Index triangle) {
-        return face_name(result.diagnosis, result.scene->mesh.original_face[triangle]);
-    };
     std::vector<std::string> places;
     for (const MovedFace& face : apart.moved) {
         places.push_back(name(face.triangle) + " on " + name(face.other) + " near " + coordinates(face.place));

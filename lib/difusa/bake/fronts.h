@@ -17,4 +17,8 @@ bool settle_fronts(BakeResult& result, const Choices& choices, const Execution& 
 /// to be lit are compared with. True if the mesh has changed.
 bool settle_coplanar_faces(BakeResult& result, const Execution& execution);
 
+/// Notes where objects that have been moved, of a scene that was read from files, lie on others in the same plane:
+/// there they stay.
+void note_coplanar_faces(const BakeResult& result, const Execution& execution);
+
 } // namespace difusa

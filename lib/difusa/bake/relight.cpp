@@ -291,6 +291,7 @@ class Relighting {
                 marked_[t] = marked_[t] != 0 || !moved.motion.is_identity() ? 1 : 0;
             }
         }
+        note_coplanar_faces(result_, execution_);
         placed.sites->points = moved_points(std::move(placed.sites->points), scene.mesh, marked_);
         return placed;
     }

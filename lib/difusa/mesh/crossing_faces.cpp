@@ -109,46 +109,34 @@ bool triangles_cross(const Corners& p, const Corners& q) {
     return cross(points_of(p), points_of(q));
 }
 
-bool for_each_touching_pair(const Mesh& mesh, double margin, const Execution& execution,
-                            const std::function<void(Index, Index)>& act) {
+std::optional<std::vector<std::array<Index, 2>>> find_crossing_triangles(const Mesh& mesh, const Execution& execution) {
     std::vector<TriangleBox> boxes;
     boxes.reserve(mesh.triangles.size());
-    const Vec3 wider = Vec3::Constant(margin);
     for (Index t = 0; t < mesh.triangles.size(); ++t) {
         const Corners c = mesh.corners(t);
-        boxes.emplace_back(c[0].cwiseMin(c[1]).cwiseMin(c[2]) - wider, c[0].cwiseMax(c[1]).cwiseMax(c[2]) + wider, t);
+        boxes.emplace_back(c[0].cwiseMin(c[1]).cwiseMin(c[2]), c[0].cwiseMax(c[1]).cwiseMax(c[2]), t);
     }
+    std::vector<std::array<Index, 2>> found;
     struct TooMany {};
     const std::size_t most = 1'000'000 + 100 * boxes.size();
     std::size_t pairs = 0;
-    const auto visit = [&](const TriangleBox& a, const TriangleBox& b) {
+    const auto examine = [&](const TriangleBox& a, const TriangleBox& b) {
         if (++pairs > most) {
             throw TooMany();
         }
         if (pairs % 4096 == 0) {
             execution.check();
         }
-        act(a.triangle, b.triangle);
+        if (cross(mesh, a.triangle, b.triangle)) {
+            found.push_back({std::min(a.triangle, b.triangle), std::max(a.triangle, b.triangle)});
+        }
     };
     // Below this many boxes CGAL's algorithm scans instead of dividing: for small boxes a cutoff several times its
     // default is faster.
     constexpr std::ptrdiff_t cutoff = 200;
     try {
-        CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), visit, cutoff);
+        CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), examine, cutoff);
     } catch (const TooMany&) {
-        return false;
-    }
-    return true;
-}
-
-std::optional<std::vector<std::array<Index, 2>>> find_crossing_triangles(const Mesh& mesh, const Execution& execution) {
-    std::vector<std::array<Index, 2>> found;
-    const auto examine = [&](Index s, Index t) {
-        if (cross(mesh, s, t)) {
-            found.push_back({std::min(s, t), std::max(s, t)});
-        }
-    };
-    if (!for_each_touching_pair(mesh, 0.0, execution, examine)) {
         return std::nullopt;
     }
     std::sort(found.begin(), found.end());

@@ -6,7 +6,6 @@
 #include <difusa/mesh/mesh.h>
 
 #include <array>
-#include <functional>
 #include <optional>
 #include <vector>
 
@@ -18,14 +17,9 @@ namespace difusa {
 /// which ends there. Coplanar overlaps are not crossings: neither triangle reaches the other side of the other.
 bool triangles_cross(const std::array<Vec3, 3>& p, const std::array<Vec3, 3>& q);
 
-/// Calls `act(s, t)` for each pair of triangles whose bounding boxes, wider by `margin` on all sides, touch. False if
-/// it gave up because there are more than a million such pairs plus 100 per triangle, as in a fan of very many
-/// triangles around one vertex: then only some of them have been visited. Throws Interrupted.
-bool for_each_touching_pair(const Mesh& mesh, double margin, const Execution& execution,
-                            const std::function<void(Index, Index)>& act);
-
-/// All pairs of triangles that cross, the lower number first, in order. Nothing if there are more pairs than
-/// `for_each_touching_pair` visits: testing each could take hours. Throws Interrupted.
+/// All pairs of triangles that cross, the lower number first, in order. Nothing if the bounding boxes of more than a
+/// million pairs plus 100 per triangle overlap, as in a fan of very many triangles around one vertex: testing each pair
+/// could take hours. Throws Interrupted.
 std::optional<std::vector<std::array<Index, 2>>> find_crossing_triangles(const Mesh& mesh,
                                                                          const Execution& execution = {});
 

@@ -8,7 +8,9 @@
 #include <difusa/io/npz_file.h>
 #include <difusa/io/whole_file.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <optional>
 #include <string_view>
 

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <vector>
 
@@ -115,12 +116,13 @@ class DaylightComputation {
     DaylightCoefficients run() {
         const SystemParts& parts = system_.parts();
         execution_.phase("sky at the sites");
+        openings_ = find_openings();
         const std::vector<SurfacePoint>& points = system_.discretisation().points;
         const SkyBins bins{sky_.count(), [this](const Vec3& towards) { return sky_.at(towards); }};
-        const LightTransport sites = with_skylight(
-            gathered(system_.tracer(), points, *system_.discretisation().surfels, bins, *parts.directions,
-                     options_.site_rays, parts.seed, execution_),
-            system_.tracer(), points, bins, system_.transport().openings, *parts.directions, parts.seed, execution_);
+        const LightTransport sites =
+            with_skylight(gathered(system_.tracer(), points, *system_.discretisation().surfels, bins, *parts.directions,
+                                   options_.site_rays, parts.seed, execution_),
+                          system_.tracer(), points, bins, openings_, *parts.directions, parts.seed, execution_);
         result_.site_rays = sites.rays;
         const auto count = static_cast<Eigen::Index>(sky_.count());
         result_.value.setZero(static_cast<Eigen::Index>(x_.size()), count * channels_);
@@ -136,6 +138,17 @@ class DaylightComputation {
     }
 
   private:
+    /// Those of the transport, which has none where no sky shone, or found again.
+    std::shared_ptr<const SkyOpenings> find_openings() const {
+        const Mesh& mesh = system_.tracer().mesh();
+        if (system_.transport().openings || mesh.mirrors.any() || mesh.repetition.any()) {
+            return system_.transport().openings;
+        }
+        const SystemParts& parts = system_.parts();
+        return SkyOpenings::find(system_.tracer(), system_.discretisation().points, *parts.directions, parts.seed,
+                                 execution_);
+    }
+
     /// The radiosity of the surfels for a radiance of 1 in each of these parts.
     Values reflected(const LightTransport& sites, Eigen::Index first, Eigen::Index end) {
         execution_.phase("solve for the sky");
@@ -177,19 +190,17 @@ class DaylightComputation {
         double scale = 1.0;
     };
 
-    const SkyOpenings& openings() const { return *system_.transport().openings; }
-
     /// At point i, to which the worker's other rays belong.
     Aimed aim(std::size_t i, Worker& worker) const {
         const std::size_t count = SkyOpenings::aimed(options_.rays);
         RandomStream stream(options_.seed, "daylight through openings", i);
-        if (!system_.transport().openings || !worker.view.look(system_.tracer(), openings(), x_[i], count, stream)) {
+        if (!openings_ || !worker.view.look(system_.tracer(), *openings_, x_[i], count, stream)) {
             return {};
         }
         double replaced = 0.0, seen = 0.0; // shares of the hemisphere
         worker.rays.for_each([](const Hit&, double) {},
                              [&](const Vec3& direction, double weight) {
-                                 if (openings().contain(worker.rays.origin(), direction)) {
+                                 if (openings_->contain(worker.rays.origin(), direction)) {
                                      replaced += weight * std::numbers::inv_pi;
                                  }
                              });
@@ -227,7 +238,7 @@ class DaylightComputation {
                 };
                 rays.for_each([&](const Hit& hit, double weight) { on_front(hit, aimed.scale * weight, Rgb::Ones()); },
                               [&](const Vec3& direction, double weight) {
-                                  if (aimed.rays == 0 || !openings().contain(rays.origin(), direction)) {
+                                  if (aimed.rays == 0 || !openings_->contain(rays.origin(), direction)) {
                                       on_sky(direction, aimed.scale * weight, Rgb::Ones());
                                   }
                               });
@@ -262,6 +273,7 @@ class DaylightComputation {
     const DaylightOptions& options_;
     const Execution& execution_;
     const std::vector<SkyCell> cells_;
+    std::shared_ptr<const SkyOpenings> openings_; ///< or null
     Values reflectance_;
     Eigen::Index channels_ = 3;
     DaylightCoefficients result_;

@@ -35,9 +35,9 @@ struct DaylightCoefficients {
 /// and Y' and D' those of fresh rays from the points, one into each cell of about equal solid angle
 /// (SkyDivision::cells). A cell that is all above the plane of a point counts with its exact projected solid angle, the
 /// other ones so that all add up to pi: where nothing is in the way, coefficients of parts above the plane are exact,
-/// and their sum is pi. If the transport has openings (rays/sky_openings.h), further rays are aimed at them, in place
-/// of those that happen to escape there; the others are scaled so that all add up to pi. Columns are solved for
-/// together. Rays on from mirrors are followed.
+/// and their sum is pi. Where the sky is seen through openings (rays/sky_openings.h), further rays are aimed at them,
+/// in place of those that happen to escape there; the others are scaled so that all add up to pi. Columns are solved
+/// for together. Rays on from mirrors are followed.
 ///
 /// `x`: points of the surface, or sensors in mid-air; `reflectance`: of the surfels, #surfels by 1 or 3. The same bits
 /// for any number of threads. Phases: "sky at the sites", "solve for the sky", "sky at the points".

@@ -2,6 +2,7 @@
 
 #include <difusa/core/error.h>
 #include <difusa/core/parallel.h>
+#include <difusa/mesh/shared_area.h>
 #include <difusa/mesh/triangle_tree.h>
 #include <difusa/rays/flat_polygon.h>
 #include <difusa/rays/own_plane.h>
@@ -130,24 +131,6 @@ bool Shafts::may_reach_between(const Vec3& x, const BoxTree::Box& box) const {
     around.extend(x);
     return faces_.visit(around, [](Index, const BoxTree::Box&) { return true; });
 }
-
-namespace {
-
-/// Whether two triangles in one plane with the unit normal n share area: no side of one has the other outside.
-bool share_area(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b, const Vec3& n, double rounding) {
-    const auto has_outside = [&](const std::array<Vec3, 3>& p, const std::array<Vec3, 3>& q) {
-        for (std::size_t k = 0; k < 3; ++k) {
-            const Vec3 inwards = n.cross(p[(k + 1) % 3] - p[k]).normalized();
-            if (std::all_of(q.begin(), q.end(), [&](const Vec3& c) { return inwards.dot(c - p[k]) <= rounding; })) {
-                return true;
-            }
-        }
-        return false;
-    };
-    return !has_outside(a, b) && !has_outside(b, a);
-}
-
-} // namespace
 
 std::vector<std::uint8_t> overlaid_faces(const Mesh& mesh, const Execution& execution) {
     const BoxTree tree = tree_of_triangles(mesh);

@@ -80,7 +80,7 @@ struct DiagnosedMesh {
 ///   crossing-faces-unknown    crossing faces were not searched for, as too many are close together
 ///
 /// Faces that overlap others in the same plane are left to set_apart (repair/coplanar_faces.h), once their fronts are
-/// settled.
+/// settled; it may add points.
 ///
 /// Nothing disappears uncounted: the faces of the file are those with triangles in the mesh plus those counted under
 /// too-few-corners, zero-area-faces and duplicate-faces; the points of the file are those of the mesh plus

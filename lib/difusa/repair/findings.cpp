@@ -59,6 +59,9 @@ constexpr std::array<Wording, static_cast<std::size_t>(Defect::count)> wordings{
     {"inside-out-parts", "connected part inside out", "connected parts inside out", "turned over", true},
     {"coplanar-faces", "face on another one in the same plane", "faces on others in the same plane",
      "moved by a hair: smaller faces to the front, those of closed bodies into them", true},
+    {"coplanar-faces-unknown", "search for faces on others in the same plane",
+     "searches for faces on others in the same plane",
+     "given up, since too many faces are close together, or at a symmetry plane or period", false},
 }};
 
 std::string with_line(const char* kind, std::size_t number, std::uint32_t line) {

@@ -36,6 +36,7 @@ enum class Defect : std::size_t {
     crossing_faces_unknown,
     inside_out_parts,
     coplanar_faces,
+    coplanar_faces_unknown,
     count
 };
 
