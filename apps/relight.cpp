@@ -5,6 +5,7 @@
 
 #include <difusa/bake/lamp_powers.h>
 #include <difusa/bake/relight.h>
+#include <difusa/core/text.h>
 #include <difusa/import/text_scanner.h>
 #include <difusa/output/series_files.h>
 #include <difusa/output/text_table.h>

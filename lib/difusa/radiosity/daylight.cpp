@@ -218,7 +218,8 @@ class DaylightComputation {
             if (!workers[worker]) {
                 workers[worker] = std::make_unique<Worker>(system_.tracer(), sky_, cells_);
             }
-            auto& [rays, view] = *workers[worker];
+            CellRays& rays = workers[worker]->rays;
+            const SkyOpenings::View& view = workers[worker]->view;
             for (std::size_t i = begin; i < last; ++i) {
                 rays.look(x_[i], RandomStream(options_.seed, "daylight", i));
                 const Aimed aimed = aim(i, *workers[worker]);

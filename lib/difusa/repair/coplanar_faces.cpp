@@ -104,9 +104,7 @@ std::optional<std::vector<Overlap>> find_overlaps(const Mesh& mesh, double round
     std::atomic<std::size_t> pairs{0}; // exceeds the limit or not, whatever the order
     parallel_for(count, grain, execution.silent(), [&](std::size_t begin, std::size_t end, unsigned) {
         for (auto a = static_cast<Index>(begin); a < end && pairs <= most; ++a) {
-            if (execution.progress != nullptr) {
-                execution.progress->check();
-            }
+            execution.check();
             std::size_t own = 0;
             const Vec3 margin = Vec3::Constant(rounding);
             const BoxTree::Box box = mesh.box(a);
@@ -260,17 +258,20 @@ class Layers {
 
     /// Pairs of triangles that are the two sides of a sheet: not one of a body and one of the floor that it stands on.
     void find_backs() {
-        std::map<std::array<Index, 3>, Index> first;
+        std::vector<std::pair<std::array<Index, 3>, Index>> sorted; // corners and triangle
+        sorted.reserve(mesh_.triangles.size());
         for (Index t = 0; t < mesh_.triangles.size(); ++t) {
-            std::array<Index, 3> corners = mesh_.triangles[t];
-            std::sort(corners.begin(), corners.end());
-            const auto [known, is_new] = first.emplace(corners, t);
-            if (is_new) {
+            sorted.emplace_back(mesh_.triangles[t], t);
+            std::sort(sorted.back().first.begin(), sorted.back().first.end());
+        }
+        std::sort(sorted.begin(), sorted.end());
+        for (std::size_t i = 1; i < sorted.size(); ++i) {
+            if (sorted[i].first != sorted[i - 1].first) {
                 continue;
             }
-            const Index p = patch(t), q = patch(known->second);
-            if (is_body(t) == is_body(known->second) || std::abs(area_[p] - area_[q]) <= alike * area_[p]) {
-                sheets_.emplace_back(known->second, t);
+            const Index t = sorted[i].second, u = sorted[i - 1].second, p = patch(t), q = patch(u);
+            if (is_body(t) == is_body(u) || std::abs(area_[p] - area_[q]) <= alike * area_[p]) {
+                sheets_.emplace_back(u, t);
                 back_[p] = q;
                 back_[q] = p;
             }
