@@ -30,10 +30,10 @@ using Vec2 = Eigen::Vector2d;
 // A gap is below what counts as touching (wall_rounding in discretisation/separators.h), 2^-21 of the diameter.
 constexpr double layer_of_diameter = 0x1p-20, layer_of_magnitude = 0x1p-37;
 constexpr double gap_of_diameter = 0x1p-22, gap_of_magnitude = 0x1p-38;
-constexpr double in_plane = 0.5;        ///< of the gap: heights that count as none, such as those of single precision
-constexpr double parallel = 1.0 - 1e-6; ///< cosine; corners are compared as well
-constexpr double least_overlap = 1e-3;  ///< of the smaller triangle: neighbours overlap by the rounding of a file
-constexpr double alike = 1e-6;          ///< relative difference of areas that are equal but for rounding
+constexpr double in_plane = 0.5; ///< of the gap: heights that count as none, such as those of single precision
+constexpr double least_cosine = 1.0 - 1e-6; ///< cosine; corners are compared as well
+constexpr double least_overlap = 1e-3;      ///< of the smaller triangle: neighbours overlap by the rounding of a file
+constexpr double equal_areas = 1e-6;        ///< relative difference of areas that are equal but for rounding
 
 /// Two triangles in one plane, and the part that they have in common.
 struct Overlap {
@@ -69,7 +69,7 @@ bool are_in_plane(const Mesh& mesh, Index own, Index other, double rounding) {
 std::optional<Overlap> overlap_of(const Mesh& mesh, Index a, Index b, double rounding) {
     const Vec3& n = mesh.normals[a];
     const double cosine = n.dot(mesh.normals[b]);
-    if (std::abs(cosine) < parallel || !are_in_plane(mesh, a, b, rounding) || !are_in_plane(mesh, b, a, rounding) ||
+    if (std::abs(cosine) < least_cosine || !are_in_plane(mesh, a, b, rounding) || !are_in_plane(mesh, b, a, rounding) ||
         !share_area(mesh.corners(a), mesh.corners(b), n, rounding)) {
         return std::nullopt;
     }
@@ -133,11 +133,11 @@ std::optional<std::vector<Overlap>> find_overlaps(const Mesh& mesh, double round
 }
 
 /// Triangles in sets, numbered from 0 in the order of their first members.
-struct Sets {
+struct NumberedSets {
     std::vector<Index> of; ///< #triangles
     std::size_t count = 0;
 
-    Sets(ParitySets& sets, std::size_t triangles) : of(triangles) {
+    NumberedSets(ParitySets& sets, std::size_t triangles) : of(triangles) {
         std::vector<Index> number(triangles, none);
         for (Index t = 0; t < triangles; ++t) {
             Index& own = number[sets.find(t).root];
@@ -163,7 +163,7 @@ class Layers {
     Layers(const Mesh& mesh, const SetApart& distances, double rounding)
         : mesh_(mesh), twin_(joined_behind(mesh)), layer_(distances.layer), gap_(distances.gap),
           parts_(joined([](Index, Index) { return true; })), patches_(joined([&](Index t, Index u) {
-              return mesh.normals[t].dot(mesh.normals[u]) >= parallel && are_in_plane(mesh, t, u, rounding);
+              return mesh.normals[t].dot(mesh.normals[u]) >= least_cosine && are_in_plane(mesh, t, u, rounding);
           })),
           area_(patches_.count, 0.0), shift_(patches_.count, 0.0), back_(patches_.count, none) {
         for (Index t = 0; t < mesh.triangles.size(); ++t) {
@@ -201,7 +201,7 @@ class Layers {
         for (const auto& [t, u] : sheets_) {
             joined_sets.join(t, u, false);
         }
-        const Sets sets(joined_sets, mesh_.triangles.size());
+        const NumberedSets sets(joined_sets, mesh_.triangles.size());
         std::vector<char> alone(patches_.count, 0);
         for (const Overlap& overlap : overlaps) {
             if (overlap.same_front && sets.of[overlap.a] == sets.of[overlap.b] &&
@@ -225,7 +225,7 @@ class Layers {
         }
     }
 
-    template <class Joins> Sets joined(const Joins& joins) const {
+    template <class Joins> NumberedSets joined(const Joins& joins) const {
         ParitySets sets(mesh_.triangles.size());
         for_each_twin([&](Index t, Index u) {
             if (joins(t, u)) {
@@ -270,7 +270,7 @@ class Layers {
                 continue;
             }
             const Index t = sorted[i].second, u = sorted[i - 1].second, p = patch(t), q = patch(u);
-            if (is_body(t) == is_body(u) || std::abs(area_[p] - area_[q]) <= alike * area_[p]) {
+            if (is_body(t) == is_body(u) || std::abs(area_[p] - area_[q]) <= equal_areas * area_[p]) {
                 sheets_.emplace_back(u, t);
                 back_[p] = q;
                 back_[q] = p;
@@ -292,7 +292,7 @@ class Layers {
         }
         std::vector<std::pair<Index, Index>> contacts;
         for (const auto& [pair, area] : common) {
-            if (area < (1.0 - alike) * area_[pair.second]) {
+            if (area < (1.0 - equal_areas) * area_[pair.second]) {
                 contacts.push_back(pair);
             }
         }
@@ -348,7 +348,7 @@ class Layers {
             behind[rank[p] > rank[q] ? p : q].push_back(rank[p] > rank[q] ? q : p);
         }
         const auto is_larger = [&](Index p, Index q) {
-            return with_tiles[p] > (1.0 + alike) * with_tiles[q] || area_[p] > (1.0 + alike) * area_[q];
+            return with_tiles[p] > (1.0 + equal_areas) * with_tiles[q] || area_[p] > (1.0 + equal_areas) * area_[q];
         };
         std::vector<int> level(patches_.count, 0);
         for (const Index p : order) {
@@ -374,7 +374,7 @@ class Layers {
     const Mesh& mesh_;
     const std::vector<Index> twin_;
     const double layer_, gap_;
-    const Sets parts_, patches_;
+    const NumberedSets parts_, patches_;
     std::vector<char> is_body_;                   ///< #parts
     std::vector<double> area_;                    ///< #patches
     std::vector<double> shift_;                   ///< #patches
