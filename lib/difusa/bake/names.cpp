@@ -23,10 +23,7 @@ std::string unknown_name(const std::string& what, const std::string& name, const
 }
 
 std::vector<std::string> names_of_materials_in_use(const Scene& scene) {
-    std::vector<char> used(scene.materials.size(), 0);
-    for (const Index m : scene.mesh.material) {
-        used[m] = 1;
-    }
+    const std::vector<char> used = scene.used_materials();
     std::vector<std::string> names;
     for (std::size_t m = 0; m < used.size(); ++m) {
         if (used[m] != 0) {

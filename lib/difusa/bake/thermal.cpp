@@ -316,13 +316,10 @@ void find_temperatures(BakeResult& result, const LightingOptions& options, const
     if (!scene.thermal) {
         return;
     }
-    std::vector<char> occurs(scene.materials.size(), 0);
-    for (const Index m : scene.mesh.material) {
-        occurs[m] = 1;
-    }
+    const std::vector<char> used = scene.used_materials();
     std::vector<Index> found;
-    for (Index m = 0; m < occurs.size(); ++m) {
-        if (occurs[m] != 0 && is_body(scene.materials[m])) {
+    for (Index m = 0; m < used.size(); ++m) {
+        if (used[m] != 0 && is_body(scene.materials[m])) {
             found.push_back(m);
         }
     }
