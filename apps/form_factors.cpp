@@ -15,6 +15,7 @@
 #include <difusa/output/form_factor_files.h>
 #include <difusa/plugin/registry.h>
 #include <difusa/rays/visibility_choice.h>
+#include <difusa/repair/covered_parts.h>
 #include <difusa/repair/diagnosis.h>
 
 #include <algorithm>
@@ -24,6 +25,7 @@
 #include <iostream>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace form_factors {
@@ -234,7 +236,12 @@ Input read(const Arguments& a, const difusa::Registry& registry, const difusa::E
     for (const std::string& what : soup.notes) {
         execution.note(what);
     }
-    for (const difusa::Finding& finding : diagnosed.diagnosis.findings) {
+    std::vector<difusa::Finding> findings = diagnosed.diagnosis.findings;
+    for (difusa::Finding& finding :
+         difusa::findings_of(difusa::leave_out_covered(scene.mesh, execution), diagnosed.diagnosis)) {
+        findings.push_back(std::move(finding));
+    }
+    for (const difusa::Finding& finding : findings) {
         input.has_borders = input.has_borders || finding.code == "border-edges";
         if (const std::string remark = finding.remark(); !remark.empty()) {
             execution.note(finding.repaired ? remark : finding.message());

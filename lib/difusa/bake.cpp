@@ -121,6 +121,17 @@ Placed place_evenly(const Stage& stage, BakeResult& result, const Choices& choic
                                });
 }
 
+/// Chooses the spacing, and refuses what would otherwise be refused only after the pilots, if they are to come to
+/// BakeOptions::sites.
+void check_before_pilots(const Stage& stage, BakeResult& result, const Choices& choices, const Execution& execution) {
+    execution.phase("place sites");
+    choose_spacing(result, choices, stage.lit, execution);
+    if (result.options.sites > 0) {
+        BakeResult trial = result;
+        check_request(trial, choices, stage.lights, trial.options.sites, execution.silent());
+    }
+}
+
 /// Places the sites and solves. `known`, if not null: what an earlier bake of the scene tells, if there is one; then
 /// what this one does.
 void solve_on(const Stage& stage, BakeResult& result, const Choices& choices, std::optional<Judged>* known,
@@ -131,6 +142,7 @@ void solve_on(const Stage& stage, BakeResult& result, const Choices& choices, st
         if (!result.options.adaptive) {
             return place_evenly(stage, result, choices, execution);
         }
+        check_before_pilots(stage, result, choices, execution);
         if (is_subdivided(*choices.elements.basis, result.options)) {
             return place_elements(result, stage.registry, choices, stage.lit, stage.tracer, execution);
         }

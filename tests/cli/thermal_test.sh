@@ -108,3 +108,32 @@ sed 's/"temperature": 300/"net_flux": -2000/; s/"heat": 0/"temperature": 300/' s
 expect_refusal 2 "more heat is drawn from the material side than arrives" "$bake" drawn.json out.vtp $quick
 expect_refusal 2 "more heat is drawn from surface side" "$factors" drawn.json out.csv --surfaces material --thermal \
     heat2.csv --tolerance 1e-3
+
+# A crate on the floor and a rug beside it, in a closed room: what they cover radiates nothing, and where all is equally
+# warm, nothing exchanges heat with the surroundings, which are cold.
+awk 'NR > 2 && NR < 11 { print } NR == 1 { print; print "20 13 0" }
+     NR == 10 {
+         for (z = 0; z <= 0.3; z += 0.3) {
+             print 0.2, 0.2, z; print 0.5, 0.2, z; print 0.5, 0.6, z; print 0.2, 0.6, z
+         }
+         print 0.6, 0.2, 0; print 0.9, 0.2, 0; print 0.9, 0.8, 0; print 0.6, 0.8, 0
+     }
+     NR > 10 { print }
+     END {
+         print "4 8 11 10 9\n4 12 13 14 15\n4 8 9 13 12\n4 9 10 14 13\n4 10 11 15 14\n4 11 8 12 15\n4 16 17 18 19"
+     }' cube.off >furnished.off
+cat >furnished.json <<"END"
+{"difusa_scene": 1, "meshes": [{"name": "room", "file": "furnished.off", "material": "all"}],
+ "materials": {"all": {"emissivity": 0.8, "temperature": 1000}}, "surroundings": {"temperature": 300}}
+END
+expect_exit 0 "$factors" furnished.json ff.csv --thermal heat.csv
+expect_text stderr "2 faces covered, at least in part, by others in the same plane: what is covered was left out"
+# Of 6.3 m² of 45 kW/m² each, an error of 1e-6 in each of 12 factors of a row.
+awk -F, '/surroundings/ { if ($8 * $8 > (6.3 * 45000 * 12e-6) ^ 2) exit 1 }' heat.csv || fail "$(cat heat.csv)"
+expect_exit 0 "$bake" furnished.json furnished.ply $quick --save-transport furnished.difusa
+expect_text stdout "faces covered, at least in part" "to backs and lost between mirrors 0;"
+expect_no_text stdout "ends on the backs"
+expect_exit 0 "$relight" furnished.difusa again.ply
+expect_same_field furnished.ply again.ply
+expect_refusal 1 "what they cover, which radiates nothing, was left out" "$relight" furnished.difusa out.ply \
+    --move 6-11=0.1,0,0

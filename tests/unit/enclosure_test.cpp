@@ -253,6 +253,15 @@ TEST(Enclosure, RefusesWhatItCannotSolve) {
         EXPECT_NE(text.find(part), std::string::npos) << text;
     };
     contains(refused(thermal_scene(test::grid(1, 1), {at_temperature(300, 0.5, "plate")})), "the enclosure is open");
+    // What errors add to a row sum is no opening.
+    Scene cube = thermal_scene(test::closed_cube(), std::vector<Material>(6, at_temperature(300, 0.5)));
+    settle_thermal(cube);
+    const Surfaces surfaces = surfaces_by_material(cube.mesh, cube.materials);
+    FormFactors rough = factors_of(cube, surfaces, 1e-6);
+    for (double& factor : rough.rows[0].factor) {
+        factor *= 1.002;
+    }
+    contains(test::refusal_of([&] { solve(cube, rough, surfaces); }, "rough factors"), "give a smaller --tolerance");
     contains(refused(thermal_scene(test::mirrored_plates(1.0),
                                    {at_temperature(300, 0.5), at_temperature(400, 0.5), test::perfect_mirror()})),
              "the material mirror is a mirror");
@@ -260,6 +269,12 @@ TEST(Enclosure, RefusesWhatItCannotSolve) {
              "the temperatures are not determined");
     contains(refused(thermal_scene(test::closed_cube(), std::vector<Material>(6, with_heat(0.0, 1.0)), 300.0)),
              "the temperatures are not determined");
+    // Heat that is supplied, or drawn, and can only go where errors of the factors lead it.
+    for (const double heat : {5.0, -5.0}) {
+        std::vector<Material> heated(6, with_net_flux(0.0, 0.8));
+        heated[2] = with_heat(heat, 0.8);
+        contains(refused(thermal_scene(test::closed_cube(), heated, 300.0)), "the temperatures are not determined");
+    }
     std::vector<Material> drawn(6, at_temperature(300, 0.9));
     drawn[2] = with_net_flux(-450.0, 0.9, "sink");
     contains(refused(thermal_scene(test::closed_cube(), drawn)), "more heat is drawn from surface sink");

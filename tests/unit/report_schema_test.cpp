@@ -56,7 +56,7 @@ BakeOptions much() {
     BakeOptions options;
     options.light_groups = true;
     options.goals = {{"red wall", {"red"}, {}, {}}, {"desk", {}, {}, {{Vec3(0.3, 0.0, 0.3), Vec3::UnitY()}}}};
-    options.target = ErrorTarget{1e-3, 200, 1e9, true};
+    options.target = ErrorTarget{2e-2, 120, 1e9, true};
     options.suns = {{Vec3(0.0, 0.3, -1.0).normalized(), Rgb::Constant(3.0)}};
     return options;
 }

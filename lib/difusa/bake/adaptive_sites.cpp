@@ -94,11 +94,9 @@ std::optional<Judged> judged_by(const BakeResult& result, const Placed& placed, 
                        execution);
 }
 
-std::optional<Placed> place_adaptively(BakeResult& result, const Registry& registry, const Choices& choices,
+std::optional<Placed> place_adaptively(const BakeResult& result, const Registry& registry, const Choices& choices,
                                        const LitSurface& lit, const Tracer& tracer, const std::optional<Judged>& known,
                                        const Execution& execution) {
-    execution.phase("place sites");
-    choose_spacing(result, choices, lit, execution);
     const Mesh& mesh = result.scene->mesh;
     const double largest = result.options.spacing / std::sqrt(pilot_shares.front());
     Journal savings; // of sites on dark surfaces, unless all are placed evenly

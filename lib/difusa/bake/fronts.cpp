@@ -3,6 +3,7 @@
 #include <difusa/core/text.h>
 #include <difusa/lighting/inside_out.h>
 #include <difusa/repair/coplanar_faces.h>
+#include <difusa/repair/covered_parts.h>
 #include <difusa/repair/findings.h>
 
 #include <string>
@@ -64,9 +65,8 @@ void note_faults(const BakeResult& result, const FrontVerdict& verdict, FrontFau
     }
 }
 
-void add_finding(BakeResult& result, Defect defect, std::vector<std::string> places, const Execution& execution) {
-    const std::size_t count = places.size();
-    result.diagnosis.findings.push_back(finding_of(defect, count, std::move(places)));
+void add_finding(BakeResult& result, Finding finding, const Execution& execution) {
+    result.diagnosis.findings.push_back(std::move(finding));
     if (execution.progress != nullptr) {
         execution.progress->remark(result.diagnosis.findings.back().message());
     }
@@ -112,7 +112,8 @@ bool settle_fronts(BakeResult& result, const Choices& choices, const Execution& 
         }
     }
     mesh.derive();
-    add_finding(result, Defect::inside_out_parts, std::move(places), execution);
+    const std::size_t count = places.size();
+    add_finding(result, finding_of(Defect::inside_out_parts, count, std::move(places)), execution);
     return true;
 }
 
@@ -123,11 +124,9 @@ void note_coplanar_faces(const BakeResult& result, const Execution& execution) {
     Mesh mesh = result.scene->mesh;
     const SetApart apart = set_apart(mesh, execution);
     if (!apart.moved.empty()) {
-        const MovedFace& first = apart.moved.front();
         execution.note("moved objects lie on others in the same plane (" +
-                       face_name(result.diagnosis, mesh.original_face[first.triangle]) + " on " +
-                       face_name(result.diagnosis, mesh.original_face[first.other]) + " near " +
-                       coordinates(first.place) + (apart.moved.size() > 1 ? "; ..." : "") +
+                       places_of({apart.moved.front()}, " on ", result.diagnosis).front() +
+                       (apart.moved.size() > 1 ? "; ..." : "") +
                        "), where they may see what is behind these: keep them " + text_of(apart.gap) +
                        " away, or bake the moved scene");
     }
@@ -138,21 +137,22 @@ bool settle_coplanar_faces(BakeResult& result, const Execution& execution) {
         return false;
     }
     Mesh& mesh = result.scene->mesh;
+    if (result.scene->thermal) { // what is covered would radiate
+        const CoveredParts covered = leave_out_covered(mesh, execution);
+        for (Finding& finding : findings_of(covered, result.diagnosis)) {
+            add_finding(result, std::move(finding), execution);
+        }
+        return !covered.cut.empty();
+    }
     const SetApart apart = set_apart(mesh, execution);
-    const auto name = [&](Index triangle) { return face_name(result.diagnosis, mesh.original_face[triangle]); };
     if (apart.given_up) {
-        add_finding(result, Defect::coplanar_faces_unknown, {name(0) + " near " + coordinates(mesh.corner(0, 0))},
-                    execution);
+        add_finding(result, finding_of(Defect::coplanar_faces_unknown, 1, {}), execution);
     }
-    if (apart.moved.empty()) {
-        return false;
+    if (!apart.moved.empty()) {
+        std::vector<std::string> places = places_of(apart.moved, " on ", result.diagnosis);
+        add_finding(result, finding_of(Defect::coplanar_faces, places.size(), std::move(places)), execution);
     }
-    std::vector<std::string> places;
-    for (const MovedFace& face : apart.moved) {
-        places.push_back(name(face.triangle) + " on " + name(face.other) + " near " + coordinates(face.place));
-    }
-    add_finding(result, Defect::coplanar_faces, std::move(places), execution);
-    return true;
+    return !apart.moved.empty();
 }
 
 } // namespace difusa

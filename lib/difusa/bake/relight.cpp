@@ -251,8 +251,11 @@ class Relighting {
             }
             mesh.derive();
         }
-        if (possible) {
-            settle_coplanar_faces(result_, execution_);
+        const bool is_changed = possible && settle_coplanar_faces(result_, execution_);
+        if (is_changed && result_.scene->thermal && !how_.moves.empty()) {
+            throw UsageError("--move: faces of " + result_.file +
+                             " touch others, and what they cover, which radiates nothing, was left out of the surface: "
+                             "where the object was, a hole would remain; bake the moved scene");
         }
         if (!saved_.moved.empty() || !how_.moves.empty()) {
             unmoved_ = std::make_shared<Mesh>(mesh);

@@ -30,10 +30,8 @@ BakeOptions patch_pilot_options(const BakeOptions& options) {
 
 } // namespace
 
-Placed place_elements(BakeResult& result, const Registry& registry, const Choices& choices, const LitSurface& lit,
+Placed place_elements(const BakeResult& result, const Registry& registry, const Choices& choices, const LitSurface& lit,
                       const Tracer& tracer, const Execution& execution) {
-    execution.phase("place sites");
-    choose_spacing(result, choices, lit, execution);
     const BakeOptions& options = result.options;
     const Mesh& mesh = result.scene->mesh;
     const Execution silent = execution.silent();

@@ -8,14 +8,24 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <numeric>
 
 namespace difusa {
 
 namespace {
 
 constexpr double largest_gap = 1e-3; ///< of a row sum to 1 without surroundings: more is an opening
-constexpr double least_rcond = 1e-13;
+constexpr double rounding = 1e-12;   ///< of a row sum
+
+const char* const undetermined =
+    "the temperatures are not determined: some surfaces exchange heat neither with a fixed temperature nor with the "
+    "surroundings, but for what errors of the form factors make up; fix the temperature of one of them, or, if they do "
+    "exchange some, give a smaller --tolerance";
+
+/// What the estimated errors of a row may add to its sum.
+double error_of_row_sum(const FormFactors::Row& row) {
+    return std::accumulate(row.error.begin(), row.error.end(), rounding);
+}
 
 /// The unknowns are the radiosities of the surfaces and then the powers of the bodies.
 class EnclosureSystem {
@@ -40,13 +50,14 @@ class EnclosureSystem {
     /// The temperatures of the bodies go to `scene`.
     Enclosure solve(Scene& scene, const std::vector<std::string>& name) {
         const Eigen::PartialPivLU<Eigen::MatrixXd> solver(matrix_);
-        if (!(solver.rcond() > least_rcond)) {
-            throw InputError("the temperatures are not determined: some surfaces exchange heat neither with a fixed "
-                             "temperature nor with the surroundings; fix the temperature of one of them");
+        const Eigen::MatrixXd inverse = solver.inverse().cwiseAbs();
+        // With other errors as large the matrix may be singular: |M^-1| dM has a norm of 1.
+        if (!((inverse * defect_of([&](std::size_t i) { return error_of_row_sum(F_.rows[i]); })).maxCoeff() < 1.0)) {
+            throw InputError(undetermined);
         }
         x_ = solver.solve(right_);
         set_bodies(scene);
-        find_errors(solver);
+        errors_ = inverse * defect_of([&](std::size_t i) { return irradiation_error(i); });
         Enclosure enclosure;
         for (std::size_t i = 0; i < F_.size(); ++i) {
             enclosure.surfaces.push_back(surface(scene, i, name[i]));
@@ -109,12 +120,13 @@ class EnclosureSystem {
         return sum;
     }
 
-    /// |M^-1| times what the errors of F make of the equations.
-    void find_errors(const Eigen::PartialPivLU<Eigen::MatrixXd>& solver) {
-        Eigen::VectorXd defect = Eigen::VectorXd::Zero(x_.size());
+    /// What is missing from the equations if as much as `error` tells of it is missing from the irradiation of each
+    /// surface.
+    template <class Error> Eigen::VectorXd defect_of(const Error& error) const {
+        Eigen::VectorXd defect = Eigen::VectorXd::Zero(right_.size());
         std::vector<double> absorbing(scene_.materials.size(), 0.0), missed(absorbing);
         for (std::size_t i = 0; i < F_.size(); ++i) {
-            const double own = irradiation_error(i);
+            const double own = error(i);
             defect[row(i)] = material(i).reflectance[0] * own;
             if (body_[material_[i]] != none) {
                 const double weight = F_.area[i] * material(i).thermal->emissivity;
@@ -125,7 +137,7 @@ class EnclosureSystem {
         for (const Index m : bodies_) {
             defect[body_row(m)] = missed[m] / absorbing[m];
         }
-        errors_ = solver.inverse().cwiseAbs() * defect;
+        return defect;
     }
 
     EnclosureSurface surface(const Scene& scene, std::size_t i, const std::string& name) const {
@@ -175,11 +187,17 @@ void check_enclosure(const Scene& scene, const FormFactors& F, const std::vector
                              "bake_radiosity, whose rays do");
         }
         const double sum = F.row_sum(i);
-        if (!scene.thermal->surroundings && !(std::abs(1.0 - sum) <= largest_gap)) {
-            throw InputError("the form factors of surface " + name[i] + " sum to " + text_of(sum) +
-                             ": the enclosure is open, or shows the backs of faces; say how warm the surroundings are, "
-                             "\"surroundings\": {\"temperature\": 293.15}, or close it");
+        if (scene.thermal->surroundings || std::abs(1.0 - sum) <= largest_gap) {
+            continue;
         }
+        if (const double error = error_of_row_sum(F.rows[i]); sum > 1.0 || 1.0 - sum <= error) {
+            throw InputError("the form factors of surface " + name[i] + " sum to " + text_of(sum) +
+                             ", because of their errors, of " + text_of(error) +
+                             " by estimate: give a smaller --tolerance, or make the sums 1 with --close");
+        }
+        throw InputError("the form factors of surface " + name[i] + " sum to " + text_of(sum) +
+                         ": the enclosure is open, or shows the backs of faces; say how warm the surroundings are, "
+                         "\"surroundings\": {\"temperature\": 293.15}, or close it");
     }
 }
 

@@ -62,6 +62,8 @@ constexpr std::array<Wording, static_cast<std::size_t>(Defect::count)> wordings{
     {"coplanar-faces-unknown", "search for faces on others in the same plane",
      "searches for faces on others in the same plane",
      "given up, since too many faces are close together, or at a symmetry plane or period", false},
+    {"covered-parts", "face covered, at least in part, by another one in the same plane",
+     "faces covered, at least in part, by others in the same plane", "what is covered was left out", true},
 }};
 
 std::string with_line(const char* kind, std::size_t number, std::uint32_t line) {

@@ -37,6 +37,7 @@ enum class Defect : std::size_t {
     inside_out_parts,
     coplanar_faces,
     coplanar_faces_unknown,
+    covered_parts,
     count
 };
 
