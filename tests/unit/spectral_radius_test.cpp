@@ -45,6 +45,17 @@ TEST(SpectralRadius, OfSeparateRoomsIsThatOfTheWorst) {
     EXPECT_NEAR(spectral_radius(DenseOperator(K), 40, 0.0, Execution{}), 1.3, 1e-12);
 }
 
+/// The constant vector is an eigenvector, but not of the largest eigenvalue, which belongs to few unknowns.
+TEST(SpectralRadius, OfAGapIsFound) {
+    for (const Eigen::Index n : {30, 3000}) {
+        Eigen::MatrixXd K = Eigen::MatrixXd::Constant(n, n, 0.9 / static_cast<double>(n - 2));
+        K.rightCols(2).setZero();
+        K.bottomLeftCorner(2, n - 2).setZero();
+        K.bottomRightCorner(2, 2) << 0.9 + 0.15, -0.15, -0.15, 0.9 + 0.15; // eigenvalues 0.9 and 1.2
+        EXPECT_NEAR(spectral_radius(DenseOperator(K), 40, 1e-5, Execution{}), 1.2, 1e-9) << n;
+    }
+}
+
 TEST(SpectralRadius, EndsEarlyWhereTheEstimateHasSettled) {
     RandomStream random(2, "matrix");
     const Eigen::MatrixXd K = test::random_nonnegative(200, 0.5, random);

@@ -3,6 +3,7 @@
 #include <difusa/algebra/dense.h>
 #include <difusa/algebra/vector_blocks.h>
 #include <difusa/core/error.h>
+#include <difusa/core/random.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,14 +14,14 @@ namespace difusa {
 namespace {
 
 constexpr Eigen::Index agreeing = 3; ///< further steps that must confirm an estimate
+constexpr double noise = 0.5;        ///< of the start, beside a constant
+constexpr double near_one = 1e-3;    ///< of a radius for which it matters on which side of 1 it is
 
-} // namespace
-
-double spectral_radius(const LinearOperator& T, int steps, double tolerance, const Execution& execution) {
-    DIFUSA_REQUIRE(T.rows() == T.columns());
-    const auto n = static_cast<Eigen::Index>(T.rows());
-    const auto m = std::min<Eigen::Index>(steps, n);
-    std::vector<Eigen::VectorXd> V{Eigen::VectorXd::Ones(n).normalized()};
+/// From one vector.
+double radius_from(const Eigen::VectorXd& start, const LinearOperator& T, int steps, double tolerance,
+                   const Execution& execution) {
+    const Eigen::Index m = std::min<Eigen::Index>(steps, start.size());
+    std::vector<Eigen::VectorXd> V{start.normalized()};
     Eigen::MatrixXd H = Eigen::MatrixXd::Zero(m + 1, m);
     Eigen::Index agreed = 0;
     double radius = 0.0;
@@ -44,6 +45,23 @@ double spectral_radius(const LinearOperator& T, int steps, double tolerance, con
         V.emplace_back(w / H(k + 1, k));
     }
     return radius;
+}
+
+} // namespace
+
+double spectral_radius(const LinearOperator& T, int steps, double tolerance, const Execution& execution) {
+    DIFUSA_REQUIRE(T.rows() == T.columns());
+    const Eigen::VectorXd ones = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(T.rows()));
+    Eigen::VectorXd start = ones;
+    RandomStream random(0, "spectral radius");
+    for (double& each : start) {
+        each += noise * (2.0 * random.uniform() - 1.0);
+    }
+    const double radius = radius_from(start, T, steps, tolerance, execution);
+    if (std::abs(radius - 1.0) > near_one) {
+        return radius;
+    }
+    return std::max(radius, radius_from(ones, T, steps, tolerance, execution));
 }
 
 } // namespace difusa
