@@ -1,3 +1,4 @@
+#include <difusa/core/error.h>
 #include <difusa/rays/direction_pool.h>
 #include <difusa/rays/directions.h>
 #include <difusa/study/references/form_factors.h>
@@ -259,6 +260,28 @@ TEST(DirectionPool, KeepsFixedSetsAndMakesWeightsSumToExactlyOne) {
 }
 
 /// One in each ring of equal area around the normal; neighbours in that order a golden angle apart.
+/// One direction, along z, or what a faulty plugin makes of it.
+class Faulty final : public Directions {
+  public:
+    Faulty(const Vec3& direction, double weight) : set_{{direction}, {weight}} {}
+    DirectionSet make(std::size_t, RandomStream) const override { return set_; }
+
+  private:
+    DirectionSet set_;
+};
+
+TEST(DirectionPool, RefusesDirectionsThatAreNone) {
+    EXPECT_NO_THROW(DirectionPool(Faulty(Vec3::UnitZ(), 1.0), 1, 1));
+    const double not_a_number = std::nan("");
+    for (const Vec3& wrong :
+         {Vec3(0, 0, -1), Vec3(1, 0, 0), Vec3(0, 0, 2), Vec3(0, 0, not_a_number), Vec3(0.1, 0, 1)}) {
+        EXPECT_THROW(DirectionPool(Faulty(wrong, 1.0), 1, 1), InternalError) << wrong.transpose();
+    }
+    for (const double wrong : {0.0, -1.0, 0.9, 2.0, not_a_number}) {
+        EXPECT_THROW(DirectionPool(Faulty(Vec3::UnitZ(), wrong), 1, 1), InternalError) << wrong;
+    }
+}
+
 TEST(Fibonacci, IsASpiralOfGoldenAngles) {
     for (const std::size_t count : {1U, 7U, 100U, 4096U}) {
         const DirectionSet set = make("fibonacci", count, 3);

@@ -101,6 +101,23 @@ TEST(RegistryTest, MakesAPluginWithItsParameters) {
     EXPECT_EQ(registry.find("basis", "well-made"), nullptr);
 }
 
+TEST(RegistryTest, NamesThePluginThatCannotBeMade) {
+    Registry registry;
+    ASSERT_TRUE(registry.add(test::test_module("well_made")));
+    try {
+        (void)registry.create<Kernel>("well-made:times=9");
+        ADD_FAILURE() << "it was made";
+    } catch (const difusa::InternalError& error) {
+        EXPECT_THAT(error.what(), AllOf(HasSubstr("kernel well-made ("), HasSubstr("well_made.so"),
+                                        HasSubstr("cannot be made: no licence")));
+    }
+}
+
+TEST(RegistryTest, RefusesProgramsOfAnotherBuild) {
+    EXPECT_GT(Registry::load().plugins().size(), 10U);
+    EXPECT_THROW(Registry::load({}, "interface=8;library=libstdc++1;eigen=3.4.0/32/32/0"), difusa::UsageError);
+}
+
 TEST(RegistryTest, ObjectsOutliveTheRegistry) {
     std::shared_ptr<Kernel> kernel;
     {

@@ -516,6 +516,11 @@ TEST(Sensors, UnsoundOnesAndPointsInMidAirAreRefused) {
 
     const SurfacePoint in_mid_air;
     EXPECT_THROW(result.field().at({&in_mid_air, 1}, 0, 1, "place", Execution{}), UsageError);
+    EXPECT_THROW(result.field().evaluate_smooth({&in_mid_air, 1}, Execution{}), UsageError);
+    EXPECT_THROW(result.field().evaluate({&in_mid_air, 1}, 1, "place", Execution{}), UsageError);
+    EXPECT_TRUE(
+        result.system->solve(std::span<const std::shared_ptr<const Scene>>(), LightingOptions{}, Execution{}).empty());
+    EXPECT_THROW(result.system->solve(nullptr, LightingOptions{}, Execution{}), UsageError);
     Scene without = *result.scene;
     without.materials.clear();
     EXPECT_THROW(result.system->solve(std::make_shared<const Scene>(without), LightingOptions{}, Execution{}),

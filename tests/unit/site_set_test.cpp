@@ -1,3 +1,4 @@
+#include <difusa/core/error.h>
 #include <difusa/discretisation/site_set.h>
 
 #include <support/rooms.h>
@@ -112,6 +113,21 @@ TEST(SiteSet, ALoneSiteCoversItsRegion) {
     const Mesh mesh = test::box(Vec3(1, 2, 3));
     const SiteSet sites = make_site_set(mesh, {mesh.at(0, 0.1, 0.1)}, 1e-3, 10, Execution{});
     EXPECT_GE(sites.radius[0], Vec3(0, 2, 3).norm());
+}
+
+TEST(SiteSet, RefusesPointsThatAreNotOnTheSurface) {
+    const Mesh mesh = test::box(1.0);
+    const SurfacePoint sound = mesh.at(3, 0.2, 0.3);
+    EXPECT_NO_THROW(make_site_set(mesh, {sound}, 0.1, 10, Execution{}));
+    EXPECT_THROW(make_site_set(mesh, {}, 0.1, 10, Execution{}), UsageError);
+    std::vector<SurfacePoint> wrong(4, sound);
+    wrong[0].face = none;
+    wrong[1].face = static_cast<Index>(mesh.triangles.size());
+    wrong[2].position += Vec3(0.0, 1e-4, 0.0);
+    wrong[3].position.x() = std::nan("");
+    for (const SurfacePoint& each : wrong) {
+        EXPECT_THROW(make_site_set(mesh, {sound, each}, 0.1, 10, Execution{}), UsageError);
+    }
 }
 
 TEST(SiteSet, MeansAreBySitesAreas) {

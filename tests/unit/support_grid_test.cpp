@@ -1,5 +1,6 @@
 #include "support/sanitized.h"
 
+#include <difusa/core/error.h>
 #include <difusa/discretisation/support_grid.h>
 
 #include <support/rooms.h>
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 namespace difusa::support_grid_test {
@@ -101,7 +103,48 @@ TEST(SupportGrid, KnowsPlaceNormalAndReachOfItsCandidates) {
         EXPECT_EQ(c.support_squared, sites.radius[i] * sites.radius[i]);
     }
     EXPECT_TRUE(grid.near(Vec3(0, 0, 0), 0).empty()) << "the centre is not on the sphere";
-    EXPECT_TRUE(grid.near(sites.points[0].position, 1).empty()) << "no such region";
+}
+
+/// Sites a hundred thousand times as dense as others, on a separate surface and on the same one: the work for each site
+/// stays what it is for even ones, where supports of twice the cells' size overlap about 25 of them.
+TEST(SupportGrid, IsAsLargeAsItsSitesAreMany) {
+    const auto expect_small = [](const Mesh& mesh, const SiteSet& sites, const std::vector<double>& support) {
+        const SupportGrid grid(mesh, sites, support);
+        EXPECT_LE(grid.pair_count(), 100 * sites.size());
+        expect_complete(mesh, sites, support, test::random_points(mesh, 300, RandomStream(5, "probes")));
+    };
+    const Mesh small = test::moved(test::grid(2, 2), 1e-5, Vec3(3, 0, 0)), large = test::grid(2, 2);
+    const std::vector<SurfacePoint> dense = test::poisson_sites(small, 2e-7).points;
+    std::vector<SurfacePoint> points = test::poisson_sites(large, 0.05).points;
+    ASSERT_GT(dense.size(), points.size());
+    const auto offset = static_cast<Index>(large.triangles.size());
+    for (SurfacePoint each : dense) {
+        each.face += offset;
+        points.push_back(each);
+    }
+    const Mesh both = test::together(large, small);
+    const SiteSet apart = make_site_set(both, points, 0.05, 8, Execution{1});
+    expect_small(both, apart, apart.radius);
+    points.resize(points.size() - dense.size());
+    const double at = 0.3; // the same cluster on the large one
+    for (const SurfacePoint& each : dense) {
+        SurfacePoint moved = large.at(0, at, at);
+        moved.u += each.position.x() - 3.0;
+        moved.v += each.position.y();
+        points.push_back(large.at(0, moved.u, moved.v));
+    }
+    const SiteSet within = make_site_set(large, points, 0.05, 8, Execution{1});
+    expect_small(large, within, within.radius);
+}
+
+TEST(SupportGrid, RefusesSupportsThatAreNone) {
+    const Mesh mesh = test::box(1.0);
+    const SiteSet sites = test::poisson_sites(mesh, 0.3);
+    for (const double wrong : {0.0, -1.0, std::numeric_limits<double>::infinity(), std::nan("")}) {
+        std::vector<double> support = sites.radius;
+        support.back() = wrong;
+        EXPECT_THROW(SupportGrid(mesh, sites, support), UsageError) << wrong;
+    }
 }
 
 } // namespace

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <difusa/algebra/wide_vectors.h>
+#include <difusa/core/progress.h>
 #include <difusa/core/types.h>
 
 #include <algorithm>

@@ -150,7 +150,7 @@ bool settle_coplanar_faces(BakeResult& result, const Execution& execution) {
     }
     if (!apart.moved.empty()) {
         std::vector<std::string> places = places_of(apart.moved, " on ", result.diagnosis);
-        add_finding(result, finding_of(Defect::coplanar_faces, places.size(), std::move(places)), execution);
+        add_finding(result, finding_of(Defect::coplanar_faces, apart.moved.size(), std::move(places)), execution);
     }
     return !apart.moved.empty();
 }

@@ -111,6 +111,9 @@ std::vector<SurfacePoint> lit_points(const BakeResult& result, const Choices& ch
     std::vector<SurfacePoint> points = choices.sampler->sample(
         mesh, choices.engine.get(), spacing, most_sites_now(execution), RandomStream(options.seed, "sites"), execution);
     const std::size_t all = points.size();
+    if (all == 0) {
+        throw UsageError("the sampler " + options.sampler + " has placed no sites");
+    }
     std::erase_if(points, [&](const SurfacePoint& x) { return lit.dark[mesh.region[x.face]] != 0; });
     if (points.empty()) {
         throw InputError(result.file + ": the observer of the sampler " + options.sampler +

@@ -44,7 +44,8 @@ class PointBasis : public Basis {
     /// Called by `bind` before any evaluation, to precompute what the basis derives from all of its sites.
     virtual void prepare(const SiteSet& /*sites*/) {}
 
-    /// Euclidean radius beyond which an element of radius r vanishes.
+    /// Euclidean radius beyond which an element of radius r vanishes: finite and above 0, else `bind` throws
+    /// UsageError.
     virtual double support(double r) const = 0;
 
     /// Writes the mother function's value Psi_i(x) for each neighbour. If the basis sums to one, only their ratios

@@ -2,12 +2,14 @@
 
 #include <difusa/core/error.h>
 #include <difusa/core/parallel.h>
+#include <difusa/core/text.h>
 #include <difusa/mesh/point_tree.h>
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <string>
 #include <utility>
 
 namespace difusa {
@@ -86,11 +88,27 @@ void sort_along_z_curve(const Mesh& mesh, std::vector<SurfacePoint>& points) {
     points = std::move(sorted);
 }
 
+void check_points(const Mesh& mesh, const std::vector<SurfacePoint>& points) {
+    if (points.empty()) {
+        throw UsageError("there are no sites: the sampler has placed none");
+    }
+    const double rounding = 1e-6 * mesh.diameter() + 1e-12 * mesh.magnitude();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const SurfacePoint& x = points[i];
+        if (x.face >= mesh.triangles.size() ||
+            !((x.position - mesh.at(x.face, x.u, x.v).position).norm() <= rounding)) {
+            throw UsageError("site number " + std::to_string(i) + ", at " + coordinates(x.position) +
+                             ", is not at the place of a triangle of the mesh that it states: the sampler is at fault");
+        }
+    }
+}
+
 } // namespace
 
 SiteSet make_site_set(const Mesh& mesh, std::vector<SurfacePoint> points, double spacing, int neighbours,
                       const Execution& execution, const SizeField* size) {
     DIFUSA_REQUIRE(neighbours >= 1 && spacing > 0.0);
+    check_points(mesh, points);
     SiteSet sites;
     sort_along_z_curve(mesh, points);
     sites.points = std::move(points);

@@ -52,6 +52,7 @@ struct SiteSet {
 /// A region with too few sites for m neighbours at a finite distance has radii that cover all of it instead: its
 /// diameter, which no radius exceeds. No radius is smaller than `spacing` (1 + 2^-10), or for graded sites, placed by
 /// `size`, than its reach there times as much: every point that has a site as near as it should is inside a support.
+/// Throws UsageError if there are no points, or if one is not where its face and coordinates on it say.
 SiteSet make_site_set(const Mesh& mesh, std::vector<SurfacePoint> points, double spacing, int neighbours,
                       const Execution& execution, const SizeField* size = nullptr);
 

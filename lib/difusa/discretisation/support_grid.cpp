@@ -1,5 +1,8 @@
 #include <difusa/discretisation/support_grid.h>
 
+#include <difusa/core/error.h>
+#include <difusa/core/text.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -42,16 +45,34 @@ void halve(TrianglePiece piece, std::vector<TrianglePiece>& pieces) {
 
 } // namespace
 
-SupportGrid::SupportGrid(const Mesh& mesh, const SiteSet& sites, std::span<const double> support) {
-    std::vector<double> sorted(support.begin(), support.end());
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    // Half a support: smaller cells have tighter lists, but there are more of them. A lower limit keeps cell numbers
-    // small however dense the sites are.
-    const double size = std::max(0.5 * *middle, mesh.diameter() * 0x1p-28);
-    origin_ = mesh.low;
-    inverse_size_ = 1.0 / size;
+/// Half the median support: smaller cells have tighter lists, but there are more of them. Where few supports are much
+/// larger than the others they would reach over too many cells: these are at least a quarter of the rms support, so
+/// that there are about 50 for each site. A lower limit keeps cell numbers small however dense the sites are.
+void SupportGrid::choose_sizes(const Mesh& mesh, const SiteSet& sites, std::span<const double> support) {
+    std::vector<std::vector<double>> of_region(mesh.region_count);
+    for (std::size_t i = 0; i < sites.size(); ++i) {
+        if (!(support[i] > 0.0 && std::isfinite(support[i]))) {
+            throw UsageError("the basis states a support of " + text_of(support[i]) + " for an element of radius " +
+                             text_of(sites.radius[i]) + ": it has to be finite and above 0");
+        }
+        of_region[sites.region[i]].push_back(support[i]);
+    }
+    for (std::vector<double>& own : of_region) {
+        if (own.empty()) {
+            inverse_size_.push_back(0.0);
+            continue;
+        }
+        const auto middle = own.begin() + static_cast<std::ptrdiff_t>(own.size() / 2);
+        std::nth_element(own.begin(), middle, own.end());
+        const double median = *middle, count = static_cast<double>(own.size());
+        const double rms = std::sqrt(std::inner_product(own.begin(), own.end(), own.begin(), 0.0) / count);
+        inverse_size_.push_back(1.0 / std::max({0.5 * median, 0.25 * rms, mesh.diameter() * 0x1p-28}));
+    }
+}
 
+SupportGrid::SupportGrid(const Mesh& mesh, const SiteSet& sites, std::span<const double> support) {
+    choose_sizes(mesh, sites, support);
+    origin_ = mesh.low;
     candidates_.resize(sites.size());
     for (std::size_t i = 0; i < sites.size(); ++i) {
         const SurfacePoint& p = sites.points[i];
@@ -67,8 +88,9 @@ SupportGrid::SupportGrid(const Mesh& mesh, const SiteSet& sites, std::span<const
     const double margin = 1e-6;
     const auto for_each_pair = [&](const auto& act) {
         for (std::size_t i = 0; i < sites.size(); ++i) {
-            const Vec3 centre = (sites.points[i].position - origin_) * inverse_size_;
-            for_each_cell(centre, sites.region[i], support[i] * inverse_size_ + margin,
+            const double inverse = inverse_size_[sites.region[i]];
+            const Vec3 centre = (sites.points[i].position - origin_) * inverse;
+            for_each_cell(centre, sites.region[i], support[i] * inverse + margin,
                           [&](Index bucket) { act(bucket, static_cast<Index>(i)); });
         }
     };
@@ -133,7 +155,7 @@ void SupportGrid::near(std::span<Query> queries) const {
         const std::size_t count = std::min(group, queries.size() - first);
         for (std::size_t i = 0; i < count; ++i) {
             const Query& query = queries[first + i];
-            cell[i] = cell_of(*query.position);
+            cell[i] = cell_of(*query.position, query.region);
             start[i] = blocks_.start(block_of(cell[i]), query.region);
             blocks_.prefetch(start[i]);
         }
@@ -173,9 +195,11 @@ void SupportGrid::mark(const Mesh& mesh) {
     };
     std::vector<TrianglePiece> pieces;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        const auto place = [&](int k) -> Vec3 {
-            return (mesh.corner(static_cast<Index>(t), k) - origin_) * inverse_size_;
-        };
+        const double inverse = inverse_size_[mesh.region[t]];
+        if (inverse == 0.0) {
+            continue; // no site is looked for
+        }
+        const auto place = [&](int k) -> Vec3 { return (mesh.corner(static_cast<Index>(t), k) - origin_) * inverse; };
         pieces.push_back({place(0), place(1), place(2)});
         while (!pieces.empty()) {
             const TrianglePiece piece = pieces.back();

@@ -13,10 +13,10 @@
 
 namespace difusa {
 
-/// A grid over the surface. Each cell that some piece of a region passes through lists the sites of that region whose
-/// support reaches into the cell. A support is a ball of Euclidean radius `support[i]` around site i, restricted by
-/// "normals agree" and "same region"; site distance is never below the Euclidean distance, so a support in site
-/// distance lies inside.
+/// A grid over each region of the surface. Each cell that some piece of the region passes through lists the sites of
+/// that region whose support reaches into the cell. A support is a ball of Euclidean radius `support[i]` around site i,
+/// restricted by "normals agree" and "same region"; site distance is never below the Euclidean distance, so a support
+/// in site distance lies inside.
 class SupportGrid {
   public:
     /// The data for a candidate's test and weight, in one cache line.
@@ -29,13 +29,13 @@ class SupportGrid {
 
     SupportGrid() = default;
 
-    /// `support`: #S. The mesh is not needed afterwards.
+    /// `support`: #S. The mesh is not needed afterwards. Throws UsageError unless all supports are finite and above 0.
     SupportGrid(const Mesh& mesh, const SiteSet& sites, std::span<const double> support);
 
     /// The sites whose support may contain a point of `region` at `position`, ascending; the caller tests the
     /// candidates. Empty if there are none, or the point is not on the mesh.
     std::span<const Index> near(const Vec3& position, Index region) const {
-        const Cell cell = cell_of(position);
+        const Cell cell = cell_of(position, region);
         return span_of(bucket_of(blocks_.find(block_of(cell), region), cell));
     }
 
@@ -50,11 +50,14 @@ class SupportGrid {
     /// for points that are far apart.
     void near(std::span<Query> queries) const;
 
+    /// Of a cell and a site whose support reaches into it.
+    std::size_t pair_count() const { return entries_.size(); }
+
     const Candidate& candidate(Index site) const { return candidates_[site]; }
 
   private:
-    Cell cell_of(const Vec3& position) const {
-        const Vec3 scaled = (position - origin_) * inverse_size_;
+    Cell cell_of(const Vec3& position, Index region) const {
+        const Vec3 scaled = (position - origin_) * inverse_size_[region];
         // Positions lie in the bounding box up to rounding; +1 makes truncation a floor down to -1.
         return {static_cast<std::int32_t>(scaled[0] + 1.0) - 1, static_cast<std::int32_t>(scaled[1] + 1.0) - 1,
                 static_cast<std::int32_t>(scaled[2] + 1.0) - 1};
@@ -78,6 +81,7 @@ class SupportGrid {
         const std::uint64_t before = occupied.cells & (bit - 1);
         return (occupied.cells & bit) == 0 ? none : occupied.first + static_cast<Index>(std::popcount(before));
     }
+    void choose_sizes(const Mesh& mesh, const SiteSet& sites, std::span<const double> support);
     void mark(const Mesh& mesh);
     template <class Act>
     void for_each_cell(const Cell& block, Index number, const Vec3& centre, double reach, const Act& act) const;
@@ -89,7 +93,7 @@ class SupportGrid {
     }
 
     Vec3 origin_ = Vec3::Zero();
-    double inverse_size_ = 1.0;
+    std::vector<double> inverse_size_;  ///< #regions: of the cells; 0 where there is no site
     std::vector<Candidate> candidates_; ///< #S
     CellTable blocks_;                  ///< numbers the blocks that the surface passes through, of each region
     std::vector<Occupied> occupied_;    ///< #blocks

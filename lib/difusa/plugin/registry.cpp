@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdlib>
 #include <exception>
+#include <new>
 
 namespace difusa {
 
@@ -153,7 +154,12 @@ std::vector<fs::path> Registry::search_path(const std::vector<fs::path>& extra) 
     return path;
 }
 
-Registry Registry::load(const std::vector<fs::path>& extra) {
+Registry Registry::load(const std::vector<fs::path>& extra, std::string_view build) {
+    if (build != DIFUSA_BUILD_TAG) {
+        throw UsageError("this program was compiled with " + std::string(build) + ", but the difusa library with " +
+                         DIFUSA_BUILD_TAG + ", so that their types differ in memory: compile both with the same " +
+                         "options (-march=native, -mavx, -fsanitize=address and debug containers make a difference)");
+    }
     Registry registry;
     std::vector<fs::path> seen;
     const std::vector<fs::path> path = search_path(extra);
@@ -235,6 +241,30 @@ std::string Registry::describe(std::string_view kind, std::string_view choice) c
     const Choice chosen = choose(kind, choice);
     const std::string parameters = chosen.parameters.text();
     return chosen.plugin->description.name + (parameters.empty() ? "" : ":" + parameters);
+}
+
+void* Registry::created(const Choice& choice) {
+    const LoadedPlugin& plugin = *choice.plugin;
+    const auto failed = [&](const std::string& why) {
+        return InternalError("the " + plugin.description.kind + " " + plugin.description.name + " (" +
+                             plugin.file.string() + ") cannot be made: " + why);
+    };
+    void* made = nullptr;
+    try {
+        made = plugin.description.create(choice.parameters);
+    } catch (const Error&) {
+        throw;
+    } catch (const std::bad_alloc&) {
+        throw;
+    } catch (const std::exception& error) {
+        throw failed(error.what());
+    } catch (...) {
+        throw failed("it throws something other than an exception");
+    }
+    if (made == nullptr) {
+        throw failed("it returns nothing");
+    }
+    return made;
 }
 
 Registry::Choice Registry::choose(std::string_view kind, std::string_view choice) const {

@@ -36,8 +36,11 @@ class Registry {
     /// Loads every module (`*.so`) in the directories, in the order of the path, then of file names. One that is
     /// damaged, of another kind, version or build, or has a duplicate name is recorded in `refused` and skipped; so is
     /// a directory of DIFUSA_PLUGIN_PATH that cannot be listed.
-    /// Throws UsageError if a directory of `extra` does not exist or cannot be listed.
-    static Registry load(const std::vector<std::filesystem::path>& extra = {});
+    /// Throws UsageError if a directory of `extra` does not exist or cannot be listed, or if the program that calls it
+    /// was compiled so that its types differ from the library's (plugin/build_tag.h), as with -mavx: `build` is to be
+    /// omitted.
+    static Registry load(const std::vector<std::filesystem::path>& extra = {},
+                         std::string_view build = DIFUSA_BUILD_TAG);
 
     /// Loads one module into the registry or records why not; returns true if it is usable.
     bool add(const std::filesystem::path& module_file);
@@ -51,7 +54,8 @@ class Registry {
     /// Makes the plugin `choice` = "name" or "name:parameter=value,...". '-' and '_' in names are equal.
     /// T is the interface, for example Basis.
     /// Throws UsageError for an unknown name (with the nearest one, and why a module of that name was refused)
-    /// or a wrong parameter.
+    /// or a wrong parameter; InternalError, with the name and file of the plugin, if it fails with anything but an
+    /// Error.
     template <class T> std::shared_ptr<T> create(std::string_view choice) const;
 
     /// The plugin of a kind by name, or null.
@@ -68,6 +72,7 @@ class Registry {
         const LoadedPlugin* plugin;
         Parameters parameters;
     };
+    static void* created(const Choice& choice);
     Choice choose(std::string_view kind, std::string_view choice) const;
     std::vector<LoadedPlugin> plugins_;
     std::vector<RefusedPlugin> refused_;
@@ -99,7 +104,7 @@ template <> constexpr std::string_view kind_of<Visibility>() {
 
 template <class T> std::shared_ptr<T> Registry::create(std::string_view choice) const {
     const Choice chosen = choose(kind_of<T>(), choice);
-    return std::shared_ptr<T>(static_cast<T*>(chosen.plugin->description.create(chosen.parameters)));
+    return std::shared_ptr<T>(static_cast<T*>(created(chosen)));
 }
 
 } // namespace difusa

@@ -43,6 +43,14 @@ void raise_to_zero(Values& H, int channels) {
     }
 }
 
+void Field::require_on_surface(std::span<const SurfacePoint> x) const {
+    const std::size_t faces = parts_.scene->mesh.triangles.size();
+    if (std::any_of(x.begin(), x.end(), [&](const SurfacePoint& point) { return point.face >= faces; })) {
+        throw UsageError("the light of a field is asked for at points that are on no face of its surface: in mid-air, "
+                         "read_sensors measures it");
+    }
+}
+
 Values Field::sharp(std::span<const SurfacePoint> x, std::uint64_t seed, std::string_view purpose,
                     const Execution& execution, DirectLight::Effort& effort, Values* variance) const {
     return parts_.direct->irradiance(x, channels(), parts_.shadow_rays, seed, purpose, execution, effort, variance);
@@ -50,6 +58,7 @@ Values Field::sharp(std::span<const SurfacePoint> x, std::uint64_t seed, std::st
 
 Irradiance Field::evaluate_smooth(std::span<const SurfacePoint> x, const Execution& execution, bool displayed,
                                   const RowVisitor& visit) const {
+    require_on_surface(x);
     Values both(parts_.smooth.rows(), 2 * parts_.smooth.cols());
     both << parts_.soft_direct, parts_.smooth;
     std::vector<SurfacePoint> inside;
@@ -299,14 +308,8 @@ Irradiance Field::irradiance(std::span<const SurfacePoint> x, std::size_t final_
 
 PointValues Field::at(std::span<const SurfacePoint> x, std::size_t final_gather, std::uint64_t seed,
                       const std::string& purpose, const Execution& execution, const RowVisitor& visit) const {
+    require_on_surface(x);
     const Scene& scene = *parts_.scene;
-    for (const SurfacePoint& point : x) {
-        if (point.face >= scene.mesh.triangles.size()) {
-            throw UsageError(
-                "the light of a field is asked for at points that are on no face of its surface: in mid-air, "
-                "read_sensors measures it");
-        }
-    }
     PointValues values;
     Irradiance H = irradiance(x, final_gather, seed, purpose, execution, visit, values);
     if (!scene.thermal) {

@@ -84,7 +84,8 @@ struct PointValues {
 /// surfels.
 ///
 /// Points may lie on edges: basis functions are then looked up, and rays start, slightly inside their faces
-/// (mesh/surface_sampling.h, inset), while directly evaluated light is that of the exact point.
+/// (mesh/surface_sampling.h, inset), while directly evaluated light is that of the exact point. `evaluate`,
+/// `evaluate_smooth` and `at` throw UsageError for points in mid-air.
 class Field {
   public:
     explicit Field(FieldParts parts) : parts_(std::move(parts)) {}
@@ -148,6 +149,7 @@ class Field {
                    const std::string& purpose, const Execution& execution, const RowVisitor& visit = {}) const;
 
   private:
+    void require_on_surface(std::span<const SurfacePoint> x) const;
     Irradiance gather_smooth(std::span<const SurfacePoint> x, const SurfelMeans* means,
                              const ExactCorrection* correction, std::size_t rays, std::uint64_t seed,
                              std::string_view purpose, const Execution& execution) const;

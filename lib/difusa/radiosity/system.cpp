@@ -483,8 +483,14 @@ std::vector<Solution> RadiositySystem::solve(std::span<const std::shared_ptr<con
     if (options.keep_iterates && scenes.size() > 1) {
         throw UsageError("the iterates of one scene can be kept, not of several that are solved for together");
     }
+    if (scenes.empty()) {
+        return {};
+    }
     std::vector<LightingOptions> complete; // for each
     for (const std::shared_ptr<const Scene>& scene : scenes) {
+        if (scene == nullptr) {
+            throw UsageError("there is no scene to be lit: the pointer is null");
+        }
         check_scene(*scene);
         complete.push_back(options);
         LightSets& sets = complete.back().sets;

@@ -118,9 +118,9 @@ class RadiositySystem : public std::enable_shared_from_this<RadiositySystem> {
     /// from suns, point lights and area lights. `scene`: this surface with any reflectances and lights. Phases: "light
     /// surfels", "direct light", "check convergence", "solve". No first-hit rays are cast.
     ///
-    /// Throws UsageError if the scene's surface differs, if the sets do not match its lights, or if light may reach
-    /// surfaces without sites (SiteSet::dark); BouncesDoNotDieOut; NotConverged if the solver did not converge;
-    /// InputError if no light reaches any front, or if check_materials_and_lights finds fault.
+    /// Throws UsageError if there is no scene or its surface differs, if the sets do not match its lights, or if light
+    /// may reach surfaces without sites (SiteSet::dark); BouncesDoNotDieOut; NotConverged if the solver did not
+    /// converge; InputError if no light reaches any front, or if check_materials_and_lights finds fault.
     Solution solve(const std::shared_ptr<const Scene>& scene, const LightingOptions& options,
                    const Execution& execution) const;
 

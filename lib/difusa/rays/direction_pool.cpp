@@ -2,6 +2,7 @@
 
 #include <difusa/core/error.h>
 #include <difusa/core/random.h>
+#include <difusa/core/text.h>
 
 #include <algorithm>
 #include <cmath>
@@ -49,14 +50,30 @@ void round_weights(std::vector<double>& weight) {
     *std::max_element(weight.begin(), weight.end()) += missing;
 }
 
+/// Refuses what a plugin must not give: all that is computed from it would be wrong, and the error estimates, too.
+void check_directions(const DirectionSet& set) {
+    DIFUSA_REQUIRE(!set.direction.empty() && set.weight.size() == set.direction.size(),
+                   "a directions plugin gave a set without directions, or not with a weight for each");
+    double sum = 0.0;
+    for (std::size_t d = 0; d < set.direction.size(); ++d) {
+        const Vec3& w = set.direction[d];
+        DIFUSA_REQUIRE(w.z() > 0.0 && std::abs(w.norm() - 1.0) <= 1e-6 && set.weight[d] > 0.0,
+                       "a directions plugin gave the direction " + coordinates(w) + " of weight " +
+                           text_of(set.weight[d]) + ": it must be a unit vector with z > 0, and its weight positive");
+        sum += set.weight[d];
+    }
+    DIFUSA_REQUIRE(std::abs(sum - 1.0) <= 1e-6,
+                   "a directions plugin gave weights that sum to " + text_of(sum) + " instead of 1");
+}
+
 } // namespace
 
 DirectionPool::DirectionPool(const Directions& directions, std::size_t count, std::uint64_t seed)
     : seed_(seed), turned_(!directions.is_fixed()) {
     for (std::size_t k = 0; k < (turned_ ? pool_size : 1); ++k) {
         sets_.push_back(sorted(directions.make(count, RandomStream(seed, "direction set", k))));
-        DIFUSA_REQUIRE(sets_[k].direction.size() == sets_[0].direction.size() && !sets_[k].direction.empty() &&
-                           sets_[k].weight.size() == sets_[k].direction.size(),
+        check_directions(sets_[k]);
+        DIFUSA_REQUIRE(sets_[k].direction.size() == sets_[0].direction.size(),
                        "a directions plugin gave sets of different sizes");
         const double equal = 1.0 / static_cast<double>(sets_[k].weight.size());
         equal_weights_ = equal_weights_ && std::all_of(sets_[k].weight.begin(), sets_[k].weight.end(),
