@@ -33,6 +33,14 @@ TEST(RmsInterval, AConstantIsKnown) {
     }
 }
 
+TEST(RmsInterval, NegativeMeansAreNoneOfSquares) {
+    const AreaMean none{0.0, 0.3, 50.0, 0.1}, below{-5.0, 0.3, 50.0, 0.1};
+    EXPECT_GE(root_of(none).high, std::sqrt(1.96 * 0.3));
+    EXPECT_EQ(root_of(below).high, root_of(none).high);
+    EXPECT_EQ(root_of(below).rms, 0.0);
+    EXPECT_EQ(root_of(below).low, 0.0);
+}
+
 TEST(RmsInterval, MeansOfIndependentPartsAdd) {
     const AreaMean a{3.0, 0.3, 50.0, 0.1}, b{1.0, 0.4, 10.0, 0.0}, both = sum_of(a, b), alone = sum_of(a, AreaMean{});
     EXPECT_EQ(both.value, 4.0);

@@ -62,7 +62,7 @@ RmsEstimate root_of(const AreaMean& mean) {
         const double factor = std::exp(reach / mean.value);
         return {root(mean.value), root(mean.value / factor), root(mean.value * factor + unseen)};
     }
-    return {root(mean.value), root(mean.value - reach), root(mean.value + reach + unseen)};
+    return {root(mean.value), root(mean.value - reach), root(std::max(0.0, mean.value) + reach + unseen)};
 }
 
 } // namespace difusa

@@ -27,7 +27,8 @@ AreaMean sum_of(const AreaMean& a, const AreaMean& b);
 /// The root of a mean of squares. Where the mean is known well enough, the interval is one of its logarithm: a few
 /// large values make the distribution of means a skew one. Squared errors have heavy tails, of which the points may
 /// have missed a part; the upper end allows for as many points as may have been missed, with the largest share that was
-/// seen.
+/// seen. A mean of products of independent measurements may come out below 0, which the mean square is not: the upper
+/// end is then that of 0.
 RmsEstimate root_of(const AreaMean& mean);
 
 } // namespace difusa
