@@ -1,8 +1,6 @@
 #include <difusa/radiosity/system.h>
 
 #include <difusa/algebra/factors.h>
-#include <difusa/algebra/spectral_radius.h>
-#include <difusa/core/fingerprint.h>
 #include <difusa/core/parallel.h>
 #include <difusa/core/text.h>
 #include <difusa/lighting/glossy_light.h>
@@ -13,7 +11,6 @@
 #include <difusa/scene/sound_scene.h>
 #include <difusa/transport/analytic_transport.h>
 #include <difusa/transport/glossy_transport.h>
-#include <difusa/transport/mirrored.h>
 
 #include <algorithm>
 #include <cmath>
@@ -21,80 +18,6 @@
 namespace difusa {
 
 namespace {
-
-/// A spectral radius within rounding of 1 counts as 1.
-constexpr double contraction = 1.0 - 1e-9;
-constexpr int arnoldi_steps = 40;
-constexpr double arnoldi_tolerance = 1e-5;
-
-/// What an operator does to one of the channels: coloured mirrors and glossy surfaces tell them apart by their columns.
-class OneChannel final : public LinearOperator {
-  public:
-    OneChannel(const LinearOperator& all, Eigen::Index channel, Eigen::Index channels)
-        : all_(all), channel_(channel), channels_(channels) {}
-
-    std::size_t rows() const override { return all_.rows(); }
-    std::size_t columns() const override { return all_.columns(); }
-    std::size_t entry_count() const override { return all_.entry_count(); }
-    void apply(const Values& x, Values& y, const Execution& execution) const override {
-        Values result;
-        all_.apply(spread(x), result, execution);
-        y = result.col(channel_);
-    }
-    void apply_transpose(const Values& x, Values& y, const Execution& execution) const override {
-        Values result;
-        all_.apply_transpose(spread(x), result, execution);
-        y = result.col(channel_);
-    }
-
-  private:
-    Values spread(const Values& x) const {
-        DIFUSA_REQUIRE(x.cols() == 1);
-        Values all = Values::Zero(x.rows(), channels_);
-        all.col(channel_) = x;
-        return all;
-    }
-    const LinearOperator& all_;
-    Eigen::Index channel_, channels_;
-};
-
-/// The spectral radius of T with these reflectances; or its norm, where that is known from one product and below 1.
-Contraction contraction_of(const Discretisation& discretisation, const LightTransport& transport, const Values& rho,
-                           const Execution& execution) {
-    Contraction found;
-    // What harmonics of direction give may be negative, so that their sums are no bounds.
-    if (discretisation.projection->is_mean() && discretisation.basis->partition_of_unity() &&
-        glossy_part(*transport.W) == nullptr) {
-        Values norms; // row sums of T, which bound the radius: neither Π nor P increases them
-        transport.gather(rho, {}, norms, execution);
-        found.radius = norms.maxCoeff();
-        found.is_bound = true;
-        if (found.radius < contraction) {
-            return found;
-        }
-    }
-    found.is_bound = false;
-    const auto radius_of = [&](const Values& channel) {
-        const ReflectedTransport one(discretisation, transport, channel);
-        return spectral_radius(one, arnoldi_steps, arnoldi_tolerance, execution);
-    };
-    const auto radius_of_channel = [&](Eigen::Index c) {
-        if (!tells_channels_apart(*transport.W)) {
-            return radius_of(rho.col(c));
-        }
-        const ReflectedTransport all(discretisation, transport, rho);
-        return spectral_radius(OneChannel(all, c, rho.cols()), arnoldi_steps, arnoldi_tolerance, execution);
-    };
-    // More reflectance, more light: the largest of all channels everywhere stands for each of them.
-    found.radius = radius_of(rho.rowwise().maxCoeff());
-    if (!(found.radius < contraction) && rho.cols() > 1) {
-        found.radius = 0.0;
-        for (Eigen::Index c = 0; c < rho.cols(); ++c) {
-            found.radius = std::max(found.radius, radius_of_channel(c));
-        }
-    }
-    return found;
-}
 
 /// One lighting in a call of RadiositySystem::solve.
 class Solving {
@@ -187,7 +110,7 @@ class Solving {
     void check_contraction(const Contraction& found) {
         result_.spectral_radius = found.radius;
         result_.spectral_radius_is_bound = found.is_bound;
-        if (!(found.radius < contraction)) {
+        if (!found.dies_out()) {
             throw BouncesDoNotDieOut(divergence());
         }
     }
@@ -539,15 +462,6 @@ std::vector<Solution> RadiositySystem::solve(std::span<const std::shared_ptr<con
         solutions.push_back(each[i].finish(std::move(solved[i]), shared_from_this()));
     }
     return solutions;
-}
-
-std::uint64_t reflectance_fingerprint(const Values& reflectance) {
-    Fingerprint fingerprint;
-    fingerprint.add(static_cast<std::uint64_t>(reflectance.cols()));
-    for (Eigen::Index i = 0; i < reflectance.size(); ++i) {
-        fingerprint.add(reflectance.data()[i]);
-    }
-    return fingerprint.value();
 }
 
 std::optional<Contraction> RadiositySystem::contraction() const {

@@ -6,6 +6,7 @@
 #include <difusa/discretisation/discretisation.h>
 #include <difusa/lighting/bright_surfels.h>
 #include <difusa/lighting/surfel_light.h>
+#include <difusa/radiosity/contraction.h>
 #include <difusa/radiosity/energy.h>
 #include <difusa/radiosity/field.h>
 #include <difusa/rays/directions.h>
@@ -21,16 +22,6 @@
 #include <vector>
 
 namespace difusa {
-
-/// The spectral radius of T, which tells whether bounces die out. It depends on reflectances, and on no light.
-struct Contraction {
-    std::uint64_t reflectance = 0; ///< reflectance_fingerprint of those it was found for
-    double radius = 0.0;
-    bool is_bound = false; ///< true: an upper bound (the norm); false: an estimate
-};
-
-/// Of the reflectances of surfels, by channel.
-std::uint64_t reflectance_fingerprint(const Values& reflectance);
 
 /// The components of a system.
 struct SystemParts {

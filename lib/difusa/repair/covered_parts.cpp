@@ -17,11 +17,11 @@ namespace {
 using Vec2 = Eigen::Vector2d;
 
 /// A plane seen along a coordinate axis.
-struct Projection {
+struct PlaneView {
     Vec3 origin, normal;
     int dropped = 0;
 
-    Projection(const Mesh& mesh, Index triangle) : origin(mesh.corner(triangle, 0)), normal(mesh.normals[triangle]) {
+    PlaneView(const Mesh& mesh, Index triangle) : origin(mesh.corner(triangle, 0)), normal(mesh.normals[triangle]) {
         normal.cwiseAbs().maxCoeff(&dropped);
     }
 
@@ -63,7 +63,7 @@ class Cutter {
 
     /// Leaves out what the triangles `covers` cover of a patch.
     void cut(const std::vector<Index>& patch, const std::vector<Index>& covers) {
-        const Projection plane(mesh_, patch.front());
+        const PlaneView plane(mesh_, patch.front());
         std::map<Index, Index> number; // of a point of the mesh in the plane
         std::vector<Index> points;
         std::vector<Vec2> flat;
@@ -124,7 +124,7 @@ class Cutter {
     }
 
   private:
-    std::array<Vec2, 3> flattened(Index t, const Projection& plane) const {
+    std::array<Vec2, 3> flattened(Index t, const PlaneView& plane) const {
         return {plane.flat(mesh_.corner(t, 0)), plane.flat(mesh_.corner(t, 1)), plane.flat(mesh_.corner(t, 2))};
     }
 
@@ -176,7 +176,7 @@ class Cutter {
 
     /// Keeps a triangle of the arrangement if it belongs to the patch, and nothing covers it.
     void keep(const std::array<Index, 3>& triangle, const Arrangement& all, const std::vector<Index>& points,
-              const Projection& plane, Index patch, const std::vector<Index>& covers) {
+              const PlaneView& plane, Index patch, const std::vector<Index>& covers) {
         const Vec2 &a = all.points[triangle[0]], &b = all.points[triangle[1]], &c = all.points[triangle[2]];
         const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
         if (!(twice_area(a, b, c) > rounding_ * longest)) {
