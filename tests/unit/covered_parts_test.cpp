@@ -194,7 +194,7 @@ TEST(CoveredParts, AgreesWithCounting) {
     RandomStream random(3, "rectangles");
     constexpr int cells = 12;
     const auto whole = [&](int from, int to) { return from + static_cast<int>(random.uniform() * (to - from)); };
-    for (int trial = 0; trial < 40; ++trial) {
+    for (int trial = 0; trial < 400; ++trial) {
         Mesh mesh = rectangle(0, 0, cells, cells);
         std::vector<std::array<int, 4>> all{{0, 0, cells, cells}};
         std::set<int> areas{cells * cells};

@@ -106,12 +106,60 @@ std::vector<Index> through_points(Index from, Index to, std::span<const Vec2> po
     return line;
 }
 
+/// The points in which segments cross, which are neither's end. Three that cross at one place have crossings that
+/// differ by rounding: they are merged like other points, before the triangulation would cross them once more.
+std::vector<Vec2> crossings_of(std::span<const Vec2> points, std::span<const std::pair<Index, Index>> segments) {
+    std::vector<BoxTree::Box> boxes;
+    std::vector<Index> items(segments.size());
+    const auto in_space = [&](Index i) { return Vec3(points[i].x(), points[i].y(), 0.0); };
+    for (const auto& [from, to] : segments) {
+        BoxTree::Box box(in_space(from));
+        boxes.push_back(box.extend(in_space(to)));
+    }
+    std::iota(items.begin(), items.end(), Index{0});
+    const BoxTree tree(boxes, items);
+    const auto cross = [](const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); };
+    std::vector<Vec2> crossings;
+    for (Index s = 0; s < segments.size(); ++s) {
+        const Vec2 &p = points[segments[s].first], side = points[segments[s].second] - p;
+        std::vector<Index> others;
+        tree.visit(boxes[s], [&](Index t, const BoxTree::Box&) {
+            if (t > s) {
+                others.push_back(t);
+            }
+            return false;
+        });
+        std::sort(others.begin(), others.end());
+        for (const Index t : others) {
+            const Vec2 &q = points[segments[t].first], other = points[segments[t].second] - q;
+            const double sine = cross(side, other);
+            const double along = cross(q - p, other) / sine, along_other = cross(q - p, side) / sine;
+            if (along > 0.0 && along < 1.0 && along_other > 0.0 && along_other < 1.0) { // not if they are parallel
+                crossings.emplace_back(p + along * side);
+            }
+        }
+    }
+    return crossings;
+}
+
 } // namespace
 
-Arrangement arrange(std::span<const Vec2> points, std::span<const std::pair<Index, Index>> segments, double rounding) {
+Arrangement arrange(std::span<const Vec2> given, std::span<const std::pair<Index, Index>> segments, double rounding) {
+    Arrangement result{{given.begin(), given.end()}, {}};
+    {
+        std::vector<Vec2> all = result.points;
+        const std::vector<Vec2> crossings = crossings_of(given, segments);
+        all.insert(all.end(), crossings.begin(), crossings.end());
+        const std::vector<Index> first_of_all = first_at_place(all, PointsNear(all, rounding), rounding);
+        for (std::size_t i = given.size(); i < all.size(); ++i) {
+            if (first_of_all[i] == i) {
+                result.points.push_back(all[i]);
+            }
+        }
+    }
+    const std::vector<Vec2> points = result.points;
     const PointsNear near(points, rounding);
     const std::vector<Index> first = first_at_place(points, near, rounding);
-    Arrangement result{{points.begin(), points.end()}, {}};
     Constrained delaunay;
     std::vector<Constrained::Vertex_handle> vertices;
     for (std::size_t i = 0; i < points.size(); ++i) {

@@ -14,7 +14,7 @@ namespace difusa {
 
 /// Triangles none of whose interiors a segment crosses.
 struct Arrangement {
-    std::vector<Eigen::Vector2d> points;         ///< those given, then those in which segments cross, by coordinates
+    std::vector<Eigen::Vector2d> points;         ///< those given, then those in which segments cross
     std::vector<std::array<Index, 3>> triangles; ///< counterclockwise, sorted; together the convex hull of the points
 };
 
