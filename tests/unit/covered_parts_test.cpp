@@ -159,6 +159,31 @@ TEST(CoveredParts, LeavesTheOtherSideOfASheet) {
     EXPECT_NEAR(area[2], 5.0, 1e-12);
 }
 
+/// A decal on a floor that is curved by little, or rough by the rounding of single precision: triangles in one chain of
+/// neighbours, but not in one plane. Nothing goes but what the decal covers; of the rough floor, whose small triangles
+/// point in slightly different directions, not all of that is found.
+TEST(CoveredParts, LeavesCurvedAndRoughSurfacesWhole) {
+    RandomStream random(7, "roughness");
+    for (const bool rough : {false, true}) {
+        Mesh floor = grid(100, 100);
+        for (Vec3& p : floor.points) {
+            p.z() = rough ? 6e-8 * (random.uniform() - 0.5) : -0.25e-3 * p.squaredNorm();
+        }
+        const Index first = count_of(floor);
+        Mesh mesh = together(floor, rough ? rectangle(0.2, 0.3, 0.5, 0.6) : rectangle(0.001, 0.001, 0.003, 0.003));
+        mesh.derive();
+        const double decal = mesh.areas[first] + mesh.areas[first + 1], area = mesh.area - decal;
+        const CoveredParts covered = leave_out_covered(mesh);
+        EXPECT_FALSE(covered.given_up);
+        EXPECT_GT(covered.area, 0.0) << rough;
+        EXPECT_LE(covered.area, (1.0 + 1e-3) * decal) << rough;
+        EXPECT_NEAR(mesh.area + covered.area, area + decal, 1e-12) << rough;
+        if (!rough) {
+            EXPECT_NEAR(covered.area, decal, 1e-3 * decal);
+        }
+    }
+}
+
 /// What was linear over a triangle still is; faces and materials stay with their places.
 TEST(CoveredParts, KeepsColoursAndTextureCoordinates) {
     Mesh mesh = together(grid(2, 2, 4.0, 4.0), rectangle(0.3, 0.7, 3.1, 2.9));

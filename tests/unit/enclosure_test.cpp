@@ -261,6 +261,8 @@ TEST(Enclosure, RefusesWhatItCannotSolve) {
     for (double& factor : rough.rows[0].factor) {
         factor *= 1.002;
     }
+    contains(test::refusal_of([&] { solve(cube, rough, surfaces); }, "overlaps"), "more than their errors explain");
+    rough.rows[0].error.assign(rough.rows[0].factor.size(), 1e-3F);
     contains(test::refusal_of([&] { solve(cube, rough, surfaces); }, "rough factors"), "give a smaller --tolerance");
     contains(refused(thermal_scene(test::mirrored_plates(1.0),
                                    {at_temperature(300, 0.5), at_temperature(400, 0.5), test::perfect_mirror()})),

@@ -52,7 +52,9 @@ class EnclosureSystem {
         const Eigen::PartialPivLU<Eigen::MatrixXd> solver(matrix_);
         const Eigen::MatrixXd inverse = solver.inverse().cwiseAbs();
         // With other errors as large the matrix may be singular: |M^-1| dM has a norm of 1.
-        if (!((inverse * defect_of([&](std::size_t i) { return error_of_row_sum(F_.rows[i]); })).maxCoeff() < 1.0)) {
+        if (!((inverse * defect_of([&](std::size_t i) {
+                   return error_of_row_sum(F_.rows[i]);
+               })).maxCoeff<Eigen::PropagateNaN>() < 1.0)) {
             throw InputError(undetermined);
         }
         x_ = solver.solve(right_);
@@ -190,10 +192,14 @@ void check_enclosure(const Scene& scene, const FormFactors& F, const std::vector
         if (scene.thermal->surroundings || std::abs(1.0 - sum) <= largest_gap) {
             continue;
         }
-        if (const double error = error_of_row_sum(F.rows[i]); sum > 1.0 || 1.0 - sum <= error) {
+        if (const double error = error_of_row_sum(F.rows[i]); std::abs(1.0 - sum) <= error) {
             throw InputError("the form factors of surface " + name[i] + " sum to " + text_of(sum) +
                              ", because of their errors, of " + text_of(error) +
                              " by estimate: give a smaller --tolerance, or make the sums 1 with --close");
+        }
+        if (sum > 1.0) {
+            throw InputError("the form factors of surface " + name[i] + " sum to " + text_of(sum) +
+                             ", more than their errors explain: faces that overlap are counted twice");
         }
         throw InputError("the form factors of surface " + name[i] + " sum to " + text_of(sum) +
                          ": the enclosure is open, or shows the backs of faces; say how warm the surroundings are, "

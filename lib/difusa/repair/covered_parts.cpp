@@ -16,6 +16,8 @@ namespace {
 
 using Vec2 = Eigen::Vector2d;
 
+constexpr double most_slivers = 1e-4; ///< of the area
+
 /// A plane seen along a coordinate axis.
 struct PlaneView {
     Vec3 origin, normal;
@@ -34,9 +36,6 @@ struct PlaneView {
         result[dropped] = normal.dot(origin - result) / normal[dropped];
         return result;
     }
-
-    /// Whether what is counterclockwise in the projection is so in the plane.
-    bool is_upright() const { return normal[dropped] > 0.0; }
 };
 
 double twice_area(const Vec2& a, const Vec2& b, const Vec2& c) {
@@ -55,15 +54,18 @@ struct Piece {
     std::array<Vec3, 3> weights; ///< of the triangle's corners, at each of these
 };
 
-/// Cuts flat patches of a mesh.
+/// Cuts triangles of flat patches of a mesh.
 class Cutter {
   public:
-    Cutter(const Mesh& mesh, const CoplanarLayers& layers, double rounding)
-        : mesh_(mesh), layers_(layers), rounding_(rounding), tree_(tree_of_triangles(mesh)), points_(mesh.points) {}
+    Cutter(const Mesh& mesh, double rounding)
+        : mesh_(mesh), rounding_(rounding), tree_(tree_of_triangles(mesh)), points_(mesh.points) {}
 
-    /// Leaves out what the triangles `covers` cover of a patch.
+    /// Leaves out what the triangles `covers` cover of these of a patch, both sorted. They overlap, so that they are in
+    /// one plane, although the patch may turn away from it; that of the largest is known best.
     void cut(const std::vector<Index>& patch, const std::vector<Index>& covers) {
-        const PlaneView plane(mesh_, patch.front());
+        const auto is_smaller = [&](Index t, Index u) { return mesh_.areas[t] < mesh_.areas[u]; };
+        const PlaneView plane(mesh_, std::max(*std::max_element(patch.begin(), patch.end(), is_smaller),
+                                              *std::max_element(covers.begin(), covers.end(), is_smaller), is_smaller));
         std::map<Index, Index> number; // of a point of the mesh in the plane
         std::vector<Index> points;
         std::vector<Vec2> flat;
@@ -95,7 +97,7 @@ class Cutter {
             pieces_[t]; // none yet
         }
         for (const std::array<Index, 3>& triangle : all.triangles) {
-            keep(triangle, all, points, plane, layers_.patch(patch.front()), covers);
+            keep(triangle, all, points, plane, patch, covers);
         }
     }
 
@@ -176,7 +178,7 @@ class Cutter {
 
     /// Keeps a triangle of the arrangement if it belongs to the patch, and nothing covers it.
     void keep(const std::array<Index, 3>& triangle, const Arrangement& all, const std::vector<Index>& points,
-              const PlaneView& plane, Index patch, const std::vector<Index>& covers) {
+              const PlaneView& plane, const std::vector<Index>& patch, const std::vector<Index>& covers) {
         const Vec2 &a = all.points[triangle[0]], &b = all.points[triangle[1]], &c = all.points[triangle[2]];
         const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
         if (!(twice_area(a, b, c) > rounding_ * longest)) {
@@ -185,12 +187,17 @@ class Cutter {
         const Vec2 middle = (a + b + c) / 3.0;
         Index own = none;
         bool is_covered = false;
-        const Vec3 place = plane.in_space(middle), margin = Vec3::Constant(rounding_);
-        tree_.visit({place - margin, place + margin}, [&](Index t, const BoxTree::Box&) {
+        BoxTree::Box column(plane.in_space(middle));
+        column.min().array() -= rounding_;
+        column.max().array() += rounding_;
+        column.min()[plane.dropped] = mesh_.low[plane.dropped];
+        column.max()[plane.dropped] = mesh_.high[plane.dropped];
+        tree_.visit(column, [&](Index t, const BoxTree::Box&) {
             const bool covering = std::binary_search(covers.begin(), covers.end(), t);
-            if ((covering || layers_.patch(t) == patch) && weights_at(flattened(t, plane), middle).minCoeff() > 0.0) {
+            const bool owning = std::binary_search(patch.begin(), patch.end(), t);
+            if ((covering || owning) && weights_at(flattened(t, plane), middle).minCoeff() > 0.0) {
                 is_covered = is_covered || covering;
-                own = layers_.patch(t) == patch ? t : own;
+                own = owning ? t : own;
             }
             return is_covered;
         });
@@ -200,7 +207,7 @@ class Cutter {
         const std::array<Vec2, 3> corners = flattened(own, plane);
         Piece piece{{points[triangle[0]], points[triangle[1]], points[triangle[2]]},
                     {weights_at(corners, a), weights_at(corners, b), weights_at(corners, c)}};
-        if (!plane.is_upright()) {
+        if (mesh_.normals[own][plane.dropped] < 0.0) {
             std::swap(piece.corners[1], piece.corners[2]);
             std::swap(piece.weights[1], piece.weights[2]);
         }
@@ -208,7 +215,6 @@ class Cutter {
     }
 
     const Mesh& mesh_;
-    const CoplanarLayers& layers_;
     const double rounding_;
     const BoxTree tree_;
     std::vector<Vec3> points_;
@@ -240,31 +246,33 @@ CoveredParts leave_out_covered(Mesh& mesh, const Execution& execution) {
     const CoplanarLayers layers(mesh, distances, *overlaps);
     std::vector<std::vector<Index>> covers(layers.patch_count()), patches(layers.patch_count());
     std::map<Index, CoplanarFace> cut; // by the number of the face in the file
-    const auto covered = [&](Index t, Index by, const Vec3& place) {
+    double overlapping = 0.0;
+    const auto covered = [&](Index t, Index by, const Overlap& overlap) {
         covers[layers.patch(t)].push_back(by);
+        patches[layers.patch(t)].push_back(t);
+        overlapping += overlap.area;
         const Index face = mesh.original_face[t];
-        cut.emplace(face, CoplanarFace{face, mesh.original_face[by], place});
+        cut.emplace(face, CoplanarFace{face, mesh.original_face[by], overlap.place});
     };
     for (const Overlap& overlap : *overlaps) {
         const Index behind = layers.covered_one(overlap);
         const bool touch = layers.is_contact(overlap);
         if (touch || behind == overlap.a) {
-            covered(overlap.a, overlap.b, overlap.place);
+            covered(overlap.a, overlap.b, overlap);
         }
         if (touch || behind == overlap.b) {
-            covered(overlap.b, overlap.a, overlap.place);
+            covered(overlap.b, overlap.a, overlap);
         }
     }
     if (cut.empty()) {
         return result;
     }
-    for (Index t = 0; t < mesh.triangles.size(); ++t) {
-        patches[layers.patch(t)].push_back(t);
-    }
-    Cutter cutter(mesh, layers, distances.rounding());
+    Cutter cutter(mesh, distances.rounding());
     for (std::size_t p = 0; p < patches.size(); ++p) {
-        std::sort(covers[p].begin(), covers[p].end());
-        covers[p].erase(std::unique(covers[p].begin(), covers[p].end()), covers[p].end());
+        for (std::vector<Index>* const triangles : {&covers[p], &patches[p]}) {
+            std::sort(triangles->begin(), triangles->end());
+            triangles->erase(std::unique(triangles->begin(), triangles->end()), triangles->end());
+        }
         if (!covers[p].empty()) {
             execution.check();
             cutter.cut(patches[p], covers[p]);
@@ -275,6 +283,10 @@ CoveredParts leave_out_covered(Mesh& mesh, const Execution& execution) {
     rest.derive();
     settle_repetition(rest);
     result.area = mesh.area - rest.area;
+    if (!(result.area <= overlapping + most_slivers * mesh.area)) { // more is gone than is covered
+        result.given_up = true;
+        return result;
+    }
     mesh = std::move(rest);
     for (const auto& [number, face] : cut) {
         result.cut.push_back(face);

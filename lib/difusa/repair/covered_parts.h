@@ -20,8 +20,8 @@ std::vector<Finding> findings_of(const CoveredParts& covered, const Diagnosis& d
 /// the edges of what covers them, with the corners of these, so that the floor around a box goes on in its walls. What
 /// remains of a triangle has its face, material, and colours and texture coordinates as they were there. Slivers lower
 /// than `CoplanarDistances::rounding` are left out. The mesh, which has been derived, is derived again if anything has
-/// changed. Gives up if too many faces are close together (`find_overlaps`). Throws Interrupted, and InputError if
-/// nothing remains.
+/// changed. Gives up if too many faces are close together (`find_overlaps`), or if more would be lost than overlaps.
+/// Throws Interrupted, and InputError if nothing remains.
 CoveredParts leave_out_covered(Mesh& mesh, const Execution& execution = {});
 
 } // namespace difusa
