@@ -25,7 +25,6 @@
 #include <iostream>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace form_factors {
@@ -236,11 +235,11 @@ Input read(const Arguments& a, const difusa::Registry& registry, const difusa::E
     for (const std::string& what : soup.notes) {
         execution.note(what);
     }
-    std::vector<difusa::Finding> findings = diagnosed.diagnosis.findings;
-    for (difusa::Finding& finding :
-         difusa::findings_of(difusa::leave_out_covered(scene.mesh, execution), diagnosed.diagnosis)) {
-        findings.push_back(std::move(finding));
-    }
+    const difusa::CoveredParts covered = difusa::leave_out_covered(scene.mesh, execution);
+    std::vector<difusa::Finding>& findings = diagnosed.diagnosis.findings;
+    const std::vector<difusa::Finding> further =
+        difusa::findings_of(difusa::Defect::covered_parts, covered.cut, covered.given_up, diagnosed.diagnosis);
+    findings.insert(findings.end(), further.begin(), further.end());
     for (const difusa::Finding& finding : findings) {
         input.has_borders = input.has_borders || finding.code == "border-edges";
         if (const std::string remark = finding.remark(); !remark.empty()) {

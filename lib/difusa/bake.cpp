@@ -113,23 +113,12 @@ struct Stage {
           lit(lit_surface(result, lights, tracer, execution)) {}
 };
 
-Placed place_evenly(const Stage& stage, BakeResult& result, const Choices& choices, const Execution& execution) {
+Placed place_evenly(const Stage& stage, const BakeResult& result, const Choices& choices, const Execution& execution) {
     return with_sites_in_sight(result, stage.registry, choices, stage.lit, stage.tracer,
                                place_sites(result, choices, stage.lit, execution), execution,
                                [&](std::vector<SurfacePoint> points, double spacing) {
                                    return site_set_of(result, stage.lit, std::move(points), spacing, execution);
                                });
-}
-
-/// Chooses the spacing, and refuses what would otherwise be refused only after the pilots, if they are to come to
-/// BakeOptions::sites.
-void check_before_pilots(const Stage& stage, BakeResult& result, const Choices& choices, const Execution& execution) {
-    execution.phase("place sites");
-    choose_spacing(result, choices, stage.lit, execution);
-    if (result.options.sites > 0) {
-        BakeResult trial = result;
-        check_request(trial, choices, stage.lights, trial.options.sites, execution.silent());
-    }
 }
 
 /// Places the sites and solves. `known`, if not null: what an earlier bake of the scene tells, if there is one; then
@@ -138,11 +127,16 @@ void solve_on(const Stage& stage, BakeResult& result, const Choices& choices, st
               const Execution& execution) {
     // An accuracy can be ordered from any sampler.
     result.options.adaptive = result.options.adaptive && !choices.sampler->needs_visibility();
+    execution.phase("place sites");
+    choose_spacing(result, choices, stage.lit, execution);
+    check_request(result, execution);
     const auto place = [&]() -> Placed {
         if (!result.options.adaptive) {
             return place_evenly(stage, result, choices, execution);
         }
-        check_before_pilots(stage, result, choices, execution);
+        if (result.options.sites > 0) { // before time is spent on pilots
+            estimate_cost(result, choices, stage.lights, result.options.sites, execution);
+        }
         if (is_subdivided(*choices.elements.basis, result.options)) {
             return place_elements(result, stage.registry, choices, stage.lit, stage.tracer, execution);
         }
@@ -152,11 +146,12 @@ void solve_on(const Stage& stage, BakeResult& result, const Choices& choices, st
             return *graded;
         }
         result.options.adaptive = false;
+        execution.phase("place sites");
         return place_evenly(stage, result, choices, execution);
     };
     const Placed placed = place();
     result.sites = placed.sites;
-    check_request(result, choices, stage.lights, placed.sites->size(), execution);
+    result.estimate = estimate_cost(result, choices, stage.lights, placed.sites->size(), execution);
     solve_placed(result, choices, placed, transport_by_rays(result, choices, stage.tracer), execution);
     estimate_error_of(result, execution);
     if (known != nullptr) {
@@ -175,13 +170,15 @@ void forecast(BakeResult& result, const Registry& registry, const Choices& choic
     const bool few_regions = result.options.adaptive && !choices.sampler->needs_visibility() &&
                              choices.elements.basis->sampler().empty() && result.scene->mesh.region_count < half;
     if (!many && !few_regions) {
+        execution.phase("place sites");
         result.sites = place_evenly(stage, result, choices, execution).sites;
     }
     const std::size_t even = result.sites ? result.sites->size() : many.value_or(result.options.sites);
     const bool graded = result.options.adaptive && even < result.options.sites + half;
     const std::size_t sites = graded ? result.options.sites : even;
     result.options.adaptive = graded || (result.options.adaptive && result.options.sites == 0);
-    check_request(result, choices, stage.lights, sites, execution);
+    check_request(result, execution);
+    result.estimate = estimate_cost(result, choices, stage.lights, sites, execution);
     result.estimate.predicted = result.options.adaptive || many;
     count_further_rays(result.estimate, result, execution);
     predict_time(

@@ -1,9 +1,18 @@
 // More meshes for tests: rooms that are not convex, thin things and bad triangles. See also meshes.h.
 #pragma once
 
+#include <difusa/import/shapes.h>
+
 #include <meshes.h>
 
 namespace difusa::test {
+
+/// A rectangle in the plane z = 0 that faces up, or down, cut along one diagonal or the other.
+inline Mesh flat_rectangle(double x0, double y0, double x1, double y1, bool up = true, bool other_diagonal = false) {
+    const Vec3 a(x0, y0, 0), along_x(x1 - x0, 0, 0), along_y(0, y1 - y0, 0);
+    const Vec3 &u = up ? along_x : along_y, &v = up ? along_y : along_x;
+    return other_diagonal ? rectangle(a + u, v, -u) : rectangle(a, u, v);
+}
 
 /// The mesh turned by R, then scaled, then moved.
 inline Mesh transformed(Mesh mesh, const Eigen::Matrix3d& R, double scale, const Vec3& offset) {

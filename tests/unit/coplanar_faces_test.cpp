@@ -28,13 +28,7 @@ using test::transformed;
 /// A square of this width around (x, y, z) that faces up, or down, cut along one diagonal or the other.
 Mesh square(double width, const Vec3& middle, bool up = true, bool other_diagonal = false) {
     const double h = 0.5 * width;
-    std::vector<Vec3> points{middle + Vec3(-h, -h, 0), middle + Vec3(h, -h, 0), middle + Vec3(h, h, 0),
-                             middle + Vec3(-h, h, 0)};
-    std::vector<std::array<Index, 3>> triangles{{0, 1, 2}, {0, 2, 3}};
-    if (other_diagonal) {
-        triangles = {{0, 1, 3}, {1, 2, 3}};
-    }
-    return make_mesh(std::move(points), std::move(triangles), !up);
+    return moved(test::flat_rectangle(-h, -h, h, h, up, other_diagonal), 1.0, middle);
 }
 
 /// All corners of these triangles lie on z, to within a small part of the distance between layers.

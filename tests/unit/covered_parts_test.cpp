@@ -19,20 +19,11 @@ namespace difusa::covered_parts_test {
 namespace {
 
 using test::box;
+using test::flat_rectangle;
 using test::grid;
-using test::make_mesh;
 using test::moved;
 using test::together;
 using test::transformed;
-
-/// An upright rectangle in the plane z = 0, cut along one diagonal or the other.
-Mesh rectangle(double x0, double y0, double x1, double y1, bool up = true, bool other_diagonal = false) {
-    std::vector<std::array<Index, 3>> triangles{{0, 1, 2}, {0, 2, 3}};
-    if (other_diagonal) {
-        triangles = {{0, 1, 3}, {1, 2, 3}};
-    }
-    return make_mesh({Vec3(x0, y0, 0), Vec3(x1, y0, 0), Vec3(x1, y1, 0), Vec3(x0, y1, 0)}, std::move(triangles), !up);
-}
 
 /// With the same number for all triangles of each mesh that this one was put together from.
 std::vector<double> area_by_mesh(const Mesh& mesh, const std::vector<Index>& sizes) {
@@ -75,7 +66,7 @@ TEST(CoveredParts, LeavesOutWhatLiesUnderAPatch) {
     const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.7, Vec3(1, 2, -1).normalized()).toRotationMatrix();
     const Mesh room = box(1.0, 1, true);
     for (const bool diagonal : {false, true}) {
-        const Mesh patch = rectangle(0.3, 0.3, 0.7, 0.7, true, diagonal);
+        const Mesh patch = flat_rectangle(0.3, 0.3, 0.7, 0.7, true, diagonal);
         for (const auto& [scale, offset] : {std::pair(1.0, Vec3(0, 0, 0)), std::pair(7e-4, Vec3(0.3, -2, 5))}) {
             Mesh mesh = transformed(together(room, patch), turn, scale, offset);
             const CoveredParts covered = leave_out_covered(mesh);
@@ -92,7 +83,8 @@ TEST(CoveredParts, LeavesOutWhatLiesUnderAPatch) {
 }
 
 TEST(CoveredParts, LeavesOutWhatIsUnderTheSmallestOfThree) {
-    const Mesh large = rectangle(0, 0, 4, 4), middle = rectangle(1, 1, 5, 3), small = rectangle(1.5, 1.5, 2.5, 2.5);
+    const Mesh large = flat_rectangle(0, 0, 4, 4), middle = flat_rectangle(1, 1, 5, 3),
+               small = flat_rectangle(1.5, 1.5, 2.5, 2.5);
     for (const auto& meshes : {std::array{large, middle, small}, std::array{small, large, middle}}) {
         std::vector<Index> sizes;
         for (const Mesh& each : meshes) {
@@ -141,16 +133,16 @@ TEST(CoveredParts, LeavesOutWhereBodiesTouch) {
 
 TEST(CoveredParts, LeavesSheetsAndNeighboursAlone) {
     expect_untouched(box(1.0, 3));
-    expect_untouched(together(rectangle(0, 0, 1, 1), rectangle(0, 0, 1, 1, false)));
-    expect_untouched(together(rectangle(0, 0, 1, 1), rectangle(0, 0, 1, 1, false, true)));
-    expect_untouched(together(rectangle(0, 0, 1, 1), rectangle(1, 0.5, 2, 1.5)));
+    expect_untouched(together(flat_rectangle(0, 0, 1, 1), flat_rectangle(0, 0, 1, 1, false)));
+    expect_untouched(together(flat_rectangle(0, 0, 1, 1), flat_rectangle(0, 0, 1, 1, false, true)));
+    expect_untouched(together(flat_rectangle(0, 0, 1, 1), flat_rectangle(1, 0.5, 2, 1.5)));
     // Two rooms on both sides of a wall.
     expect_untouched(together(box(Vec3(4, 3, 2.5), 1, true), moved(box(Vec3(2, 3, 2), 1, true), 1.0, Vec3(4, 0, 0))));
 }
 
 /// A body on one side of a sheet that is lit from both: only that side loses what it covers.
 TEST(CoveredParts, LeavesTheOtherSideOfASheet) {
-    const Mesh up = rectangle(-1, -1, 2, 2), down = rectangle(-1, -1, 2, 2, false), body = box(1.0);
+    const Mesh up = flat_rectangle(-1, -1, 2, 2), down = flat_rectangle(-1, -1, 2, 2, false), body = box(1.0);
     Mesh mesh = together(together(up, down), body);
     leave_out_covered(mesh);
     const std::vector<double> area = area_by_mesh(mesh, {2, 2, count_of(body)});
@@ -170,7 +162,8 @@ TEST(CoveredParts, LeavesCurvedAndRoughSurfacesWhole) {
             p.z() = rough ? 6e-8 * (random.uniform() - 0.5) : -0.25e-3 * p.squaredNorm();
         }
         const Index first = count_of(floor);
-        Mesh mesh = together(floor, rough ? rectangle(0.2, 0.3, 0.5, 0.6) : rectangle(0.001, 0.001, 0.003, 0.003));
+        Mesh mesh =
+            together(floor, rough ? flat_rectangle(0.2, 0.3, 0.5, 0.6) : flat_rectangle(0.001, 0.001, 0.003, 0.003));
         mesh.derive();
         const double decal = mesh.areas[first] + mesh.areas[first + 1], area = mesh.area - decal;
         const CoveredParts covered = leave_out_covered(mesh);
@@ -186,7 +179,7 @@ TEST(CoveredParts, LeavesCurvedAndRoughSurfacesWhole) {
 
 /// What was linear over a triangle still is; faces and materials stay with their places.
 TEST(CoveredParts, KeepsColoursAndTextureCoordinates) {
-    Mesh mesh = together(grid(2, 2, 4.0, 4.0), rectangle(0.3, 0.7, 3.1, 2.9));
+    Mesh mesh = together(grid(2, 2, 4.0, 4.0), flat_rectangle(0.3, 0.7, 3.1, 2.9));
     const auto coordinates = [](const Vec3& p) { return TextureCoordinates(0.5 * p.x() - p.y(), 2.0 + p.y()); };
     const auto colour = [](const Vec3& p) { return Rgb(0.1 + 0.2 * p.x(), 0.2 * p.y(), 0.5); };
     for (Index t = 0; t < mesh.triangles.size(); ++t) {
@@ -220,7 +213,7 @@ TEST(CoveredParts, AgreesWithCounting) {
     constexpr int cells = 12;
     const auto whole = [&](int from, int to) { return from + static_cast<int>(random.uniform() * (to - from)); };
     for (int trial = 0; trial < 400; ++trial) {
-        Mesh mesh = rectangle(0, 0, cells, cells);
+        Mesh mesh = flat_rectangle(0, 0, cells, cells);
         std::vector<std::array<int, 4>> all{{0, 0, cells, cells}};
         std::set<int> areas{cells * cells};
         while (all.size() < 6) {
@@ -228,7 +221,7 @@ TEST(CoveredParts, AgreesWithCounting) {
                       y1 = whole(y0 + 1, cells + 1);
             if (areas.insert((x1 - x0) * (y1 - y0)).second) { // which of two as large is seen, is tested elsewhere
                 all.push_back({x0, y0, x1, y1});
-                mesh = together(mesh, rectangle(x0, y0, x1, y1, true, trial % 2 == 0));
+                mesh = together(mesh, flat_rectangle(x0, y0, x1, y1, true, trial % 2 == 0));
             }
         }
         const auto area_of = [&](std::size_t m) { return (all[m][2] - all[m][0]) * (all[m][3] - all[m][1]); };

@@ -4,7 +4,6 @@
 #include <difusa/lighting/inside_out.h>
 #include <difusa/repair/coplanar_faces.h>
 #include <difusa/repair/covered_parts.h>
-#include <difusa/repair/findings.h>
 
 #include <string>
 #include <utility>
@@ -125,7 +124,7 @@ void note_coplanar_faces(const BakeResult& result, const Execution& execution) {
     const SetApart apart = set_apart(mesh, execution);
     if (!apart.moved.empty()) {
         execution.note("moved objects lie on others in the same plane (" +
-                       places_of({apart.moved.front()}, " on ", result.diagnosis).front() +
+                       place_of(apart.moved.front(), " on ", result.diagnosis) +
                        (apart.moved.size() > 1 ? "; ..." : "") +
                        "), where they may see what is behind these: keep them " + text_of(apart.gap) +
                        " away, or bake the moved scene");
@@ -137,22 +136,18 @@ bool settle_coplanar_faces(BakeResult& result, const Execution& execution) {
         return false;
     }
     Mesh& mesh = result.scene->mesh;
-    if (result.scene->thermal) { // what is covered would radiate
-        const CoveredParts covered = leave_out_covered(mesh, execution);
-        for (Finding& finding : findings_of(covered, result.diagnosis)) {
+    const auto report = [&](Defect defect, const std::vector<CoplanarFace>& faces, bool given_up) {
+        for (Finding& finding : findings_of(defect, faces, given_up, result.diagnosis)) {
             add_finding(result, std::move(finding), execution);
         }
-        return !covered.cut.empty();
+        return !faces.empty();
+    };
+    if (result.scene->thermal) { // what is covered would radiate
+        const CoveredParts covered = leave_out_covered(mesh, execution);
+        return report(Defect::covered_parts, covered.cut, covered.given_up);
     }
     const SetApart apart = set_apart(mesh, execution);
-    if (apart.given_up) {
-        add_finding(result, finding_of(Defect::coplanar_faces_unknown, 1, {}), execution);
-    }
-    if (!apart.moved.empty()) {
-        std::vector<std::string> places = places_of(apart.moved, " on ", result.diagnosis);
-        add_finding(result, finding_of(Defect::coplanar_faces, apart.moved.size(), std::move(places)), execution);
-    }
-    return !apart.moved.empty();
+    return report(Defect::coplanar_faces, apart.moved, apart.given_up);
 }
 
 } // namespace difusa

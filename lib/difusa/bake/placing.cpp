@@ -140,10 +140,8 @@ std::shared_ptr<SiteSet> site_set_of(const BakeResult& result, const LitSurface&
     return sites;
 }
 
-std::shared_ptr<SiteSet> place_sites(BakeResult& result, const Choices& choices, const LitSurface& lit,
+std::shared_ptr<SiteSet> place_sites(const BakeResult& result, const Choices& choices, const LitSurface& lit,
                                      const Execution& execution) {
-    execution.phase("place sites");
-    choose_spacing(result, choices, lit, execution);
     const double spacing = result.options.spacing;
     return site_set_of(result, lit, lit_points(result, choices, lit, spacing, execution), spacing, execution);
 }

@@ -43,7 +43,7 @@ void choose_spacing(BakeResult& result, const Choices& choices, const LitSurface
 std::size_t most_sites_now(const Execution& execution);
 
 /// How many sites `place_sites` would place, to about 1 %; nothing if placing them is as cheap. Phase "predict sites".
-/// Chooses the spacing as `place_sites` does.
+/// Chooses the spacing.
 std::optional<std::size_t> forecast_sites(BakeResult& result, const Choices& choices, const LitSurface& lit,
                                           const Execution& execution);
 
@@ -55,9 +55,9 @@ std::vector<SurfacePoint> lit_points(const BakeResult& result, const Choices& ch
 std::shared_ptr<SiteSet> site_set_of(const BakeResult& result, const LitSurface& lit, std::vector<SurfacePoint> points,
                                      double spacing, const Execution& execution, const SizeField* size = nullptr);
 
-/// Sites on the lit surface, at BakeOptions::spacing, which is chosen to match BakeOptions::sites if it is 0. Phase
-/// "place sites". Throws ResourceError, InputError.
-std::shared_ptr<SiteSet> place_sites(BakeResult& result, const Choices& choices, const LitSurface& lit,
+/// Sites on the lit surface, at BakeOptions::spacing, which has been chosen (`choose_spacing`). Throws ResourceError,
+/// InputError.
+std::shared_ptr<SiteSet> place_sites(const BakeResult& result, const Choices& choices, const LitSurface& lit,
                                      const Execution& execution);
 
 } // namespace difusa

@@ -1,5 +1,6 @@
 #include <difusa/bake/relight.h>
 
+#include <difusa/bake/cost.h>
 #include <difusa/bake/evaluation.h>
 #include <difusa/bake/fronts.h>
 #include <difusa/bake/scene.h>
@@ -176,8 +177,9 @@ class Relighting {
         if (options.output_spacing == 0.0) {
             options.output_spacing = options.output_in_spacings * options.spacing;
         }
-        check_request(result_, choices_, DirectLight(*result_.scene, Tracer(result_.scene->mesh, *choices_.engine)),
-                      placed.sites->size(), execution_);
+        check_request(result_, execution_);
+        const DirectLight lights(*result_.scene, Tracer(result_.scene->mesh, *choices_.engine));
+        result_.estimate = estimate_cost(result_, choices_, lights, placed.sites->size(), execution_);
         solve_placed(
             result_, choices_, placed,
             [this](const Discretisation& discretisation, const Execution& execution) {

@@ -1,6 +1,5 @@
 #include <difusa/bake/steps.h>
 
-#include <difusa/bake/cost.h>
 #include <difusa/bake/evaluation.h>
 #include <difusa/bake/goals.h>
 #include <difusa/bake/near_lights.h>
@@ -220,13 +219,11 @@ BakeResult run_steps(const Registry& registry, const BakeOptions& options, const
     return result;
 }
 
-void check_request(BakeResult& result, const Choices& choices, const DirectLight& lights, std::size_t sites,
-                   const Execution& execution) {
+void check_request(BakeResult& result, const Execution& execution) {
     check_output(result, execution);
     find_places(result, execution);
     check_places(result);
     result.goals = find_goals(result.options.goals, *result.scene, result.options.spacing, execution);
-    result.estimate = estimate_cost(result, choices, lights, sites, execution);
 }
 
 TransportSource transport_by_rays(const BakeResult& result, const Choices& choices, const Tracer& tracer) {

@@ -19,9 +19,9 @@ using BakeSteps = std::function<void(BakeResult& result, Choices& choices, const
 BakeResult run_steps(const Registry& registry, const BakeOptions& options, const Execution& execution,
                      const BakeSteps& steps);
 
-/// Refuses what may be refused before time is spent, and estimates the cost.
-void check_request(BakeResult& result, const Choices& choices, const DirectLight& lights, std::size_t sites,
-                   const Execution& execution);
+/// Refuses outputs, places and goals that may be refused before time is spent, and finds where they are. The spacing
+/// has been chosen.
+void check_request(BakeResult& result, const Execution& execution);
 
 /// Where the transport of a discretisation comes from.
 using TransportSource = std::function<LightTransport(const Discretisation& discretisation, const Execution& execution)>;

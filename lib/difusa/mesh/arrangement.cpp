@@ -142,22 +142,27 @@ std::vector<Vec2> crossings_of(std::span<const Vec2> points, std::span<const std
     return crossings;
 }
 
+/// The points, and the places of crossings where none of them is.
+std::vector<Vec2> with_crossings(std::span<const Vec2> points, std::span<const std::pair<Index, Index>> segments,
+                                 double rounding) {
+    std::vector<Vec2> all(points.begin(), points.end());
+    const std::vector<Vec2> crossings = crossings_of(points, segments);
+    all.insert(all.end(), crossings.begin(), crossings.end());
+    const std::vector<Index> first = first_at_place(all, PointsNear(all, rounding), rounding);
+    std::vector<Vec2> distinct(points.begin(), points.end());
+    for (std::size_t i = points.size(); i < all.size(); ++i) {
+        if (first[i] == i) {
+            distinct.push_back(all[i]);
+        }
+    }
+    return distinct;
+}
+
 } // namespace
 
 Arrangement arrange(std::span<const Vec2> given, std::span<const std::pair<Index, Index>> segments, double rounding) {
-    Arrangement result{{given.begin(), given.end()}, {}};
-    {
-        std::vector<Vec2> all = result.points;
-        const std::vector<Vec2> crossings = crossings_of(given, segments);
-        all.insert(all.end(), crossings.begin(), crossings.end());
-        const std::vector<Index> first_of_all = first_at_place(all, PointsNear(all, rounding), rounding);
-        for (std::size_t i = given.size(); i < all.size(); ++i) {
-            if (first_of_all[i] == i) {
-                result.points.push_back(all[i]);
-            }
-        }
-    }
-    const std::vector<Vec2> points = result.points;
+    const std::vector<Vec2> points = with_crossings(given, segments, rounding);
+    Arrangement result{points, {}};
     const PointsNear near(points, rounding);
     const std::vector<Index> first = first_at_place(points, near, rounding);
     Constrained delaunay;

@@ -7,7 +7,6 @@
 #include <difusa/mesh/shared_area.h>
 #include <difusa/mesh/triangle_tree.h>
 #include <difusa/mesh/twins.h>
-#include <difusa/repair/findings.h>
 
 #include <algorithm>
 #include <array>
@@ -154,14 +153,25 @@ std::vector<Index> joined_behind(const Mesh& mesh) {
 
 } // namespace
 
-std::vector<std::string> places_of(const std::vector<CoplanarFace>& faces, const std::string& relation,
-                                   const Diagnosis& diagnosis) {
-    std::vector<std::string> places;
-    for (const CoplanarFace& each : faces) {
-        places.push_back(face_name(diagnosis, each.face) + relation + face_name(diagnosis, each.other) + " near " +
-                         coordinates(each.place));
+std::string place_of(const CoplanarFace& face, const char* relation, const Diagnosis& diagnosis) {
+    return face_name(diagnosis, face.face) + relation + face_name(diagnosis, face.other) + " near " +
+           coordinates(face.place);
+}
+
+std::vector<Finding> findings_of(Defect defect, const std::vector<CoplanarFace>& faces, bool given_up,
+                                 const Diagnosis& diagnosis) {
+    std::vector<Finding> findings;
+    if (given_up) {
+        findings.push_back(finding_of(Defect::coplanar_faces_unknown, 1, {}));
     }
-    return places;
+    if (!faces.empty()) {
+        std::vector<std::string> places;
+        for (const CoplanarFace& face : faces) {
+            places.push_back(place_of(face, defect == Defect::covered_parts ? " by " : " on ", diagnosis));
+        }
+        findings.push_back(finding_of(defect, faces.size(), std::move(places)));
+    }
+    return findings;
 }
 
 template <class Act> void CoplanarLayers::for_each_twin(const Act& act) const {

@@ -3,7 +3,7 @@
 
 #include <difusa/core/progress.h>
 #include <difusa/mesh/mesh.h>
-#include <difusa/repair/diagnosis.h>
+#include <difusa/repair/findings.h>
 
 #include <optional>
 #include <string>
@@ -42,9 +42,13 @@ struct CoplanarFace {
     Vec3 place; ///< where they overlap
 };
 
-/// "face 12 (line 40) on face 3 (line 9) near (1, 2, 3)" for each; `relation`: such as " on ".
-std::vector<std::string> places_of(const std::vector<CoplanarFace>& faces, const std::string& relation,
-                                   const Diagnosis& diagnosis);
+/// "face 12 (line 40) on face 3 (line 9) near (1, 2, 3)"; `relation`: such as " on ".
+std::string place_of(const CoplanarFace& face, const char* relation, const Diagnosis& diagnosis);
+
+/// What a user should know of faces that were moved (Defect::coplanar_faces) or cut (Defect::covered_parts), if
+/// anything. `given_up`: whether there may be others.
+std::vector<Finding> findings_of(Defect defect, const std::vector<CoplanarFace>& faces, bool given_up,
+                                 const Diagnosis& diagnosis);
 
 /// Triangles in sets, numbered from 0 in the order of their first members.
 struct NumberedSets {

@@ -3,10 +3,10 @@
 #include <difusa/mesh/arrangement.h>
 #include <difusa/mesh/repetition.h>
 #include <difusa/mesh/triangle_tree.h>
-#include <difusa/repair/findings.h>
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <map>
 #include <utility>
 
@@ -57,8 +57,7 @@ struct Piece {
 /// Cuts triangles of flat patches of a mesh.
 class Cutter {
   public:
-    Cutter(const Mesh& mesh, double rounding)
-        : mesh_(mesh), rounding_(rounding), tree_(tree_of_triangles(mesh)), points_(mesh.points) {}
+    Cutter(const Mesh& mesh, double rounding) : mesh_(mesh), rounding_(rounding), points_(mesh.points) {}
 
     /// Leaves out what the triangles `covers` cover of these of a patch, both sorted. They overlap, so that they are in
     /// one plane, although the patch may turn away from it; that of the largest is known best.
@@ -96,8 +95,9 @@ class Cutter {
         for (const Index t : patch) {
             pieces_[t]; // none yet
         }
+        const BoxTree tree = tree_of_triangles(mesh_, both(patch, covers));
         for (const std::array<Index, 3>& triangle : all.triangles) {
-            keep(triangle, all, points, plane, patch, covers);
+            keep(triangle, all, points, plane, tree, covers);
         }
     }
 
@@ -126,6 +126,12 @@ class Cutter {
     }
 
   private:
+    static std::vector<Index> both(const std::vector<Index>& a, const std::vector<Index>& b) {
+        std::vector<Index> all;
+        std::set_union(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(all));
+        return all;
+    }
+
     std::array<Vec2, 3> flattened(Index t, const PlaneView& plane) const {
         return {plane.flat(mesh_.corner(t, 0)), plane.flat(mesh_.corner(t, 1)), plane.flat(mesh_.corner(t, 2))};
     }
@@ -178,7 +184,7 @@ class Cutter {
 
     /// Keeps a triangle of the arrangement if it belongs to the patch, and nothing covers it.
     void keep(const std::array<Index, 3>& triangle, const Arrangement& all, const std::vector<Index>& points,
-              const PlaneView& plane, const std::vector<Index>& patch, const std::vector<Index>& covers) {
+              const PlaneView& plane, const BoxTree& tree, const std::vector<Index>& covers) {
         const Vec2 &a = all.points[triangle[0]], &b = all.points[triangle[1]], &c = all.points[triangle[2]];
         const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
         if (!(twice_area(a, b, c) > rounding_ * longest)) {
@@ -192,12 +198,10 @@ class Cutter {
         column.max().array() += rounding_;
         column.min()[plane.dropped] = mesh_.low[plane.dropped];
         column.max()[plane.dropped] = mesh_.high[plane.dropped];
-        tree_.visit(column, [&](Index t, const BoxTree::Box&) {
-            const bool covering = std::binary_search(covers.begin(), covers.end(), t);
-            const bool owning = std::binary_search(patch.begin(), patch.end(), t);
-            if ((covering || owning) && weights_at(flattened(t, plane), middle).minCoeff() > 0.0) {
-                is_covered = is_covered || covering;
-                own = owning ? t : own;
+        tree.visit(column, [&](Index t, const BoxTree::Box&) {
+            if (weights_at(flattened(t, plane), middle).minCoeff() > 0.0) {
+                is_covered = std::binary_search(covers.begin(), covers.end(), t);
+                own = t;
             }
             return is_covered;
         });
@@ -216,24 +220,11 @@ class Cutter {
 
     const Mesh& mesh_;
     const double rounding_;
-    const BoxTree tree_;
     std::vector<Vec3> points_;
     std::map<Index, std::vector<Piece>> pieces_;
 };
 
 } // namespace
-
-std::vector<Finding> findings_of(const CoveredParts& covered, const Diagnosis& diagnosis) {
-    std::vector<Finding> findings;
-    if (covered.given_up) {
-        findings.push_back(finding_of(Defect::coplanar_faces_unknown, 1, {}));
-    }
-    if (!covered.cut.empty()) {
-        std::vector<std::string> places = places_of(covered.cut, " by ", diagnosis);
-        findings.push_back(finding_of(Defect::covered_parts, covered.cut.size(), std::move(places)));
-    }
-    return findings;
-}
 
 CoveredParts leave_out_covered(Mesh& mesh, const Execution& execution) {
     CoveredParts result;
@@ -282,11 +273,12 @@ CoveredParts leave_out_covered(Mesh& mesh, const Execution& execution) {
     rest.repetition.walls.clear(); // those of before
     rest.derive();
     settle_repetition(rest);
-    result.area = mesh.area - rest.area;
-    if (!(result.area <= overlapping + most_slivers * mesh.area)) { // more is gone than is covered
+    const double gone = mesh.area - rest.area;
+    if (!(gone <= overlapping + most_slivers * mesh.area)) { // more than is covered
         result.given_up = true;
         return result;
     }
+    result.area = gone;
     mesh = std::move(rest);
     for (const auto& [number, face] : cut) {
         result.cut.push_back(face);

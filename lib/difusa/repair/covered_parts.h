@@ -12,9 +12,6 @@ struct CoveredParts {
     double area = 0.0;             ///< of all of them
 };
 
-/// What a user should know of them, if anything.
-std::vector<Finding> findings_of(const CoveredParts& covered, const Diagnosis& diagnosis);
-
 /// Cuts off the part of each face that another one with the same front covers, and of both faces where a closed body
 /// stands on another one, or on a sheet that goes on beyond it (`CoplanarLayers` tells which). The faces are cut along
 /// the edges of what covers them, with the corners of these, so that the floor around a box goes on in its walls. What
